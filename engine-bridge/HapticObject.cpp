@@ -1,9 +1,53 @@
 #include "engine-bridge/HapticObject.h"
 
+#include "haptics/base/text/Range.h"
+
 #include <algorithm>
+#include <tuple>
 
 namespace midair::bridge
 {
+
+bool HapticMaterial::isValid(std::string* error) const
+{
+    return base::RangeCheck("material: ")
+        .within("stiffness", stiffness_N_m, 0.0, 1e4, " N/m")
+        .within("force", mostForce_N, 0.0, 1.0, " N")
+        .check(radius_m == 0.0 || (radius_m >= 1e-3 && radius_m <= 0.02),
+               "radius",
+               radius_m,
+               "0 or within 0.001 .. 0.02 m")
+        .within("radiusGrowth", radiusGrowth, 0.0, 10.0)
+        .within("rateGrowth", rateGrowth_Hz_m, 0.0, 1e4, " Hz/m")
+        .within("roughness", roughness, 0.0, 1.0)
+        .within("texturePeriod", texturePeriod_m, 1e-5, 1.0, " m")
+        .within("lowVibration", lowVibration, 0.0, 1.0)
+        .within("lowFrequency", low_Hz, 1.0, 500.0, " Hz")
+        .within("highVibration", highVibration, 0.0, 1.0)
+        .within("highFrequency", high_Hz, 1.0, 500.0, " Hz")
+        .require(roughness + lowVibration + highVibration <= 1.0 + 1e-9,
+                 "roughness, lowVibration and highVibration together must be at most 1")
+        .passed(error);
+}
+
+bool operator==(const HapticMaterial& a, const HapticMaterial& b)
+{
+    const auto all = [](const HapticMaterial& m)
+    {
+        return std::tie(m.stiffness_N_m,
+                        m.mostForce_N,
+                        m.radius_m,
+                        m.radiusGrowth,
+                        m.rateGrowth_Hz_m,
+                        m.roughness,
+                        m.texturePeriod_m,
+                        m.lowVibration,
+                        m.low_Hz,
+                        m.highVibration,
+                        m.high_Hz);
+    };
+    return all(a) == all(b);
+}
 
 bool operator==(const HapticProperties& a, const HapticProperties& b)
 {

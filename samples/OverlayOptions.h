@@ -1,6 +1,5 @@
 #pragma once
 
-#include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
 
 #include <osgMidair/HapticOverlays>

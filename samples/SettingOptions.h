@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -12,6 +14,24 @@
 
 namespace midair::samples
 {
+
+/// For CLI::Option::transform(): takes a number in \a unit, or with another unit of the same kind:
+/// "8 cm" in "m" is 0.08. Anything else is refused. \a read: reads such a text.
+inline CLI::Validator inUnit(const std::string& unit,
+                             bool (*read)(const std::string&, const std::string&, double&))
+{
+    const auto convert = [unit, read](std::string& text) -> std::string
+    {
+        double value = 0.0;
+        if (!read(text, unit, value))
+            return "is \"" + text + "\", should be a number" + (unit.empty() ? "" : " in " + unit);
+        std::array<char, 32> digits{};
+        const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+        text.assign(digits.data(), end.ptr);
+        return {};
+    };
+    return {convert, ""};
+}
 
 /// Names and values of settings that the command line gives.
 using Given = std::vector<std::pair<std::string, std::string>>;
@@ -76,6 +96,24 @@ inline void addSettings(CLI::App& app,
                 ->check(CLI::Validator(setting.problemOf, ""))
                 ->group(group);
     }
+}
+
+inline constexpr char kRecorded[] = "recorded:"; ///< before the file's name in a source of hands
+
+/// Returns the source of hands that \a text names on a command line: a recording's file, FILE.csv,
+/// is one that repeats, "recorded:FILE.csv?loop"; all else stays as it is.
+inline std::string handsOf(const std::string& text)
+{
+    const std::string ending = ".csv";
+    const bool isFile = text.size() > ending.size() && text.find(':') == std::string::npos &&
+                        text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+    return isFile ? kRecorded + text + "?loop" : text;
+}
+
+/// Returns true if the source of hands \a hands is a recording.
+inline bool isRecording(const std::string& hands)
+{
+    return hands.rfind(kRecorded, 0) == 0;
 }
 
 } // namespace midair::samples

@@ -2,7 +2,7 @@
 // that the kit knows; and shows what arrives. The kit starts it as a helper for
 // "openxr:?process=helper", for programs that have their own OpenXR session.
 
-#include "samples/views/StopSignal.h"
+#include "samples/views/Signals.h"
 
 #include <osgMidair/HandSender>
 #include <osgMidair/HandSource>

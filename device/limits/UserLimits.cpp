@@ -6,7 +6,7 @@
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/base/text/Range.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,202 @@
 #include "engine-bridge/air/AirTemperature.h"
 
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Words.h"
+
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <system_error>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace midair::bridge
 {
+
+namespace
+{
+
+constexpr std::size_t kMostShown = 32;
+
+bool isBlank(const std::string& line)
+{
+    const std::string text = base::trimmed(line);
+    return text.empty() || text.front() == '#';
+}
+
+/// Reads at most kMostRead bytes from \a place on, or from where \a descriptor is (-1).
+std::string readSome(int descriptor, off_t place)
+{
+    std::string text(TemperatureSource::kMostRead, '\0');
+    const ssize_t count = place < 0 ? ::read(descriptor, text.data(), text.size())
+                                    : ::pread(descriptor, text.data(), text.size(), place);
+    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return text;
+}
+
+std::string reason()
+{
+    return std::generic_category().message(errno);
+}
+
+} // namespace
+
+std::optional<double> temperatureOf(const std::string& line, std::string& problem)
+{
+    double temperature_C = 0.0;
+    const std::string text = base::trimmed(line);
+    const bool isRead = base::parseQuantity(text, "C", temperature_C);
+    // Written so that NaN is out of range.
+    if (isRead && temperature_C >= base::kLeastTemperature_C &&
+        temperature_C <= base::kMostTemperature_C)
+        return temperature_C;
+    problem = fmt::format("\"{}\" is no reading, should be a number from {:g} to {:g} C",
+                          base::printable(text, kMostShown),
+                          base::kLeastTemperature_C,
+                          base::kMostTemperature_C);
+    return std::nullopt;
+}
+
+TemperatureSource::TemperatureSource(std::string file) :
+    _file(std::move(file)),
+    _thread([this] { run(); })
+{
+}
+
+TemperatureSource::~TemperatureSource()
+{
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _stop = true;
+    }
+    _wake.notify_all();
+    _thread.join();
+    if (_descriptor >= 0) ::close(_descriptor);
+}
+
+TemperatureSource::News TemperatureSource::take()
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    News news = std::move(_news);
+    _news = {};
+    _news.isClosed = news.isClosed;
+    return news;
+}
+
+void TemperatureSource::run()
+{
+    const auto pause = std::chrono::duration<double>(kLook_s);
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_stop)
+    {
+        lock.unlock();
+        look();
+        lock.lock();
+        _wake.wait_for(lock, pause, [this] { return _stop; });
+    }
+}
+
+void TemperatureSource::tell(const std::string& problem, bool isClosed)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _news.isClosed = isClosed;
+    if (!problem.empty()) _news.problem = problem;
+}
+
+// A pipe stays open, so that one writer may follow another; a file is opened at each look, since it
+// may be another one of the same name.
+void TemperatureSource::look()
+{
+    if (_descriptor >= 0) return readPipe();
+    struct stat about = {};
+    if (::stat(_file.c_str(), &about) != 0) return tell("can't be opened: " + reason(), true);
+    if (S_ISREG(about.st_mode)) return readFile();
+    if (!S_ISFIFO(about.st_mode))
+        return tell("is a device or a folder, should be a file or a named pipe", true);
+    _descriptor = ::open(_file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (_descriptor < 0) return tell("can't be opened: " + reason(), true);
+    tell("", false);
+    readPipe();
+}
+
+void TemperatureSource::readPipe()
+{
+    // What comes faster than 16 kB a look waits in the pipe.
+    for (int reads = 0; reads < 4; ++reads)
+    {
+        const std::string text = readSome(_descriptor, -1);
+        if (text.empty()) return;
+        for (const char c : text)
+        {
+            if (c == '\n')
+                readLine(std::exchange(_pending, {}));
+            else if (_pending.size() < kMostLine)
+                _pending.push_back(c);
+        }
+    }
+}
+
+// The newest reading of a file is its last whole line; what follows may be being written, and
+// counts once it has stayed for a look.
+void TemperatureSource::readFile()
+{
+    // Not blocking, or what has become a pipe in between would hold it up.
+    const int file = ::open(_file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    struct stat about = {};
+    if (file < 0 || ::fstat(file, &about) != 0 || !S_ISREG(about.st_mode))
+    {
+        if (file >= 0) ::close(file);
+        return tell("can't be opened: " + reason(), true);
+    }
+    const off_t first = std::max<off_t>(0, about.st_size - static_cast<off_t>(kMostRead));
+    std::string text = readSome(file, first);
+    ::close(file);
+    tell("", false);
+    const std::string state = fmt::format("{} {} {} {} ",
+                                          about.st_ino,
+                                          about.st_size,
+                                          about.st_mtim.tv_sec,
+                                          about.st_mtim.tv_nsec) +
+                              text;
+    const bool isNew = state != _seen;
+    _seen = state;
+    if (isNew)
+        _isTold = false;
+    else if (_isTold)
+        return;
+    const std::size_t whole = text.rfind('\n');
+    if (!isNew || whole + 1 == text.size()) // nothing of it is still being written
+        _isTold = true;
+    else
+        text.resize(whole == std::string::npos ? 0 : whole + 1);
+    // Once a file has stayed as it is, its whole lines have been read before.
+    if (!isNew && whole + 1 == text.size()) return;
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r'))
+        text.pop_back();
+    const std::size_t before = text.rfind('\n');
+    readLine(text.substr(before == std::string::npos ? 0 : before + 1));
+}
+
+void TemperatureSource::readLine(std::string line)
+{
+    if (isBlank(line)) return;
+    std::string problem;
+    const std::optional<double> temperature_C = temperatureOf(line, problem);
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (temperature_C)
+    {
+        _news.temperature_C = temperature_C;
+        return;
+    }
+    ++_news.bad;
+    _news.problem = problem;
+}
 
 void AirTemperature::setSource(const std::string& file)
 {

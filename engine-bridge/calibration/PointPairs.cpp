@@ -1,8 +1,8 @@
 #include "engine-bridge/calibration/PointPairs.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Words.h"
 
 #include <array>
 #include <cmath>

@@ -20,7 +20,7 @@ struct Asked
 {
     std::string path;
     std::map<std::string, std::string> options;
-    device::DeviceLayout layout;
+    ArrayDriver::Layout layout;
 };
 
 /// Silences a driver that is let go before it has played. Returns with what a reason goes on if
@@ -75,7 +75,9 @@ bool registerDriver(const std::string& scheme, ArrayDriverFactory make, std::str
         if (DriverThread::isLeftBehind(name))
             throw uri.error("the driver that had it was closed and hasn't returned yet");
         std::string why;
-        auto opened = openDriver(make, {uri.path(), uri.takeRest(), layout}, why);
+        const ArrayDriver::Layout levels{static_cast<unsigned int>(layout.transducers),
+                                         layout.board};
+        auto opened = openDriver(make, {uri.path(), uri.takeRest(), levels}, why);
         if (!opened) throw uri.error(why);
         const std::shared_ptr<ArrayDriver> driver = opened->driver.driver;
         try

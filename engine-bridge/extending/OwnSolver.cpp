@@ -5,13 +5,13 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -37,13 +37,6 @@ NamedFactories<FieldMethodFactory>& registry()
 constexpr float kRounding = 1e-5F;
 
 using Matrix = Eigen::Matrix<std::complex<float>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-double milliseconds()
-{
-    return std::chrono::duration<double, std::milli>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// Makes a HologramSolver of an application's FieldMethod.
 class OwnSolver : public HologramSolver
@@ -213,9 +206,9 @@ SolveReport OwnSolver::solve(const ControlPoints& points,
     keepWanted(points);
     if (_wanted.size() == 0) return silent(StopReason::NOTHING_TO_DO, "every target is 0");
     report.leftOut = points.size() - _wanted.size();
-    const double start_ms = milliseconds();
+    const double start_ms = 1e3 * base::steadySeconds();
     build(array, medium);
-    report.matrix_ms = milliseconds() - start_ms;
+    report.matrix_ms = 1e3 * base::steadySeconds() - start_ms;
     report.rowsBuilt = _wanted.size();
     why = ask(array, q);
     if (_options.stop.requested()) return silent(StopReason::STOPPED, "stopped");
@@ -223,7 +216,7 @@ SolveReport OwnSolver::solve(const ControlPoints& points,
     round(array.drive, q);
     rate(q, report);
     report.stop = StopReason::CONVERGED;
-    report.solve_ms = milliseconds() - start_ms - report.matrix_ms;
+    report.solve_ms = 1e3 * base::steadySeconds() - start_ms - report.matrix_ms;
     return report;
 }
 

@@ -109,7 +109,6 @@ public:
         _ongoing.clear();
     }
 
-    void setRelativePressure(double relative_Pa) { _options.relative_Pa = relative_Pa; } ///< >= 0
     /// What is played, for forces; null: not known.
     void setPlayed(std::shared_ptr<const PlayedPressure> played) { _played = std::move(played); }
 

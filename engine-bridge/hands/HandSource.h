@@ -61,10 +61,6 @@ private:
     std::vector<HandFrame> _frames;
 };
 
-/// Writes frames as RecordedHandSource reads them: one line per joint with time_s, hand, joint, x,
-/// y, z, qx, qy, qz, qw, radius_m, position_valid, orientation_valid.
-void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames);
-
 /// Hands that the application sets; all members may be called from any thread.
 class InjectedHandSource : public HandSource
 {

@@ -1,15 +1,12 @@
 #include "engine-bridge/hands/HandSource.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
-#include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <istream>
-#include <locale>
-#include <ostream>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -132,16 +129,8 @@ RecordedHandSource::RecordedHandSource(const std::string& path, bool loop) :
     _name(path),
     _loop(loop)
 {
-    std::string text;
-    try
-    {
-        text = base::readRegularFile(path, kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError("hand recording \"" + path + "\" " + error.what());
-    }
-    std::istringstream in(text);
+    std::istringstream in(
+        base::readRegularFile(path, kMostBytes, "hand recording \"" + path + "\" "));
     read(in);
 }
 
@@ -229,28 +218,6 @@ bool RecordedHandSource::frameAt(double time_s, HandFrame& frame)
 std::string RecordedHandSource::status() const
 {
     return fmt::format("{}: {} recorded frames", _name, _frames.size());
-}
-
-void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
-{
-    const auto precision = out.precision(10);
-    // The reader expects a decimal point.
-    const std::locale before = out.imbue(std::locale::classic());
-    out << kHeadings << "\n";
-    for (const HandFrame& frame : frames)
-        for (const Hand& hand : frame.hands)
-            for (int i = 0; i < HAND_JOINTS; ++i)
-            {
-                const HandJoint& joint = hand.joints[static_cast<std::size_t>(i)];
-                const Eigen::Quaterniond& q = joint.orientation;
-                out << frame.time_s << "," << hand.id << "," << fileName(i) << ","
-                    << joint.position.x() << "," << joint.position.y() << "," << joint.position.z()
-                    << "," << q.x() << "," << q.y() << "," << q.z() << "," << q.w() << ","
-                    << joint.radius_m << "," << joint.positionValid << "," << joint.orientationValid
-                    << "\n";
-            }
-    out.imbue(before);
-    out.precision(precision);
 }
 
 } // namespace midair::bridge

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine-bridge/HapticMaterial.h"
+#include "engine-bridge/HapticObject.h"
 
 #include <map>
 #include <string>

@@ -5,7 +5,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
-#include "haptics/base/text/CodedError.h"
+#include "haptics/base/text/MessageCode.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

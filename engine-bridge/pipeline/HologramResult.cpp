@@ -15,11 +15,6 @@ const Eigen::VectorXcf& HologramResult::played() const
     return sequence.fields.empty() ? kNone : sequence.fields.front();
 }
 
-const std::string& HologramResult::headline() const
-{
-    return isSilenced() || messages.empty() ? report().message : messages.back();
-}
-
 double UpdateRate::perSecond(double now_s)
 {
     while (!_times_s.empty() && _times_s.front() < now_s - 1.0)

@@ -72,9 +72,6 @@ struct HologramResult
     const haptics::SolveReport& report() const { return sequence.report; }
     /// True if there is a field but no level of the array to play it with.
     bool isSilenced() const { return report().stop == haptics::StopReason::SILENCED; }
-    /// The one message to show beside the figures: of a silenced field why, else the newest of all,
-    /// else the report's; may be empty.
-    const std::string& headline() const;
 };
 
 /// Counts how many snapshots were solved within the last second.

@@ -3,7 +3,6 @@
 #include "engine-bridge/pipeline/SampleCache.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/text/LastingStates.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/points/ControlPoints.h"

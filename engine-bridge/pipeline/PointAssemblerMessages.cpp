@@ -1,6 +1,6 @@
 // What a PointAssembler tells of objects that aren't felt as they are meant to be.
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "haptics/base/text/Alike.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittingSize.h"
 #include "haptics/sequence/FocusShare.h"
 

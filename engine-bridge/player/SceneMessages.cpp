@@ -1,6 +1,6 @@
 #include "engine-bridge/player/SceneMessages.h"
 
-#include "haptics/base/text/Printable.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

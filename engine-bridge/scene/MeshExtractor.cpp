@@ -6,9 +6,7 @@
 
 #include <osg/Geometry>
 
-#include <algorithm>
 #include <cstring>
-#include <limits>
 
 namespace midair::bridge
 {
@@ -155,20 +153,6 @@ MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options)
     SubtreeState state;
     inspect(root, options, state);
     return state.fingerprint();
-}
-
-ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options)
-{
-    PaintImages ownImages;
-    SubtreeReading reading(root, options, options.images ? *options.images : ownImages, nullptr);
-    std::size_t budget = std::numeric_limits<std::size_t>::max();
-    reading.copyMore(budget);
-    ExtractedMesh out;
-    out.state = reading.state();
-    out.warnings = std::move(reading.warnings());
-    for (std::size_t i = 0; i < reading.parts(); ++i)
-        out.parts.push_back(meshOf(reading.takePieces(i), out.warnings));
-    return out;
 }
 
 } // namespace midair::bridge

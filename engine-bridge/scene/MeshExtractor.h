@@ -7,7 +7,6 @@
 #include <osg/Node>
 
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -59,20 +58,5 @@ void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state
 
 /// The fingerprint of a subtree by inspect().
 MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options = {});
-
-/// A subtree's triangles in scene units, one mesh per part, each in the part's own coordinates.
-struct ExtractedMesh
-{
-    SubtreeState state;
-    std::vector<haptics::TriangleMesh> parts; ///< in the order of state.parts; may be empty meshes
-    std::vector<std::string> warnings;        ///< what in the subtree can't be felt, and why
-
-    /// The part that moves with the root: the whole subtree if there are no movers.
-    const haptics::TriangleMesh& mesh() const { return parts.front(); }
-};
-
-/// Extracts the triangles, lines and points of a subtree at once, and texts as the outlines of
-/// their characters. Leaves out cameras, since what they show is elsewhere.
-ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {});
 
 } // namespace midair::bridge

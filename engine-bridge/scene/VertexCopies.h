@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>

@@ -3,6 +3,7 @@
 #include "haptics/array/TransducerArray.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <utility>
 #include <vector>
@@ -30,5 +31,22 @@ Eigen::Vector3d levelColumns(const Eigen::Vector3d& normal);
 
 /// Appends the transducers of \a board to \a array, in the order of its places, as one more board.
 void appendBoard(const Board& board, TransducerArray& array);
+
+/// Transducers of one board, which follow one another: the first, and how many.
+struct BoardRange
+{
+    int first = 0;
+    int count = 0;
+};
+
+/// Returns the transducers of each board of \a array, board by board.
+std::vector<BoardRange> boardsOf(const TransducerArray& array);
+
+/// Returns the middle of a board, the mean of its transducers' places, metres.
+Eigen::Vector3d middleOf(const TransducerArray& array, const BoardRange& board);
+
+/// Moves a board as a whole: \a motion, in the array's frame, takes its transducers from where they
+/// are to where they are to be.
+void moveBoard(const Eigen::Isometry3d& motion, const BoardRange& board, TransducerArray& array);
 
 } // namespace midair::haptics

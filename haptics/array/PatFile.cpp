@@ -3,7 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>

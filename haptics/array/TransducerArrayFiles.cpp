@@ -1,3 +1,4 @@
+// Finds, reads and writes array files; TransducerArrayJson.cpp reads their JSON.
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/OwnFolder.h"
@@ -5,13 +6,13 @@
 #include "haptics/base/UserEnvironment.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace midair::haptics
 {
@@ -49,19 +50,14 @@ TransducerArray read(const fs::path& path)
     if (fs::is_directory(path, ignored))
         throw base::InputError("array file '" + path.string() +
                                "' is a folder; a JSON file is expected");
-    std::string text;
-    try
-    {
-        text = base::readRegularFile(path.string(), kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError("array file '" + path.string() + "' " + error.what());
-    }
+    const std::string text =
+        base::readRegularFile(path.string(), kMostBytes, "array file '" + path.string() + "' ");
     TransducerArray array = TransducerArray::fromJson(text, path.string());
     if (array.name.empty()) array.name = path.stem().string();
     return array;
 }
+
+using Json = nlohmann::ordered_json;
 
 } // namespace
 
@@ -117,6 +113,40 @@ void TransducerArray::save(const std::string& path) const
     file << toJson();
     file.close();
     if (!file) throw base::InputError("array file '" + path + "' can't be written");
+}
+
+std::string TransducerArray::toJson() const
+{
+    std::string error;
+    if (!isValid(&error)) throw base::InputError("array '" + name + "' can't be written: " + error);
+    Json head;
+    head["name"] = name;
+    head["frequency_Hz"] = frequency_Hz;
+    head["sourceAmplitude_Pa_m"] = sourceAmplitude_Pa_m;
+    if (exposureAmplitude_Pa_m > 0.0) head["exposureAmplitude_Pa_m"] = exposureAmplitude_Pa_m;
+    head["directivity"] = directivityName(directivity);
+    head["ringing"] = ringing_s;
+    head["phaseLevels"] = drive.phaseLevels;
+    head["amplitudeLevels"] = drive.amplitudeLevels;
+    if (!dead.empty()) head["dead"] = dead;
+
+    std::string text = "{\n";
+    for (const auto& item : head.items())
+        text += fmt::format("  \"{}\": {},\n",
+                            item.key(),
+                            item.value().dump(-1, ' ', false, Json::error_handler_t::replace));
+    text += "  \"transducers\": [\n";
+    for (Eigen::Index i = 0; i < positions.cols(); ++i)
+    {
+        Json item;
+        item["position_m"] = {positions(0, i), positions(1, i), positions(2, i)};
+        item["normal"] = {normals(0, i), normals(1, i), normals(2, i)};
+        item["board"] = board[static_cast<std::size_t>(i)];
+        if (phaseOffset_rad.size() > 0) item["phaseOffset_rad"] = phaseOffset_rad[i];
+        if (gain.size() > 0) item["gain"] = gain[i];
+        text += fmt::format("    {}{}\n", item.dump(), i + 1 < positions.cols() ? "," : "");
+    }
+    return text + "  ]\n}\n";
 }
 
 } // namespace midair::haptics

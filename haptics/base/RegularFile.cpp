@@ -49,9 +49,7 @@ void require(int file, std::size_t mostBytes, struct stat& about)
             "has {} bytes, should have at most {}", about.st_size, sizeText(mostBytes)));
 }
 
-} // namespace
-
-std::string readRegularFile(const std::string& path, std::size_t mostBytes)
+std::string bytesOf(const std::string& path, std::size_t mostBytes)
 {
     // Other kinds of files are not even opened: opening a terminal or a pipe has side effects.
     struct stat about = {};
@@ -73,6 +71,21 @@ std::string readRegularFile(const std::string& path, std::size_t mostBytes)
     }
     text.resize(done);
     return text;
+}
+
+} // namespace
+
+std::string
+readRegularFile(const std::string& path, std::size_t mostBytes, const std::string& before)
+{
+    try
+    {
+        return bytesOf(path, mostBytes);
+    }
+    catch (const FileError& error)
+    {
+        throw FileError(before + error.what());
+    }
 }
 
 } // namespace midair::base

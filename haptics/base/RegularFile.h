@@ -1,22 +1,25 @@
 #pragma once
 
+#include "haptics/base/InputError.h"
+
 #include <cstddef>
-#include <stdexcept>
 #include <string>
 
 namespace midair::base
 {
 
 /// Error for a file that can't be read: what() gives the reason as a phrase to follow the file's
-/// name.
-class FileError : public std::runtime_error
+/// name, or begins with what the caller gave.
+class FileError : public InputError
 {
 public:
-    using std::runtime_error::runtime_error;
+    using InputError::InputError;
 };
 
 /// Returns the content of a regular file of at most \a mostBytes. Follows links; never blocks, and
-/// never reads from a device, a pipe or a folder. Throws FileError.
-std::string readRegularFile(const std::string& path, std::size_t mostBytes);
+/// never reads from a device, a pipe or a folder. Throws FileError, whose text begins with
+/// \a before: the file's name for a sentence of its own.
+std::string
+readRegularFile(const std::string& path, std::size_t mostBytes, const std::string& before = {});
 
 } // namespace midair::base

@@ -5,7 +5,7 @@
 #include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
-#include "haptics/boards/BoardMirrors.h"
+#include "haptics/boards/BoardSolver.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/array/BoardMotion.h"
+#include "haptics/array/BoardGrid.h"
 #include "haptics/array/TransducerArray.h"
 
 #include <Eigen/Core>

@@ -3,7 +3,6 @@
 #include "haptics/propagation/Exposure.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace midair::haptics

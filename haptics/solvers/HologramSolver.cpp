@@ -1,7 +1,6 @@
 #include "haptics/solvers/HologramSolver.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "haptics/solvers/Solvers.h"

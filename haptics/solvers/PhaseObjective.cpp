@@ -7,8 +7,6 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <string>
-#include <utility>
 
 #include <fmt/format.h>
 

@@ -1,13 +1,11 @@
 #include "haptics/solvers/SolverBase.h"
 
-#include "haptics/base/InputError.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/AudibleChange.h"
 #include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 

@@ -3,11 +3,10 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
-#include "haptics/surface/EdgePasses.h"
-#include "haptics/surface/FacePasses.h"
 #include "haptics/surface/FeatureChains.h"
 #include "haptics/surface/MeshTopology.h"
 #include "haptics/surface/SampleBuilder.h"
+#include "haptics/surface/SurfacePasses.h"
 
 #include <Eigen/Geometry>
 

@@ -3,7 +3,6 @@
 #include "haptics/base/InputError.h"
 
 #include <cmath>
-#include <string>
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "haptics/tolerance/ToleranceStudy.h"
 
-#include "haptics/array/BoardMotion.h"
+#include "haptics/array/BoardGrid.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/Percentile.h"

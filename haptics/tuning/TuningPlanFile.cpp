@@ -1,9 +1,8 @@
 // Plans as files: a head of "# key value" lines, the columns' names, a row a line.
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/tuning/TuningPlan.h"
 
 #include <algorithm>

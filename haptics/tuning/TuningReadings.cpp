@@ -2,10 +2,9 @@
 
 #include "haptics/base/Crc32c.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Quantity.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +18,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoReading = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostForeign = 10000;
 
 // A number, or NaN for what instruments write where they have none.
@@ -28,7 +27,7 @@ bool parseAny(const std::string& text, double& value)
     if (base::parseNumber(text, value)) return true;
     std::string word = base::lowerCase(text);
     if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.erase(0, 1);
-    value = kNone;
+    value = kNoReading;
     return word == "nan" || word == "inf" || word == "infinity" || word == "nan(ind)";
 }
 
@@ -43,7 +42,7 @@ bool parseWords(const std::vector<std::string>& words,
     if (count == 2 && !parseAny(words[first + 1], im)) return false;
     isLevel = count == 1;
     value = {re, im};
-    if (!std::isfinite(re) || !std::isfinite(im)) value = {kNone, kNone};
+    if (!std::isfinite(re) || !std::isfinite(im)) value = {kNoReading, kNoReading};
     return true;
 }
 
@@ -97,7 +96,7 @@ public:
                 value /= double(_count[k]);
             else
             {
-                value = {kNone, kNone};
+                value = {kNoReading, kNoReading};
                 (_unclear[k] ? _readings.unclear : _readings.missing).push_back(row);
             }
         }

@@ -1,8 +1,7 @@
 #include "haptics/tuning/TuningResponses.h"
 
 #include "haptics/base/Percentile.h"
-#include "haptics/tuning/HadamardDecoding.h"
-#include "haptics/tuning/LevelDecoding.h"
+#include "haptics/tuning/ResponseDecoding.h"
 
 #include <algorithm>
 #include <cmath>

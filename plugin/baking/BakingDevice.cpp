@@ -4,6 +4,13 @@
 #include "device/limits/GuardedDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/settings/Grants.h"
+
+#include <osgMidair/RigidBodyCallback>
+
+#include <osg/ImageStream>
+#include <osg/NodeVisitor>
+#include <osg/Texture>
 
 #include <algorithm>
 
@@ -18,6 +25,48 @@ namespace
 // Whole periods of this many steps are handed over in one piece; nothing is sent step by step, as
 // nobody listens.
 constexpr int kSequenceFields = 1 << 14;
+
+/// Finds what moves or looks otherwise by itself as time passes.
+class FindLive : public osg::NodeVisitor
+{
+public:
+    FindLive() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Node& node) override
+    {
+        const auto add = [&](const std::string& what)
+        {
+            const std::string name = node.getName().empty() ? "" : " '" + node.getName() + "'";
+            std::string told = fmt::format("{}{}: {}", node.className(), printable(name), what);
+            if (std::find(found.begin(), found.end(), told) == found.end())
+                found.push_back(std::move(told));
+        };
+        for (const osg::Callback* callback = node.getUpdateCallback(); callback;
+             callback = callback->getNestedCallback())
+            if (dynamic_cast<const RigidBodyCallback*>(callback))
+                add("a rigid body moves it, in steps by the wall's clock");
+        if (std::string(node.libraryName()) == "osgParticle")
+            add("particles are drawn by chance, otherwise each time");
+        if (hasFilm(node.getStateSet())) add("a film in its texture plays by the wall's clock");
+        traverse(node);
+    }
+
+    std::vector<std::string> found;
+
+private:
+    static bool hasFilm(const osg::StateSet* state)
+    {
+        if (!state) return false;
+        for (unsigned int unit = 0; unit < state->getNumTextureAttributeLists(); ++unit)
+        {
+            const auto* texture = dynamic_cast<const osg::Texture*>(
+                state->getTextureAttribute(unit, osg::StateAttribute::TEXTURE));
+            for (unsigned int i = 0; texture && i < texture->getNumImages(); ++i)
+                if (dynamic_cast<const osg::ImageStream*>(texture->getImage(i))) return true;
+        }
+        return false;
+    }
+};
 
 } // namespace
 
@@ -79,6 +128,39 @@ BakedLimits limitsOfDevice(const std::string& uri)
         leave("mean-drive", limits.meanDrive < 1.0);
         leave("hold", limits.hold_s > 0.0);
     }
+    return all;
+}
+
+std::vector<std::string> unbakeable(osg::Node& scene,
+                                    const HapticSettings& settings,
+                                    const std::vector<FoundObject>& found,
+                                    bool hasOwnHands)
+{
+    std::vector<std::string> all;
+    if (hasOwnHands || (!settings.hands.empty() && settings.hands != "none"))
+        all.push_back(fmt::format(
+            "hands \"{}\": where they will be while the recording is played isn't known",
+            hasOwnHands ? "of the program" : printable(settings.hands)));
+    if (settings.reach > 0.0)
+        all.push_back(fmt::format("reach is {:g} m: only what is near a hand is felt, and there is "
+                                  "none, so that nothing would be",
+                                  settings.reach));
+    const bool isContactByDefault = settings.render != HapticSettings::OBJECT;
+    if (isContactByDefault)
+        all.emplace_back("render is contact or auto: contacts are where hands touch");
+    for (const FoundObject& object : found)
+    {
+        const auto own = object.property.render;
+        if (own == HapticProperty::CONTACT || own == HapticProperty::AUTO)
+            all.push_back(object.path + ": its render is contact or auto: contacts are where hands "
+                                        "touch");
+    }
+    if (settings.earCamera)
+        all.emplace_back("earCamera: there is no camera, so that no head is known at its place");
+    FindLive finder;
+    scene.accept(finder);
+    std::sort(finder.found.begin(), finder.found.end());
+    all.insert(all.end(), finder.found.begin(), finder.found.end());
     return all;
 }
 

@@ -4,6 +4,11 @@
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
 
+#include <osgMidair/FoundObject>
+#include <osgMidair/HapticSettings>
+
+#include <osg/Node>
+
 #include <complex>
 #include <string>
 #include <vector>
@@ -42,5 +47,13 @@ struct BakedLimits
 /// Reads the limits from \a uri, or of several with commas in between: the strictest. Throws
 /// midair::device::DeviceError for what isn't understood.
 BakedLimits limitsOfDevice(const std::string& uri);
+
+/// Returns sentences on what of \a scene goes by the wall's clock or by who is there, so that it
+/// can't be known beforehand. \a settings: as they are played. \a hasOwnHands: the program has set
+/// a source of hands.
+std::vector<std::string> unbakeable(osg::Node& scene,
+                                    const HapticSettings& settings,
+                                    const std::vector<FoundObject>& found,
+                                    bool hasOwnHands);
 
 } // namespace osgMidair

@@ -8,7 +8,6 @@
 #include "haptics/base/text/Number.h"
 #include "haptics/solvers/ManyStarts.h"
 #include "plugin/baking/BakingDevice.h"
-#include "plugin/baking/Unbakeable.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/settings/AllSettings.h"

@@ -7,7 +7,6 @@
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
-#include "plugin/report/DeviceLines.h"
 #include "plugin/report/Report.h"
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/PropertyChanges.h"

@@ -2,17 +2,218 @@
 
 #include "haptics/base/RegularFile.h"
 #include "plugin/gltf/GltfMessages.h"
-#include "plugin/gltf/GltfScreening.h"
+#include "plugin/gltf/GltfTags.h"
+#include "plugin/settings/Grants.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace osgMidair
 {
 
 namespace
 {
+
+using Json = nlohmann::json;
+
+/// Extensions that are followed.
+constexpr std::array<const char*, 4> kKnown = {"EXT_mesh_gpu_instancing",
+                                               "KHR_materials_unlit",
+                                               "KHR_mesh_quantization",
+                                               "KHR_texture_transform"};
+
+/// Beginnings of the names of extensions that change only how a model is drawn: it is felt the same
+/// without them.
+constexpr std::array<const char*, 6> kDrawnAlone = {
+    "KHR_materials_", "KHR_lights_", "KHR_texture_", "EXT_texture_", "EXT_lights_", "KHR_xmp"};
+
+constexpr std::size_t kHeader = 12;
+constexpr std::size_t kChunkHeader = 8;
+
+std::uint32_t littleEndian(const std::string& bytes, std::size_t at)
+{
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+    return value;
+}
+
+std::string_view jsonOf(const std::string& file)
+{
+    if (!isGlb(file)) return file;
+    if (file.size() < kHeader + kChunkHeader) throw GltfError("its header is cut off");
+    const std::size_t length = littleEndian(file, kHeader);
+    if (length > file.size() - kHeader - kChunkHeader)
+        throw GltfError(fmt::format("its JSON should have {} bytes, and is cut off", length));
+    return std::string_view(file).substr(kHeader + kChunkHeader, length);
+}
+
+// Readers of JSON go as deep as it does, and take a hundred bytes a value.
+void countValues(std::string_view json)
+{
+    std::size_t values = 0;
+    int depth = 0;
+    bool isText = false;
+    for (std::size_t i = 0; i < json.size(); ++i)
+    {
+        const char c = json[i];
+        if (isText && c == '\\')
+            ++i;
+        else if (c == '"')
+            isText = !isText;
+        if (isText) continue;
+        if (c == '{' || c == '[') ++depth;
+        if (c == '}' || c == ']') --depth;
+        if (c == '{' || c == '[' || c == ',') ++values;
+        if (depth > kDeepestGltfJson)
+            throw GltfError(fmt::format("its JSON is more than {} deep", kDeepestGltfJson));
+        if (values > kMostGltfValues)
+            throw GltfError(fmt::format("its JSON has more than {} values", kMostGltfValues));
+    }
+}
+
+const Json& arrayOf(const Json& gltf, const char* key)
+{
+    static const Json none = Json::array();
+    const auto found = gltf.find(key);
+    if (found == gltf.end()) return none;
+    if (!found->is_array()) throw GltfError(fmt::format("\"{}\" should be an array", key));
+    return *found;
+}
+
+std::uint64_t unsignedOf(const Json& object, const char* key)
+{
+    if (!object.is_object()) throw GltfError(fmt::format("what has a \"{}\" is no object", key));
+    const auto found = object.find(key);
+    if (found == object.end()) return 0;
+    if (!found->is_number_unsigned())
+        throw GltfError(fmt::format("\"{}\" should be a whole number, 0 or more", key));
+    return found->get<std::uint64_t>();
+}
+
+// Each buffer without a name is a copy of what the .glb holds.
+void screenBuffers(const Json& gltf, bool isBinary)
+{
+    const Json& buffers = arrayOf(gltf, "buffers");
+    if (buffers.size() > kMostGltfBuffers)
+        throw GltfError(
+            fmt::format("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers));
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+    {
+        if (unsignedOf(buffers[i], "byteLength") > kMostGltfBytes)
+            throw GltfError(fmt::format("buffer {} has more than {} bytes", i, kMostGltfBytes));
+        const auto uri = buffers[i].find("uri");
+        const bool isNamed = uri != buffers[i].end() && uri->is_string() && *uri != "";
+        if (!isNamed && !(isBinary && i == 0))
+            throw GltfError(
+                fmt::format("buffer {} has no uri; only the first one of a .glb may have none", i));
+    }
+}
+
+// tinygltf takes an image's place in its buffer as it stands there.
+void screenImages(const Json& gltf)
+{
+    const Json& buffers = arrayOf(gltf, "buffers");
+    const Json& views = arrayOf(gltf, "bufferViews");
+    const Json& images = arrayOf(gltf, "images");
+    for (std::size_t i = 0; i < images.size(); ++i)
+    {
+        if (!images[i].is_object()) throw GltfError(fmt::format("image {} is no object", i));
+        if (!images[i].contains("bufferView")) continue;
+        const std::uint64_t view = unsignedOf(images[i], "bufferView");
+        if (view >= views.size()) throw GltfError(fmt::format("image {} is in no buffer view", i));
+        const std::uint64_t buffer = unsignedOf(views[view], "buffer");
+        const std::uint64_t begin = unsignedOf(views[view], "byteOffset");
+        const std::uint64_t length = unsignedOf(views[view], "byteLength");
+        const std::uint64_t room =
+            buffer < buffers.size() ? unsignedOf(buffers[buffer], "byteLength") : 0;
+        if (length == 0 || begin >= room || length > room - begin)
+            throw GltfError(fmt::format("image {} is not within its buffer", i));
+    }
+}
+
+// tinygltf has 32 bits for whole numbers, and would cut others.
+void screenNumbers(const Json& extras, const std::string& owner)
+{
+    constexpr double kLargest = 2147483647.0;
+    for (const auto& [name, value] : extras.items())
+        if (value.is_structured())
+            screenNumbers(value, owner);
+        else if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
+            throw GltfError(fmt::format("the extra \"{}\" of {} is {}, should be within {:.0f}",
+                                        name,
+                                        owner,
+                                        value.dump(),
+                                        kLargest));
+}
+
+// Tags count on nodes, meshes and the scene. Elsewhere they aren't followed.
+void tellExtras(const Json& extras, const std::string& owner, GltfMessages& messages)
+{
+    for (const auto& [name, value] : extras.items())
+        if (extras.is_object() && isHapticExtra(name))
+            messages.sayUnfollowed(
+                fmt::format("{} has the extra \"{}\", which isn't followed: such "
+                            "extras count on nodes, meshes and the scene",
+                            owner,
+                            printable(name)));
+}
+
+/// Whether extras of \a owner ("nodes 3") may be tags.
+bool mayHaveTags(const std::string& owner)
+{
+    const std::string kind = owner.substr(0, owner.find(' '));
+    const bool isDirect = std::count(owner.begin(), owner.end(), ' ') == 1;
+    return isDirect && (kind == "nodes" || kind == "meshes" || kind == "scenes");
+}
+
+// countValues() has limited the depth.
+void screenExtras(const Json& within, const std::string& owner, GltfMessages& messages)
+{
+    for (const auto& [name, value] : within.items())
+    {
+        if (!value.is_structured()) continue;
+        const std::string inner = owner.empty() ? name : fmt::format("{} {}", owner, name);
+        if (name != "extras" || !within.is_object())
+            screenExtras(value, inner, messages);
+        else if (mayHaveTags(owner))
+            screenNumbers(value, owner);
+        else
+            tellExtras(value, owner.empty() ? "the file" : owner, messages);
+    }
+}
+
+void screenExtensions(const Json& gltf, GltfMessages& messages)
+{
+    const auto isKnown = [](const std::string& name)
+    { return std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end(); };
+    for (const Json& one : arrayOf(gltf, "extensionsRequired"))
+    {
+        const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
+        if (!isKnown(name))
+            throw GltfError("it needs the extension \"" + name +
+                            "\", which isn't known: export it without compression and extensions");
+    }
+    for (const Json& one : arrayOf(gltf, "extensionsUsed"))
+    {
+        const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
+        const auto begins = [&](const char* begin) { return name.rfind(begin, 0) == 0; };
+        if (isKnown(name)) continue;
+        const std::string text = "it uses the extension \"" + name + "\", which isn't followed";
+        if (std::any_of(kDrawnAlone.begin(), kDrawnAlone.end(), begins))
+            messages.sayOfPicture(text);
+        else
+            messages.say(text + (begins("MPEG_haptic") ? ": its haptic tracks aren't played" : ""));
+    }
+}
 
 namespace fs = std::filesystem;
 
@@ -112,6 +313,24 @@ void sayLines(const std::string& text, GltfMessages& messages)
 }
 
 } // namespace
+
+bool isGlb(const std::string& file)
+{
+    return file.compare(0, 4, "glTF") == 0;
+}
+
+void screenGltf(const std::string& file, GltfMessages& messages)
+{
+    const std::string_view text = jsonOf(file);
+    countValues(text);
+    const Json gltf = Json::parse(text, nullptr, false);
+    if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
+    if (!gltf.is_object()) throw GltfError("its JSON should be an object");
+    screenExtensions(gltf, messages); // what follows may be wrong for these alone
+    screenBuffers(gltf, isGlb(file));
+    screenImages(gltf);
+    screenExtras(gltf, {}, messages);
+}
 
 tinygltf::Model
 readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages& messages)

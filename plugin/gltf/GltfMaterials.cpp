@@ -1,17 +1,69 @@
 #include "plugin/gltf/GltfMaterials.h"
 
+#include "plugin/gltf/GltfMessages.h"
+
 #include <osg/AlphaFunc>
 #include <osg/Material>
 #include <osg/Texture2D>
+#include <osgDB/Registry>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
 
 namespace
 {
+
+/// Width and height as the header of a PNG or JPEG file says, before anything is decoded: a file of
+/// some bytes may say that it has gigabytes.
+struct ImageSize
+{
+    std::size_t width = 0; ///< 0: no PNG nor JPEG
+    std::size_t height = 0;
+    const char* extension = ""; ///< "png", "jpg"
+};
+
+std::size_t bigEndian(const unsigned char* bytes, int count)
+{
+    std::size_t value = 0;
+    for (int i = 0; i < count; ++i)
+        value = value << 8 | bytes[i];
+    return value;
+}
+
+/// A JPEG file is a row of segments, of which one begins a frame and has its size.
+ImageSize jpegSize(const unsigned char* bytes, std::size_t size)
+{
+    for (std::size_t at = 2; at + 9 <= size && bytes[at] == 0xFF;)
+    {
+        const unsigned char marker = bytes[at + 1];
+        if (marker == 0xFF) // fills
+        {
+            ++at;
+            continue;
+        }
+        const bool isFrame =
+            marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+        if (isFrame) return {bigEndian(bytes + at + 7, 2), bigEndian(bytes + at + 5, 2), "jpg"};
+        at += 2 + bigEndian(bytes + at + 2, 2);
+    }
+    return {};
+}
+
+ImageSize imageSizeOf(const unsigned char* bytes, std::size_t size)
+{
+    if (size >= 24 && std::memcmp(bytes, "\x89PNG\r\n\x1A\n", 8) == 0 &&
+        std::memcmp(bytes + 12, "IHDR", 4) == 0)
+        return {bigEndian(bytes + 16, 4), bigEndian(bytes + 20, 4), "png"};
+    if (size >= 4 && bytes[0] == 0xFF && bytes[1] == 0xD8) return jpegSize(bytes, size);
+    return {};
+}
 
 osg::Texture::WrapMode wrapOf(int mode)
 {
@@ -43,6 +95,63 @@ numbersIn(const tinygltf::Value& extension, const char* name, std::vector<double
 
 } // namespace
 
+osg::ref_ptr<osg::Image> GltfImages::get(int number)
+{
+    if (number < 0 || static_cast<std::size_t>(number) >= _images.size()) return nullptr;
+    const auto at = static_cast<std::size_t>(number);
+    if (!_isDecoded[at])
+    {
+        _isDecoded[at] = true;
+        _images[at] = decode(number);
+    }
+    return _images[at];
+}
+
+osg::ref_ptr<osg::Image> GltfImages::decode(int number)
+{
+    const tinygltf::Image& image = _from.model.images[static_cast<std::size_t>(number)];
+    std::string why;
+    try
+    {
+        std::size_t size = image.image.size();
+        const unsigned char* bytes = image.image.data();
+        if (image.bufferView >= 0) bytes = _from.numbers.bytesOf(image.bufferView, size);
+        const ImageSize seen = imageSizeOf(bytes, size);
+        const bool isSmall = seen.width > 0 && seen.height > 0 && seen.width <= kLongestSide &&
+                             seen.height <= kLongestSide && seen.width * seen.height <= _left;
+        osgDB::ReaderWriter* reader = nullptr;
+        if (size == 0)
+            why = "its file can't be read";
+        else if (seen.width == 0)
+            why = "it is no PNG or JPEG";
+        else if (!isSmall)
+            why = fmt::format(
+                "{} x {} pixels are more than there is room for", seen.width, seen.height);
+        else if (reader = osgDB::Registry::instance()->getReaderWriterForExtension(seen.extension);
+                 !reader)
+            why = std::string("OSG has no plugin for ") + seen.extension;
+        if (reader)
+        {
+            _left -= seen.width * seen.height;
+            std::istringstream in(std::string(reinterpret_cast<const char*>(bytes), size));
+            osgDB::ReaderWriter::ReadResult result = reader->readImage(in, nullptr);
+            osg::ref_ptr<osg::Image> read = result.getImage();
+            if (read && read->s() > 0)
+            {
+                read->setName(image.name);
+                return read;
+            }
+            why = "it can't be decoded";
+        }
+    }
+    catch (const GltfError& error)
+    {
+        why = error.what();
+    }
+    _from.messages.say(fmt::format("image {} \"{}\" is left out: {}", number, image.name, why));
+    return nullptr;
+}
+
 // As the extension's example has it: a turn by 90 degrees leads (u v) to (v -u).
 osg::Vec2 GltfCoordinates::inImage(const osg::Vec2& coordinates) const
 {
@@ -55,8 +164,9 @@ osg::Vec2 GltfCoordinates::inImage(const osg::Vec2& coordinates) const
 
 const tinygltf::Material* GltfMaterials::find(int number) const
 {
-    if (number < 0 || static_cast<std::size_t>(number) >= _model.materials.size()) return nullptr;
-    return &_model.materials[static_cast<std::size_t>(number)];
+    if (number < 0 || static_cast<std::size_t>(number) >= _from.model.materials.size())
+        return nullptr;
+    return &_from.model.materials[static_cast<std::size_t>(number)];
 }
 
 GltfCoordinates GltfMaterials::coordinatesOf(int number) const
@@ -117,23 +227,26 @@ osg::ref_ptr<osg::StateSet> GltfMaterials::make(const tinygltf::Material& materi
     if (material.normalTexture.index >= 0 || material.emissiveTexture.index >= 0 ||
         material.occlusionTexture.index >= 0 ||
         material.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
-        _messages.sayOfPicture("of its materials the base colour is drawn, and no other texture");
+        _from.messages.sayOfPicture(
+            "of its materials the base colour is drawn, and no other texture");
     return state;
 }
 
 void GltfMaterials::addTexture(const tinygltf::TextureInfo& info, osg::StateSet& state)
 {
-    if (info.index < 0 || static_cast<std::size_t>(info.index) >= _model.textures.size()) return;
-    const tinygltf::Texture& texture = _model.textures[static_cast<std::size_t>(info.index)];
+    if (info.index < 0 || static_cast<std::size_t>(info.index) >= _from.model.textures.size())
+        return;
+    const tinygltf::Texture& texture = _from.model.textures[static_cast<std::size_t>(info.index)];
     const osg::ref_ptr<osg::Image> image = _images.get(texture.source);
     if (!image) return;
     const osg::ref_ptr<osg::Texture2D> drawn = new osg::Texture2D(image);
     drawn->setWrap(osg::Texture::WRAP_S, osg::Texture::REPEAT);
     drawn->setWrap(osg::Texture::WRAP_T, osg::Texture::REPEAT);
-    if (texture.sampler >= 0 && static_cast<std::size_t>(texture.sampler) < _model.samplers.size())
+    if (texture.sampler >= 0 &&
+        static_cast<std::size_t>(texture.sampler) < _from.model.samplers.size())
     {
         const tinygltf::Sampler& sampler =
-            _model.samplers[static_cast<std::size_t>(texture.sampler)];
+            _from.model.samplers[static_cast<std::size_t>(texture.sampler)];
         drawn->setWrap(osg::Texture::WRAP_S, wrapOf(sampler.wrapS));
         drawn->setWrap(osg::Texture::WRAP_T, wrapOf(sampler.wrapT));
         if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST)

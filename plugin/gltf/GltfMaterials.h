@@ -1,17 +1,47 @@
 #pragma once
 
-#include "plugin/gltf/GltfImages.h"
+#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfNumbers.h"
+#include "plugin/gltf/TinyGltf.h"
 
+#include <osg/Image>
 #include <osg/StateSet>
 #include <osg/Vec2>
 #include <osg/Vec2d>
 #include <osg/ref_ptr>
 
-#include <string>
+#include <cstddef>
 #include <vector>
 
 namespace osgMidair
 {
+
+/// Decodes a model's PNG and JPEG images, each once, by OSG's plugins for them. One that can't be
+/// is left out, and told.
+class GltfImages
+{
+public:
+    static constexpr std::size_t kMostPixels = std::size_t(64) << 20; ///< of all together
+    static constexpr std::size_t kLongestSide = 16384;
+
+    explicit GltfImages(GltfReading& from) :
+        _from(from),
+        _isDecoded(from.model.images.size()),
+        _images(from.model.images.size())
+    {
+    }
+
+    /// Image \a number; null if there is none.
+    osg::ref_ptr<osg::Image> get(int number);
+
+private:
+    osg::ref_ptr<osg::Image> decode(int number);
+
+    GltfReading& _from;
+    std::size_t _left = kMostPixels;
+    std::vector<bool> _isDecoded;
+    std::vector<osg::ref_ptr<osg::Image>> _images;
+};
 
 /// How a primitive's texture coordinates lead to its material's image.
 struct GltfCoordinates
@@ -31,13 +61,10 @@ struct GltfCoordinates
 class GltfMaterials
 {
 public:
-    GltfMaterials(const tinygltf::Model& model,
-                  const GltfNumbers& numbers,
-                  GltfMessages& messages) :
-        _model(model),
-        _messages(messages),
-        _images(model, numbers, messages),
-        _states(model.materials.size())
+    explicit GltfMaterials(GltfReading& from) :
+        _from(from),
+        _images(from),
+        _states(from.model.materials.size())
     {
     }
 
@@ -51,8 +78,7 @@ private:
     osg::ref_ptr<osg::StateSet> make(const tinygltf::Material& material);
     void addTexture(const tinygltf::TextureInfo& info, osg::StateSet& state);
 
-    const tinygltf::Model& _model;
-    GltfMessages& _messages;
+    GltfReading& _from;
     GltfImages _images;
     std::vector<osg::ref_ptr<osg::StateSet>> _states;
 };

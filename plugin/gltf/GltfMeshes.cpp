@@ -59,9 +59,9 @@ void require(bool isRight, const char* what)
 
 std::vector<GltfPart> GltfMeshes::read(int number, const std::vector<double>& weights)
 {
-    if (number < 0 || static_cast<std::size_t>(number) >= _model.meshes.size())
+    if (number < 0 || static_cast<std::size_t>(number) >= _from.model.meshes.size())
         throw GltfError(fmt::format("there is no mesh {}", number));
-    const tinygltf::Mesh& mesh = _model.meshes[static_cast<std::size_t>(number)];
+    const tinygltf::Mesh& mesh = _from.model.meshes[static_cast<std::size_t>(number)];
     std::vector<GltfPart> parts;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
         try
@@ -71,11 +71,11 @@ std::vector<GltfPart> GltfMeshes::read(int number, const std::vector<double>& we
         }
         catch (const GltfError& error)
         {
-            _messages.say(fmt::format("primitive {} of mesh {} \"{}\" is left out: {}",
-                                      i,
-                                      number,
-                                      mesh.name,
-                                      error.what()));
+            _from.messages.say(fmt::format("primitive {} of mesh {} \"{}\" is left out: {}",
+                                           i,
+                                           number,
+                                           mesh.name,
+                                           error.what()));
         }
     return parts;
 }
@@ -89,7 +89,7 @@ GltfPart GltfMeshes::readPart(const std::string& name,
     part.geometry = new osg::Geometry;
     osg::Geometry& geometry = *part.geometry;
     const auto vertices = vectorsOf<osg::Vec3Array>(
-        _numbers.floats(attributeOf(primitive.attributes, "POSITION"), 3));
+        _from.numbers.floats(attributeOf(primitive.attributes, "POSITION"), 3));
     const std::size_t count = vertices->size();
     require(count > 0, "it has no vertices");
     addMorphs(primitive, weights, *vertices);
@@ -106,7 +106,7 @@ GltfPart GltfMeshes::readPart(const std::string& name,
     const int normals = attributeOf(primitive.attributes, "NORMAL");
     if (normals >= 0)
     {
-        const auto given = vectorsOf<osg::Vec3Array>(_numbers.floats(normals, 3));
+        const auto given = vectorsOf<osg::Vec3Array>(_from.numbers.floats(normals, 3));
         require(given->size() == count, "it has not as many normals as vertices");
         geometry.setNormalArray(given, osg::Array::BIND_PER_VERTEX);
     }
@@ -124,13 +124,13 @@ void GltfMeshes::addCoordinates(const tinygltf::Primitive& primitive,
     const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
     if (places < 0)
     {
-        _messages.sayOfPicture(
+        _from.messages.sayOfPicture(
             fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
                         geometry.getName(),
                         way.set));
         return;
     }
-    const auto coordinates = vectorsOf<osg::Vec2Array>(_numbers.floats(places, 2));
+    const auto coordinates = vectorsOf<osg::Vec2Array>(_from.numbers.floats(places, 2));
     require(coordinates->size() == count, "it has not as many texture coordinates as vertices");
     for (osg::Vec2& one : *coordinates)
         one = way.inImage(one);
@@ -143,14 +143,14 @@ void GltfMeshes::addMorphs(const tinygltf::Primitive& primitive,
                            osg::Vec3Array& vertices)
 {
     if (primitive.targets.empty()) return;
-    _messages.say("its morph targets stay as they are at rest");
+    _from.messages.say("its morph targets stay as they are at rest");
     require(primitive.targets.size() <= kMostMorphs, "it has more than 256 morph targets");
     for (std::size_t k = 0; k < std::min(primitive.targets.size(), weights.size()); ++k)
     {
         const int moved = attributeOf(primitive.targets[k], "POSITION");
         const auto weight = static_cast<float>(weights[k]);
         if (moved < 0 || weight == 0.0F) continue;
-        const auto by = vectorsOf<osg::Vec3Array>(_numbers.floats(moved, 3));
+        const auto by = vectorsOf<osg::Vec3Array>(_from.numbers.floats(moved, 3));
         require(by->size() == vertices.size(), "a morph target has not as many vertices");
         for (std::size_t i = 0; i < vertices.size(); ++i)
             vertices[i] += (*by)[i] * weight;
@@ -169,7 +169,7 @@ void GltfMeshes::addIndices(const tinygltf::Primitive& primitive,
         geometry.addPrimitiveSet(new osg::DrawArrays(mode, 0, static_cast<GLsizei>(count)));
         return;
     }
-    const std::vector<std::uint32_t> indices = _numbers.whole(primitive.indices, 1);
+    const std::vector<std::uint32_t> indices = _from.numbers.whole(primitive.indices, 1);
     const osg::ref_ptr<osg::DrawElementsUInt> elements = new osg::DrawElementsUInt(mode);
     elements->reserve(indices.size());
     for (const std::uint32_t index : indices)
@@ -198,9 +198,9 @@ void GltfMeshes::addColors(const tinygltf::Primitive& primitive,
         geometry.setColorArray(one, osg::Array::BIND_OVERALL);
         return;
     }
-    const int width = _numbers.componentsOf(number);
+    const int width = _from.numbers.componentsOf(number);
     require(width == 3 || width == 4, "colours should have three or four components");
-    const std::vector<float> given = _numbers.floats(number, width);
+    const std::vector<float> given = _from.numbers.floats(number, width);
     require(given.size() == count * static_cast<std::size_t>(width),
             "it has not as many colours as vertices");
     const osg::ref_ptr<osg::Vec4Array> colors =
@@ -223,9 +223,9 @@ void GltfMeshes::addSkin(const tinygltf::Primitive& primitive, std::size_t count
     const int weights = attributeOf(primitive.attributes, "WEIGHTS_0");
     if (joints < 0 || weights < 0) return;
     if (attributeOf(primitive.attributes, "JOINTS_1") >= 0)
-        _messages.say("of its vertices' joints the first four move them");
-    part.joints = _numbers.whole(joints, 4);
-    part.weights = _numbers.floats(weights, 4);
+        _from.messages.say("of its vertices' joints the first four move them");
+    part.joints = _from.numbers.whole(joints, 4);
+    part.weights = _from.numbers.floats(weights, 4);
     require(part.joints.size() == 4 * count && part.weights.size() == 4 * count,
             "it has not as many joints and weights as vertices");
 }

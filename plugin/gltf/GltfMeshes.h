@@ -27,16 +27,7 @@ struct GltfPart
 class GltfMeshes
 {
 public:
-    GltfMeshes(const tinygltf::Model& model,
-               GltfNumbers& numbers,
-               GltfMaterials& materials,
-               GltfMessages& messages) :
-        _model(model),
-        _numbers(numbers),
-        _materials(materials),
-        _messages(messages)
-    {
-    }
+    GltfMeshes(GltfReading& from, GltfMaterials& materials) : _from(from), _materials(materials) {}
 
     /// The parts of mesh \a number, read anew, with the weights of its morph targets: its own ones
     /// if \a weights are empty. Throws GltfError if there is no such mesh.
@@ -58,10 +49,8 @@ private:
     addIndices(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry);
     void addSkin(const tinygltf::Primitive& primitive, std::size_t count, GltfPart& part);
 
-    const tinygltf::Model& _model;
-    GltfNumbers& _numbers;
+    GltfReading& _from;
     GltfMaterials& _materials;
-    GltfMessages& _messages;
 };
 
 } // namespace osgMidair

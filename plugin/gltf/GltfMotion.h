@@ -1,9 +1,13 @@
 #pragma once
 
+#include "plugin/gltf/GltfMeshes.h"
 #include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfNumbers.h"
 
+#include <osg/Geometry>
+#include <osg/Matrixd>
 #include <osg/Node>
+#include <osg/ref_ptr>
 
 #include <string>
 #include <vector>
@@ -25,9 +29,44 @@ std::vector<bool> movedByGltf(const tinygltf::Model& model);
 
 /// Lets an animation manager at \a root play the model's first animation over and over; others are
 /// there for programs. A channel that is wrong is left out, and told.
-void addGltfAnimations(const tinygltf::Model& model,
-                       GltfNumbers& numbers,
-                       osg::Node& root,
-                       GltfMessages& messages);
+void addGltfAnimations(GltfReading& from, osg::Node& root);
+
+/// The skins of a model: which nodes are bones, and geometries that follow them, by software, so
+/// that what is felt follows, too.
+class GltfSkins
+{
+public:
+    /// Throws GltfError if a skin refers to what isn't there.
+    explicit GltfSkins(GltfReading& from);
+
+    /// True for joints, and for the nodes \a parents says are above them: a bone's place is known
+    /// through bones alone.
+    bool isBone(int node) const { return _isBone[static_cast<std::size_t>(node)]; }
+    void addParents(const std::vector<int>& parents);
+
+    /// From a joint's vertices at rest to its own frame.
+    const osg::Matrixd& inverseBind(int node) const
+    {
+        return _inverse[static_cast<std::size_t>(node)];
+    }
+
+    /// \a part as skin \a skin moves it, as bones of \a names do; until they do, where the nodes'
+    /// \a places at rest lead it.
+    osg::ref_ptr<osg::Geometry> follow(const GltfPart& part,
+                                       int skin,
+                                       const std::vector<std::string>& names,
+                                       const std::vector<osg::Matrixd>& places);
+
+private:
+    void readSkin(const tinygltf::Skin& skin);
+    osg::ref_ptr<osg::Vec3Array> atRest(const GltfPart& part,
+                                        const std::vector<int>& joints,
+                                        const std::vector<osg::Matrixd>& places) const;
+
+    GltfReading& _from;
+    std::vector<bool> _isBone;
+    std::vector<bool> _isJoint;
+    std::vector<osg::Matrixd> _inverse;
+};
 
 } // namespace osgMidair

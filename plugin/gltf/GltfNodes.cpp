@@ -91,22 +91,15 @@ struct Place
 
 } // namespace
 
-GltfNodes::GltfNodes(const tinygltf::Model& model,
-                     GltfSkins& skins,
-                     GltfMeshes& meshes,
-                     GltfNumbers& numbers,
-                     GltfMessages& messages) :
-    _model(model),
+GltfNodes::GltfNodes(GltfReading& from, GltfSkins& skins, GltfMeshes& meshes) :
+    _from(from),
     _skins(skins),
     _meshes(meshes),
-    _numbers(numbers),
-    _messages(messages),
-    _parents(model.nodes.size(), -1),
-    _isMoved(movedByGltf(model))
+    _parents(from.model.nodes.size(), -1),
+    _isMoved(movedByGltf(from.model))
 {
-    if (model.nodes.size() > kMostNodes)
-        throw GltfError(
-            fmt::format("{} nodes, should be up to {}", model.nodes.size(), kMostNodes));
+    if (_parents.size() > kMostNodes)
+        throw GltfError(fmt::format("{} nodes, should be up to {}", _parents.size(), kMostNodes));
     findParents();
     checkDepth();
     skins.addParents(_parents);
@@ -115,8 +108,8 @@ GltfNodes::GltfNodes(const tinygltf::Model& model,
 
 void GltfNodes::findParents()
 {
-    for (std::size_t i = 0; i < _model.nodes.size(); ++i)
-        for (const int child : _model.nodes[i].children)
+    for (std::size_t i = 0; i < _from.model.nodes.size(); ++i)
+        for (const int child : _from.model.nodes[i].children)
         {
             if (child < 0 || static_cast<std::size_t>(child) >= _parents.size())
                 throw GltfError(fmt::format("node {} has the child {}, which is none", i, child));
@@ -148,9 +141,9 @@ void GltfNodes::checkDepth() const
 void GltfNodes::nameNodes()
 {
     std::set<std::string> taken;
-    for (std::size_t i = 0; i < _model.nodes.size(); ++i)
+    for (std::size_t i = 0; i < _from.model.nodes.size(); ++i)
     {
-        std::string name = _model.nodes[i].name;
+        std::string name = _from.model.nodes[i].name;
         const bool isBone = _skins.isBone(static_cast<int>(i));
         if (isBone && (name.empty() || !taken.insert(name).second))
             name += fmt::format(name.empty() ? "node {}" : " (node {})", i);
@@ -162,7 +155,7 @@ void GltfNodes::addTo(osg::Group& root, int scene)
 {
     std::vector<int> tops;
     if (scene >= 0)
-        tops = _model.scenes[static_cast<std::size_t>(scene)].nodes;
+        tops = _from.model.scenes[static_cast<std::size_t>(scene)].nodes;
     else
         for (std::size_t i = 0; i < _parents.size(); ++i)
             if (_parents[i] < 0) tops.push_back(static_cast<int>(i));
@@ -192,7 +185,7 @@ void GltfNodes::addAll(const std::vector<int>& numbers, osg::Group& to)
 
 osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
 {
-    const Place place(_model.nodes[static_cast<std::size_t>(number)], number);
+    const Place place(_from.model.nodes[static_cast<std::size_t>(number)], number);
     const bool isMoved = _isMoved[static_cast<std::size_t>(number)];
     osg::ref_ptr<osg::MatrixTransform> transform;
     osg::ref_ptr<UpdateMatrixTransform> update;
@@ -211,7 +204,7 @@ osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
     transform->setMatrix(place.matrix);
     if (!update) return transform;
     if (isMoved && place.isMatrix)
-        _messages.say(fmt::format("node {} has a matrix, so no animation moves it", number));
+        _from.messages.say(fmt::format("node {} has a matrix, so no animation moves it", number));
     place.addTo(*update);
     transform->setUpdateCallback(update);
     transform->setDataVariance(osg::Object::DYNAMIC);
@@ -220,20 +213,20 @@ osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
 
 std::string GltfNodes::nameForMessages(int number) const
 {
-    return "node \"" + printable(_model.nodes[static_cast<std::size_t>(number)].name) + "\"";
+    return "node \"" + printable(_from.model.nodes[static_cast<std::size_t>(number)].name) + "\"";
 }
 
 const tinygltf::Value& GltfNodes::meshExtras(int number) const
 {
     static const tinygltf::Value none;
-    const int mesh = _model.nodes[static_cast<std::size_t>(number)].mesh;
-    const bool isThere = mesh >= 0 && static_cast<std::size_t>(mesh) < _model.meshes.size();
-    return isThere ? _model.meshes[static_cast<std::size_t>(mesh)].extras : none;
+    const int mesh = _from.model.nodes[static_cast<std::size_t>(number)].mesh;
+    const bool isThere = mesh >= 0 && static_cast<std::size_t>(mesh) < _from.model.meshes.size();
+    return isThere ? _from.model.meshes[static_cast<std::size_t>(mesh)].extras : none;
 }
 
 osg::ref_ptr<osg::Node> GltfNodes::make(int number)
 {
-    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
     const osg::ref_ptr<osg::MatrixTransform> node = transformOf(number);
     node->setName(_names[static_cast<std::size_t>(number)]);
     const bool isSkinned = from.mesh >= 0 && from.skin >= 0;
@@ -242,9 +235,10 @@ osg::ref_ptr<osg::Node> GltfNodes::make(int number)
     // below the node, the mesh has a tag of its own (addMesh()). A skinned mesh is not below its
     // node, and its tag goes with it.
     if (!isSkinned && from.children.empty())
-        addGltfTags(joinedExtras(from.extras, ofMesh), nameForMessages(number), *node, _messages);
+        addGltfTags(
+            joinedExtras(from.extras, ofMesh), nameForMessages(number), *node, _from.messages);
     else if (!isSkinned && (isMarked(from.extras) || !saysHowItFeels(ofMesh)))
-        addGltfTags(from.extras, nameForMessages(number), *node, _messages);
+        addGltfTags(from.extras, nameForMessages(number), *node, _from.messages);
     addAll(from.children, *node);
     if (from.mesh >= 0) addMesh(number, *node);
     return node;
@@ -252,14 +246,14 @@ osg::ref_ptr<osg::Node> GltfNodes::make(int number)
 
 osg::ref_ptr<osg::Node> GltfNodes::sharedMesh(int number)
 {
-    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
     osg::ref_ptr<osg::Node>& shared = _shared[{from.mesh, from.weights}];
     if (!shared)
     {
         const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
         for (const GltfPart& part : _meshes.read(from.mesh, from.weights))
             geode->addDrawable(part.geometry);
-        geode->setName(_model.meshes[static_cast<std::size_t>(from.mesh)].name);
+        geode->setName(_from.model.meshes[static_cast<std::size_t>(from.mesh)].name);
         shared = geode;
     }
     return shared;
@@ -267,7 +261,7 @@ osg::ref_ptr<osg::Node> GltfNodes::sharedMesh(int number)
 
 void GltfNodes::addMesh(int number, osg::Group& node)
 {
-    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
     if (from.skin >= 0)
     {
         addSkinned(number);
@@ -284,14 +278,14 @@ void GltfNodes::addMesh(int number, osg::Group& node)
     addGltfTags(joinedExtras(from.extras, meshExtras(number)),
                 nameForMessages(number) + ", its mesh",
                 *tagged,
-                _messages);
+                _from.messages);
     addInstances(number, *mesh, *tagged);
     node.addChild(tagged);
 }
 
 void GltfNodes::addInstances(int number, osg::Node& mesh, osg::Group& node)
 {
-    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
     const auto found = from.extensions.find(kInstancing);
     if (found == from.extensions.end())
     {
@@ -305,7 +299,7 @@ void GltfNodes::addInstances(int number, osg::Node& mesh, osg::Group& node)
             found->second.Has("attributes") ? found->second.Get("attributes") : none;
         if (!attributes.Has(name)) return std::vector<float>();
         const tinygltf::Value& accessor = attributes.Get(name);
-        return _numbers.floats(accessor.IsInt() ? accessor.Get<int>() : -1, width);
+        return _from.numbers.floats(accessor.IsInt() ? accessor.Get<int>() : -1, width);
     };
     const std::vector<float> moves = read("TRANSLATION", 3);
     const std::vector<float> turns = read("ROTATION", 4);
@@ -337,10 +331,11 @@ void GltfNodes::addInstances(int number, osg::Node& mesh, osg::Group& node)
 const std::vector<osg::Matrixd>& GltfNodes::places()
 {
     if (!_places.empty()) return _places;
-    _places.resize(_model.nodes.size());
+    _places.resize(_from.model.nodes.size());
     for (std::size_t i = 0; i < _places.size(); ++i)
         for (int at = static_cast<int>(i); at >= 0; at = _parents[static_cast<std::size_t>(at)])
-            _places[i] = _places[i] * Place(_model.nodes[static_cast<std::size_t>(at)], at).matrix;
+            _places[i] =
+                _places[i] * Place(_from.model.nodes[static_cast<std::size_t>(at)], at).matrix;
     return _places;
 }
 
@@ -348,11 +343,12 @@ const std::vector<osg::Matrixd>& GltfNodes::places()
 // is felt as its node and those above it are.
 void GltfNodes::addSkinned(int number)
 {
-    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
-    if (static_cast<std::size_t>(from.skin) >= _model.skins.size())
+    const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
+    if (static_cast<std::size_t>(from.skin) >= _from.model.skins.size())
         throw GltfError(fmt::format("node {} has the skin {}, which is none", number, from.skin));
     if (from.extensions.count(kInstancing) > 0)
-        _messages.say(nameForMessages(number) + ": of a mesh with a skin there is one instance");
+        _from.messages.say(nameForMessages(number) +
+                           ": of a mesh with a skin there is one instance");
     const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
     for (const GltfPart& part : _meshes.read(from.mesh, from.weights))
     {
@@ -364,15 +360,17 @@ void GltfNodes::addSkinned(int number)
     const osg::ref_ptr<osg::Group> group = new osg::Group;
     group->setName(_names[static_cast<std::size_t>(number)]);
     group->addChild(geode);
-    addGltfTags(
-        joinedExtras(from.extras, meshExtras(number)), nameForMessages(number), *group, _messages);
+    addGltfTags(joinedExtras(from.extras, meshExtras(number)),
+                nameForMessages(number),
+                *group,
+                _from.messages);
     for (int above = _parents[static_cast<std::size_t>(number)]; above >= 0;
          above = _parents[static_cast<std::size_t>(above)])
         if (!group->getUserDataContainer())
-            addGltfTags(_model.nodes[static_cast<std::size_t>(above)].extras,
+            addGltfTags(_from.model.nodes[static_cast<std::size_t>(above)].extras,
                         nameForMessages(above),
                         *group,
-                        _messages);
+                        _from.messages);
     _skinnedNodes.push_back(group);
 }
 

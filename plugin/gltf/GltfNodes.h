@@ -2,7 +2,7 @@
 
 #include "plugin/gltf/GltfMeshes.h"
 #include "plugin/gltf/GltfMessages.h"
-#include "plugin/gltf/GltfSkins.h"
+#include "plugin/gltf/GltfMotion.h"
 
 #include <osg/Group>
 #include <osg/MatrixTransform>
@@ -26,11 +26,7 @@ public:
     static constexpr std::size_t kMostSkinnedParts = 10000;
 
     /// Throws GltfError if the nodes are no trees, are too many or have no place.
-    GltfNodes(const tinygltf::Model& model,
-              GltfSkins& skins,
-              GltfMeshes& meshes,
-              GltfNumbers& numbers,
-              GltfMessages& messages);
+    GltfNodes(GltfReading& from, GltfSkins& skins, GltfMeshes& meshes);
 
     /// Adds the nodes of scene \a scene (-1: all that have no parent) below \a root, which is the
     /// skeleton if there are skins.
@@ -54,11 +50,9 @@ private:
     /// Where a node is in the model at rest, of all nodes.
     const std::vector<osg::Matrixd>& places();
 
-    const tinygltf::Model& _model;
+    GltfReading& _from;
     GltfSkins& _skins;
     GltfMeshes& _meshes;
-    GltfNumbers& _numbers;
-    GltfMessages& _messages;
     std::vector<int> _parents; ///< -1: none
     std::vector<std::string> _names;
     std::vector<bool> _isMoved;

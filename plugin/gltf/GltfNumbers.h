@@ -1,5 +1,6 @@
 #pragma once
 
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/TinyGltf.h"
 
 #include <cstddef>
@@ -46,6 +47,14 @@ private:
 
     const tinygltf::Model& _model;
     std::size_t _left = kMost;
+};
+
+/// A model that is being read: what all who make something of it use.
+struct GltfReading
+{
+    const tinygltf::Model& model;
+    GltfNumbers& numbers;
+    GltfMessages& messages;
 };
 
 } // namespace osgMidair

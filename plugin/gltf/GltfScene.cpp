@@ -41,10 +41,11 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
     if (model.asset.version.compare(0, 1, "2") != 0)
         throw GltfError("its version is \"" + printable(model.asset.version) + "\", should be 2.0");
     GltfNumbers numbers(model);
-    GltfMaterials materials(model, numbers, messages);
-    GltfMeshes meshes(model, numbers, materials, messages);
-    GltfSkins skins(model, numbers, messages);
-    GltfNodes nodes(model, skins, meshes, numbers, messages);
+    GltfReading reading{model, numbers, messages};
+    GltfMaterials materials(reading);
+    GltfMeshes meshes(reading, materials);
+    GltfSkins skins(reading);
+    GltfNodes nodes(reading, skins, meshes);
     osg::ref_ptr<osg::MatrixTransform> root;
     if (model.skins.empty())
         root = new osg::MatrixTransform;
@@ -59,7 +60,7 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
     nodes.addTo(*root, scene);
     if (scene >= 0)
         addGltfSceneTags(model.scenes[static_cast<std::size_t>(scene)], *root, messages);
-    addGltfAnimations(model, numbers, *root, messages);
+    addGltfAnimations(reading, *root);
     if (!model.cameras.empty() || !model.lights.empty())
         messages.sayOfPicture("its cameras and lights are left out");
     return root;

@@ -1,5 +1,14 @@
 #include "plugin/hands/MouseSource.h"
 
+#include <osgMidair/MouseHand>
+
+#include <osg/ApplicationUsage>
+#include <osg/Camera>
+#include <osgGA/GUIEventAdapter>
+#include <osgViewer/View>
+
+#include <cmath>
+
 namespace osgMidair
 {
 
@@ -26,6 +35,21 @@ public:
 private:
     osg::observer_ptr<MouseSource> _source;
 };
+
+constexpr double kWheelStep_m = 2e-3;
+constexpr int kKey = 't';
+
+/// Returns the orientation with the fingers along \a ahead and the back of the hand towards \a up.
+osg::Quat turned(const osg::Vec3d& ahead, const osg::Vec3d& up)
+{
+    const osg::Vec3d z = -ahead;
+    osg::Vec3d x = up ^ z;
+    x.normalize();
+    const osg::Vec3d y = z ^ x;
+    return osg::Matrixd(
+               x.x(), x.y(), x.z(), 0, y.x(), y.y(), y.z(), 0, z.x(), z.y(), z.z(), 0, 0, 0, 0, 1)
+        .getRotate();
+}
 
 } // namespace
 
@@ -63,6 +87,69 @@ std::vector<std::string> MouseSource::takeMessages()
 bool MouseSource::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& adapter)
 {
     return _mouse && _mouse->handle(event, adapter);
+}
+
+MouseHand::MouseHand(double metresPerUnit, const osg::Vec3d& depthPoint) :
+    _hands(new InjectedHands),
+    _metresPerUnit(metresPerUnit),
+    _depthPoint(depthPoint)
+{
+}
+
+void MouseHand::follow(const osgGA::GUIEventAdapter& event, const osg::Camera& camera)
+{
+    const osg::Matrixd toWorld =
+        osg::Matrixd::inverse(camera.getViewMatrix() * camera.getProjectionMatrix());
+    const osg::Vec3d near =
+        osg::Vec3d(event.getXnormalized(), event.getYnormalized(), -1.0) * toWorld;
+    const osg::Vec3d far =
+        osg::Vec3d(event.getXnormalized(), event.getYnormalized(), 1.0) * toWorld;
+    osg::Vec3d eye;
+    osg::Vec3d centre;
+    osg::Vec3d up;
+    camera.getViewMatrixAsLookAt(eye, centre, up);
+    osg::Vec3d ahead = centre - eye;
+    ahead.normalize();
+    const double along = (far - near) * ahead;
+    if (!(std::abs(along) > 0.0)) return;
+    const osg::Vec3d tip = near + (far - near) * (((_depthPoint - near) * ahead) / along);
+    if (!tip.valid()) return;
+    _hands->setHands({openHand(1, tip * _metresPerUnit, turned(ahead, up))});
+}
+
+bool MouseHand::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& adapter)
+{
+    using Event = osgGA::GUIEventAdapter;
+    const auto* view = dynamic_cast<osgViewer::View*>(&adapter);
+    if (!view || !view->getCamera()) return false;
+    const osg::Camera& camera = *view->getCamera();
+    const int type = event.getEventType();
+    if (type == Event::KEYDOWN && event.getKey() == kKey)
+    {
+        _shown = !_shown;
+        if (!_shown) _hands->setHands({});
+        return true;
+    }
+    const bool wheel = type == Event::SCROLL && (event.getModKeyMask() & Event::MODKEY_CTRL);
+    if (wheel)
+    {
+        osg::Vec3d eye;
+        osg::Vec3d centre;
+        osg::Vec3d up;
+        camera.getViewMatrixAsLookAt(eye, centre, up);
+        osg::Vec3d ahead = centre - eye;
+        ahead.normalize();
+        const double sign = event.getScrollingMotion() == Event::SCROLL_UP ? 1.0 : -1.0;
+        _depthPoint += ahead * (sign * kWheelStep_m / _metresPerUnit);
+    }
+    if (_shown && (wheel || type == Event::MOVE || type == Event::DRAG)) follow(event, camera);
+    return wheel;
+}
+
+void MouseHand::getUsage(osg::ApplicationUsage& usage) const
+{
+    usage.addKeyboardMouseBinding("t", "osgMidair: take the mouse's hand away, bring it back");
+    usage.addKeyboardMouseBinding("Ctrl+wheel", "osgMidair: move the mouse's hand in depth");
 }
 
 } // namespace osgMidair

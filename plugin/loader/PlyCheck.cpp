@@ -237,10 +237,6 @@ std::string plyProblem(const std::string& file)
     {
         return error.what();
     }
-    catch (const midair::base::FileError& error)
-    {
-        return error.what();
-    }
 }
 
 } // namespace osgMidair

@@ -24,7 +24,6 @@
 #include <osgDB/Registry>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <sstream>
 

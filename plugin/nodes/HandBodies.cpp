@@ -1,5 +1,6 @@
 #include "engine-bridge/bodies/HandBodies.h"
 
+#include "engine-bridge/bodies/RigidBodyStepper.h"
 #include "haptics/base/ThrownBy.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
@@ -9,6 +10,7 @@
 
 #include <osgMidair/HandBodies>
 #include <osgMidair/HapticScene>
+#include <osgMidair/RigidBodyCallback>
 
 #include <osg/FrameStamp>
 #include <osg/NodeVisitor>
@@ -18,7 +20,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -137,6 +138,54 @@ int HandBodies::getNumBodies() const
 bool HandBodies::getBone(const btCollisionObject& object, int& hand, int& bone) const
 {
     return _part->bodies.find(object, hand, bone);
+}
+
+struct OSGMIDAIR_NO_EXPORT RigidBodyWorld::Stepper
+{
+    osg::ref_ptr<midair::bridge::RigidBodyStepper> stepper;
+};
+
+struct OSGMIDAIR_NO_EXPORT RigidBodyCallback::Pose
+{
+    osg::ref_ptr<midair::bridge::RigidBodyPose> pose;
+};
+
+RigidBodyWorld::RigidBodyWorld(btDynamicsWorld& world, double step_s, double catchUp_s)
+{
+    midair::bridge::StepperOptions options;
+    options.step_s = step_s;
+    options.catchUp_s = catchUp_s;
+    _stepper =
+        std::make_unique<Stepper>(Stepper{new midair::bridge::RigidBodyStepper(world, options)});
+}
+
+RigidBodyWorld::~RigidBodyWorld() = default;
+
+std::uint64_t RigidBodyWorld::getNumSteps() const
+{
+    return _stepper->stepper->steps();
+}
+
+double RigidBodyWorld::getDroppedTime() const
+{
+    return _stepper->stepper->dropped_s();
+}
+
+RigidBodyCallback::RigidBodyCallback(RigidBodyWorld* world,
+                                     const btRigidBody& body,
+                                     double metresPerUnit,
+                                     const osg::Matrixd& offset) :
+    _world(world),
+    _pose(std::make_unique<Pose>(Pose{
+        new midair::bridge::RigidBodyPose(world->_stepper->stepper, body, metresPerUnit, offset)}))
+{
+}
+
+RigidBodyCallback::~RigidBodyCallback() = default;
+
+void RigidBodyCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
+{
+    (*_pose->pose)(node, visitor); // this also traverses, with nested callbacks
 }
 
 } // namespace osgMidair

@@ -1,5 +1,6 @@
 #include "plugin/report/Report.h"
 
+#include "device/DeviceLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"
 #include "plugin/settings/EnvironmentVariables.h"
@@ -16,6 +17,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -267,6 +269,21 @@ private:
     unsigned int _number = 0; ///< of the thread; one of an earlier number ends
 };
 
+constexpr std::size_t kMost = 1000; // lines that wait, if nobody updates a scene any more
+
+struct Lines
+{
+    std::mutex mutex;
+    std::vector<std::pair<bool, std::string>> waiting;
+};
+
+// Never destroyed: devices may be closed while the program ends.
+Lines& lines()
+{
+    static auto* const all = new Lines;
+    return *all;
+}
+
 } // namespace
 
 std::string reportJson(const HapticStatistics& statistics,
@@ -290,6 +307,32 @@ void keepReport(const void* scene, ReportedScene now)
 void writeReport(const void* scene, const ReportedScene& last)
 {
     if (!Environment::reportFile().empty()) ReportFile::instance().end(scene, last);
+}
+
+void collectDeviceLines()
+{
+    static const bool once = []
+    {
+        midair::device::sendDeviceLogTo(
+            [](bool isWarning, const std::string& line)
+            {
+                const std::lock_guard<std::mutex> lock(lines().mutex);
+                if (lines().waiting.size() < kMost) lines().waiting.emplace_back(isWarning, line);
+            });
+        return true;
+    }();
+    (void)once;
+}
+
+void tellDeviceLines()
+{
+    std::vector<std::pair<bool, std::string>> waiting;
+    {
+        const std::lock_guard<std::mutex> lock(lines().mutex);
+        waiting.swap(lines().waiting);
+    }
+    for (const auto& [isWarning, line] : waiting)
+        osg::notify(isWarning ? osg::WARN : osg::NOTICE) << "osgMidair: " << line << std::endl;
 }
 
 } // namespace osgMidair

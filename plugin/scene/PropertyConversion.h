@@ -5,7 +5,6 @@
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticProperty>
-#include <osgMidair/HapticSettings>
 
 #include <string>
 

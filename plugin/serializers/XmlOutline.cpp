@@ -1,7 +1,7 @@
 #include "plugin/serializers/XmlOutline.h"
 
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <sstream>

@@ -1,7 +1,7 @@
 #include "plugin/settings/Assignments.h"
 
 #include "haptics/base/text/Quantity.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cctype>

@@ -6,7 +6,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/NameBeside.h"
 
 #include <algorithm>

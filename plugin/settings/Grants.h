@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/base/text/MessageLog.h"
-#include "haptics/base/text/Printable.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticSettings>

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <stdexcept>
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -108,18 +108,11 @@ nlohmann::json ReadFiles::describe(const std::string& folder) const
     {
         fs::path name = fs::weakly_canonical(file, error).lexically_relative(root);
         if (name.empty()) name = file;
-        try
-        {
-            const std::string bytes = base::readRegularFile(file, kMostBytes);
-            const auto* begin = reinterpret_cast<const std::uint8_t*>(bytes.data());
-            all[name.generic_string()] = {
-                {"bytes", bytes.size()},
-                {"crc32c", fmt::format("{:08x}", base::crc32c(begin, bytes.size()))}};
-        }
-        catch (const base::FileError& wrong)
-        {
-            throw InputError(fmt::format("\"{}\" {}", file, wrong.what()));
-        }
+        const std::string bytes = base::readRegularFile(file, kMostBytes, "\"" + file + "\" ");
+        const auto* begin = reinterpret_cast<const std::uint8_t*>(bytes.data());
+        all[name.generic_string()] = {
+            {"bytes", bytes.size()},
+            {"crc32c", fmt::format("{:08x}", base::crc32c(begin, bytes.size()))}};
     }
     return all;
 }

@@ -3,7 +3,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Quantity.h"
-#include "samples/QuantityOption.h"
+#include "samples/SettingOptions.h"
 #include "samples/bake/Bake.h"
 
 #include <cstdio>

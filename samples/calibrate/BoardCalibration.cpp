@@ -7,7 +7,6 @@
 #include "haptics/boards/BoardFit.h"
 #include "haptics/boards/BoardPlan.h"
 
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -27,16 +26,7 @@ constexpr std::size_t kMostBytes = std::size_t(16) << 20U;
 std::string readAll(const std::string& file)
 {
     if (file != "-")
-    {
-        try
-        {
-            return base::readRegularFile(file, kMostBytes);
-        }
-        catch (const base::FileError& error)
-        {
-            throw InputError("measurements \"" + file + "\": " + error.what());
-        }
-    }
+        return base::readRegularFile(file, kMostBytes, "measurements \"" + file + "\": ");
     std::string text(kMostBytes + 1, '\0');
     std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(std::cin.gcount()));

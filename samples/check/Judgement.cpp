@@ -1,5 +1,5 @@
 // What of the numbers of a check is a fault.
-#include "samples/HandsOption.h"
+#include "samples/SettingOptions.h"
 #include "samples/check/SceneCheck.h"
 
 #include <algorithm>

@@ -3,7 +3,10 @@
 #include "samples/check/SceneCheck.h"
 
 #include <osg/Group>
+#include <osg/Node>
 #include <osg/Notify>
+#include <osgDB/Options>
+#include <osgDB/ReaderWriter>
 
 #include <mutex>
 #include <string>
@@ -12,6 +15,15 @@
 
 namespace midair::samples
 {
+
+/// Reads a file by osgMidair::readModel(), or by the registry's callback, if there is one.
+osgDB::ReaderWriter::ReadResult readSafely(const std::string& file, const osgDB::Options* options);
+
+/// Reads the files that PagedLODs and ProxyNodes at and below \a root name, level by level: a
+/// viewer's pager does it as it draws, and here nothing is drawn. Reads at most kMostPagedFiles.
+/// Returns sentences about what is not read.
+std::vector<std::string> readPagedFiles(osg::Node& root);
+constexpr int kMostPagedFiles = 256;
 
 /// Keeps what OSG and its plugins say, in place of stderr.
 class NoticeKeeper : public osg::NotifyHandler

@@ -1,6 +1,6 @@
 #include "samples/check/SceneCheck.h"
 
-#include "samples/HandsOption.h"
+#include "samples/SettingOptions.h"
 #include "samples/check/LoadedScene.h"
 
 #include <osgMidair/HapticPoints>
@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <map>
 #include <thread>
 
 namespace midair::samples

@@ -5,7 +5,6 @@
 #include <osg/Matrixd>
 #include <osg/Node>
 
-#include <map>
 #include <string>
 #include <vector>
 

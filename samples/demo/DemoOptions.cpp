@@ -1,8 +1,6 @@
 #include "samples/demo/DemoOptions.h"
 
-#include "samples/HandsOption.h"
 #include "samples/OverlayOptions.h"
-#include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
 
 #include <osgMidair/HapticProperty>

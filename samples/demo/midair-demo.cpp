@@ -6,11 +6,10 @@
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/monitor/SceneMonitor.h"
-#include "samples/views/MuteSignal.h"
 #include "samples/views/Offscreen.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/ShownObject.h"
-#include "samples/views/StopSignal.h"
+#include "samples/views/Signals.h"
 
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/FieldVolumeOverlay>

@@ -2,10 +2,9 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 

@@ -234,26 +234,10 @@ int playRecording(const DeviceOptions& options)
     return code;
 }
 
-namespace
-{
-
-std::string contentOf(const std::string& file, std::size_t mostBytes)
-{
-    try
-    {
-        return base::readRegularFile(file, mostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError(file + ": " + error.what());
-    }
-}
-
-} // namespace
-
 int importPat(const DeviceOptions& options)
 {
-    const std::string text = contentOf(options.file, kMostPatBytes);
+    const std::string text =
+        base::readRegularFile(options.file, kMostPatBytes, options.file + ": ");
     const haptics::PatBoard board = haptics::readPat(text, options.file);
     board.array.save(options.out);
     std::cout << options.out << ": " << board.array.size()
@@ -264,8 +248,8 @@ int importPat(const DeviceOptions& options)
 
 int importUltraino(const DeviceOptions& options)
 {
-    const UltrainoSimulation made =
-        readUltraino(contentOf(options.file, kMostUltrainoBytes), options.file);
+    const UltrainoSimulation made = readUltraino(
+        base::readRegularFile(options.file, kMostUltrainoBytes, options.file + ": "), options.file);
     made.array.save(options.out);
     for (const std::string& note : made.notes)
         std::cerr << "midair-device: " << options.file << ": " << note << "\n";

@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/Number.h"
 #include "samples/device-tool/BeanXml.h"
 
 #include <Eigen/Geometry>

@@ -3,7 +3,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/paper/LineExperiment.h"
-#include "samples/paper/StarStarts.h"
+#include "samples/paper/PaperFigures.h"
 
 #include <fmt/format.h>
 

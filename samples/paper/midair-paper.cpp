@@ -7,7 +7,6 @@
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/paper/PaperArray.h"
 #include "samples/paper/PaperFigures.h"
-#include "samples/paper/StarStarts.h"
 
 #include <cmath>
 #include <cstdio>

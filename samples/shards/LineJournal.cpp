@@ -2,10 +2,8 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
-#include "samples/shards/SyncFolder.h"
 
 #include <cerrno>
-#include <filesystem>
 #include <system_error>
 #include <utility>
 
@@ -40,13 +38,8 @@ LineJournal::LineJournal(const std::string& path, std::string name, unsigned int
     try
     {
         _file = openLocked(path);
-        _text = base::readRegularFile(path, kMostBytes);
+        _text = base::readRegularFile(path, kMostBytes, _name + " \"" + path + "\": ");
         if (_text.empty()) syncFolderOf(path);
-    }
-    catch (const base::FileError& error)
-    {
-        ::close(_file);
-        throw base::InputError(_name + " \"" + path + "\": " + error.what());
     }
     catch (...)
     {

@@ -1,7 +1,6 @@
 #include "samples/solve/Picture.h"
 
 #include "haptics/probe/PressureProbe.h"
-#include "haptics/probe/Spectrum.h"
 #include "samples/views/CurvePlot.h"
 
 #include <algorithm>

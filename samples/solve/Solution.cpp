@@ -1,10 +1,9 @@
 #include "samples/solve/Solution.h"
 
-#include "haptics/base/InputError.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/KelvinCost.h"
+#include "haptics/sequence/FieldMonitor.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 
 #include "engine-bridge/solving/OneSolve.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Words.h"
 #include "samples/solve/SolveFiles.h"
 
 #include <algorithm>

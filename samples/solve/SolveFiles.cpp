@@ -4,14 +4,13 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <array>
 #include <cmath>
 #include <fstream>
 #include <locale>
 #include <sstream>
-#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
@@ -103,14 +102,7 @@ void finish(std::ofstream& file, const std::string& path)
 
 std::string textOf(const std::string& path)
 {
-    try
-    {
-        return base::readRegularFile(path, kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError(path + ": " + error.what());
-    }
+    return base::readRegularFile(path, kMostBytes, path + ": ");
 }
 
 haptics::ControlPoints readControlPoints(const std::string& path)

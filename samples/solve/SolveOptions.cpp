@@ -5,7 +5,6 @@
 #include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
-#include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
 #include "samples/solve/SolveTolerance.h"
 

@@ -2,14 +2,11 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/probe/PressureProbe.h"
-#include "haptics/probe/Spectrum.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 
-#include <cmath>
 #include <fstream>
 #include <iterator>
-#include <locale>
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Quantity.h"
-#include "samples/QuantityOption.h"
+#include "samples/SettingOptions.h"
 
 #include <cmath>
 #include <cstdio>

@@ -5,7 +5,6 @@
 
 #include <complex>
 #include <string>
-#include <vector>
 
 namespace midair::samples
 {

@@ -2,11 +2,14 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
-#include "haptics/base/text/CsvRow.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/tuning/FocusCheck.h"
-#include "samples/tune/TunePicture.h"
+#include "samples/views/Plot.h"
+
+#include <Eigen/Core>
 
 #include <cmath>
 #include <cstdio>
@@ -28,14 +31,7 @@ constexpr std::size_t kMostPlanBytes = std::size_t(1) << 30;
 
 std::string textOf(const std::string& path)
 {
-    try
-    {
-        return base::readRegularFile(path, kMostPlanBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw InputError("\"" + path + "\" " + error.what());
-    }
+    return base::readRegularFile(path, kMostPlanBytes, "\"" + path + "\" ");
 }
 
 void writeFile(const std::string& path, const std::string& text)
@@ -91,6 +87,31 @@ std::string lineOf(std::complex<double> value, const haptics::TuningPlan& plan)
         plan.method == haptics::TuningMethod::LEVELS || plan.method == haptics::TuningMethod::FOCUS;
     return isLevel ? base::exactNumber(value.real())
                    : base::exactNumber(value.real()) + "," + base::exactNumber(value.imag());
+}
+
+using haptics::TransducerState;
+using nlohmann::json;
+
+std::string stateName(TransducerState state)
+{
+    switch (state)
+    {
+    case TransducerState::FINE:
+        return "FINE";
+    case TransducerState::REVERSED:
+        return "REVERSED";
+    case TransducerState::DEAD:
+        return "DEAD";
+    case TransducerState::UNSURE:
+    case TransducerState::NOT_MEASURED:
+        break;
+    }
+    return "UNKNOWN";
+}
+
+json rowOf(const Eigen::Vector3d& v)
+{
+    return {v.x(), v.y(), v.z()};
 }
 
 } // namespace
@@ -204,6 +225,45 @@ int rehearse(const TuneArguments& arguments)
         std::cout << lineOf(instrument.reading(row, foci), read.plan) << std::endl;
     }
     return TUNED;
+}
+
+std::string drawTuning(const haptics::TuningFit& fit, const std::string& path)
+{
+    const haptics::TransducerArray& array = fit.array;
+    json positions = json::array(), normals = json::array(), states = json::array(),
+         phases = json::array(), gains = json::array();
+    for (int i = 0; i < array.size(); ++i)
+    {
+        positions.push_back(rowOf(array.positions.col(i)));
+        normals.push_back(rowOf(array.normals.col(i)));
+        states.push_back(stateName(fit.states[static_cast<std::size_t>(i)]));
+        const double phase_deg = base::toDegrees(array.phaseOffset_rad[i]);
+        phases.push_back(phase_deg - 180.0 * std::round(phase_deg / 180.0));
+        gains.push_back(array.gain[i]);
+    }
+    const std::size_t fine = fit.of(TransducerState::FINE).size(),
+                      reversed = fit.of(TransducerState::REVERSED).size();
+    return drawPlot(
+        path,
+        {{"kind", "tuning"},
+         {"title",
+          fmt::format("{}: {} of {} transducers play, {} of them reversed; {} dead",
+                      array.name,
+                      fine + reversed,
+                      array.size(),
+                      reversed,
+                      fit.of(TransducerState::DEAD).size())},
+         {"caption",
+          fmt::format(
+              "phases spread {:.1f} degrees (polarity aside), gains {:.1f} %; sides are seen "
+              "from where they emit to",
+              base::toDegrees(fit.phaseSpread_rad),
+              100.0 * fit.gainSpread)},
+         {"positions_m", positions},
+         {"normals", normals},
+         {"states", states},
+         {"phase_deg", phases},
+         {"gain", gains}});
 }
 
 } // namespace midair::samples

@@ -3,19 +3,20 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/shards/Shards.h"
 #include "samples/tune/ReadingJournal.h"
 #include "samples/tune/ReadingSource.h"
 #include "samples/tune/RowPlayer.h"
-#include "samples/views/StopSignal.h"
+#include "samples/views/Signals.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <thread>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace midair::samples
 {
@@ -28,55 +29,6 @@ using base::InputError;
 constexpr double kHeard_s = 0.2;     // until a signal that came is heard
 constexpr int kAgain = 8;            // rows of a place begun earlier that are read again
 constexpr double kMostChange = 0.25; // of what they then give, relative
-
-/// How far the rows are, on stderr: a bar on a terminal, else a line for each tenth.
-class Progress
-{
-public:
-    Progress(int total, int done, bool isQuiet) :
-        _total(total),
-        _begun(done),
-        _isTerminal(::isatty(STDERR_FILENO) != 0),
-        _isQuiet(isQuiet)
-    {
-    }
-    ~Progress()
-    {
-        if (_isTerminal && !_isQuiet && _shown_s > 0.0) std::fputc('\n', stderr);
-    }
-    Progress(const Progress&) = delete;
-    Progress& operator=(const Progress&) = delete;
-
-    void at(int done)
-    {
-        const double now_s = base::steadySeconds();
-        const int tenth = 10 * done / std::max(1, _total);
-        const bool isDue = _isTerminal ? now_s - _shown_s > 0.1 || done == _total : tenth > _tenth;
-        if (_isQuiet || !isDue) return;
-        _shown_s = now_s;
-        _tenth = tenth;
-        const double rate = (done - _begun) / std::max(1e-3, now_s - _start_s);
-        const std::string bar(static_cast<std::size_t>(30 * done / std::max(1, _total)), '#');
-        std::fputs(fmt::format("{}[{:<30}] {} of {} rows, {:.0f} rows/s, {:.0f} s left{}",
-                               _isTerminal ? "\r" : "",
-                               bar,
-                               done,
-                               _total,
-                               rate,
-                               rate > 0.0 ? (_total - done) / rate : 0.0,
-                               _isTerminal ? "   " : "\n")
-                       .c_str(),
-                   stderr);
-        std::fflush(stderr);
-    }
-
-private:
-    const int _total, _begun;
-    const bool _isTerminal, _isQuiet;
-    const double _start_s = base::steadySeconds();
-    double _shown_s = 0.0;
-    int _tenth = 0;
-};
 
 /// Plays and reads rows.
 class Run
@@ -197,10 +149,10 @@ private:
         if (!_options.isQuiet)
             say(fmt::format(
                 "place {} of {}: microphone at {}", place, _plan.places.cols(), placeText(place)));
-        int done = 0;
+        std::uint64_t done = 0;
         for (int row = 0; row < _plan.size(); ++row)
             done += _journal.isRead(row) ? 1 : 0;
-        Progress progress(_plan.size(), done, _options.isQuiet);
+        Progress progress("rows", done, static_cast<std::uint64_t>(_plan.size()), _options.isQuiet);
         for (int row = 0; row < _plan.size(); ++row)
         {
             if (placeOf(row) != place || _journal.isRead(row)) continue;
@@ -208,7 +160,7 @@ private:
             if (!readRow(row, value)) return false;
             _journal.append(row, value, _isLevel);
             if (!std::isfinite(value.real())) _unclear.push_back(row);
-            progress.at(++done);
+            progress.add(1);
         }
         return true;
     }

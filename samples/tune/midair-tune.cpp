@@ -3,9 +3,9 @@
 #include "device/ArrayDevice.h"
 #include "device/autd3/emulator/RehearsedAutd3.h"
 #include "haptics/base/text/Quantity.h"
-#include "samples/QuantityOption.h"
+#include "samples/SettingOptions.h"
 #include "samples/tune/TuneCommands.h"
-#include "samples/views/StopSignal.h"
+#include "samples/views/Signals.h"
 
 #include <csignal>
 #include <exception>

@@ -3,6 +3,7 @@
 #include <osgDB/FileUtils>
 
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 namespace midair::samples
@@ -18,6 +19,14 @@ std::string sampleFile(const std::string& name)
     const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/" + name;
     const std::string found = osgDB::findDataFile(shipped);
     return found.empty() ? shipped : found;
+}
+
+osg::ref_ptr<osgText::Font> labelFont()
+{
+    const std::string file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    osg::ref_ptr<osgText::Font> found;
+    if (osgDB::fileExists(file)) found = osgText::readRefFontFile(file);
+    return found ? found : osgText::Font::getDefaultFont();
 }
 
 } // namespace midair::samples

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osgText/Font>
+
 #include <string>
 
 namespace midair::samples
@@ -8,5 +10,8 @@ namespace midair::samples
 /// Returns the path of \a name ("models/star.obj") below the samples' folder: that of the installed
 /// samples where the program is installed, else that of the sources.
 std::string sampleFile(const std::string& name);
+
+/// Returns the font of pictures and signs: DejaVu Sans (Debian: fonts-dejavu-core), else OSG's own.
+osg::ref_ptr<osgText::Font> labelFont();
 
 } // namespace midair::samples

@@ -3,7 +3,8 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "haptics/tuning/TuningAccuracy.h"
+#include "haptics/tuning/TuningFit.h"
+#include "tests/haptics/tuning/TuningAccuracy.h"
 
 #include <algorithm>
 #include <cmath>

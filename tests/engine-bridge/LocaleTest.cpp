@@ -1,6 +1,7 @@
 // A decimal comma of the program's locale changes no number, neither read nor written.
 #include "engine-bridge/hands/HandSource.h"
 #include "tests/CommaLocale.h"
+#include "tests/engine-bridge/hands/WrittenHands.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <sstream>

@@ -1,6 +1,7 @@
 /// Writes the recording samples/hands/star.csv anew: midair-star-hand > samples/hands/star.csv
 
 #include "engine-bridge/hands/HandSource.h"
+#include "tests/engine-bridge/hands/WrittenHands.h"
 #include "tests/star-hand/StarHand.h"
 
 #include <iostream>

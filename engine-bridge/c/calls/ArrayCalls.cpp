@@ -86,7 +86,6 @@ midair_status midair_array_load(const char* name_or_file, midair_array** array)
             std::string file = textGiven(name_or_file, "name_or_file", 4096);
             haptics::TransducerArray read = haptics::TransducerArray::load(file);
             *array = added(std::move(read), std::move(file));
-            return MIDAIR_OK;
         });
 }
 
@@ -99,7 +98,6 @@ midair_status midair_array_from_json(const char* json, midair_array** array)
             given(array, "array");
             *array = added(
                 haptics::TransducerArray::fromJson(textGiven(json, "json", kMostBytes), "json"));
-            return MIDAIR_OK;
         });
 }
 
@@ -133,7 +131,6 @@ midair_status midair_array_make(const char* name,
             fill(transducers, count, made);
             if (!made.isValid(&error)) fail(MIDAIR_INVALID, error);
             *array = added(std::move(made));
-            return MIDAIR_OK;
         });
 }
 
@@ -144,7 +141,6 @@ midair_status midair_array_size(const midair_array* array, size_t* transducers)
         {
             const auto pair = arrays().find(array);
             given(transducers, "transducers") = static_cast<std::size_t>(pair->given.size());
-            return MIDAIR_OK;
         });
 }
 
@@ -176,16 +172,10 @@ midair_array_transducers(const midair_array* array, midair_transducer* transduce
                 transducers[i].dead = 1;
                 transducers[i].gain = 1.0; // dead says so, and who clears it wants it back
             }
-            return MIDAIR_OK;
         });
 }
 
 midair_status midair_array_close(midair_array* array)
 {
-    return called(
-        [&]
-        {
-            arrays().take(array);
-            return MIDAIR_OK;
-        });
+    return called([&] { arrays().take(array); });
 }

@@ -82,7 +82,6 @@ midair_status midair_field_about(const midair_field* field, midair_field_info* i
         {
             const auto of = fields().find(field);
             given(info, "info") = of->info;
-            return MIDAIR_OK;
         });
 }
 
@@ -99,7 +98,6 @@ midair_status midair_field_activations(const midair_field* field,
             given(activations, "activations");
             requireTransducers(*of, transducers);
             std::copy_n(q.data(), q.size(), reinterpret_cast<std::complex<float>*>(activations));
-            return MIDAIR_OK;
         });
 }
 
@@ -111,7 +109,6 @@ midair_status midair_field_view(const midair_field* field, size_t index, const f
             const auto of = fields().find(field);
             const Eigen::VectorXcf& q = fieldAt(*of, index);
             given(activations, "activations") = reinterpret_cast<const float*>(q.data());
-            return MIDAIR_OK;
         });
 }
 
@@ -130,7 +127,6 @@ midair_status midair_field_write_drive(const midair_field* field, size_t index, 
             bridge::writeDrive(out, array, of->signals[index]);
             out.close();
             if (!out) fail(MIDAIR_REFUSED, "could not write " + path + " to its end");
-            return MIDAIR_OK;
         });
 }
 
@@ -151,7 +147,6 @@ midair_status midair_field_levels(const midair_field* field,
             const bridge::LevelDrive levels = bridge::levelsOf(of->drive, of->signals[index]);
             std::copy(levels.phase.begin(), levels.phase.end(), phases);
             std::copy(levels.amplitude.begin(), levels.amplitude.end(), amplitudes);
-            return MIDAIR_OK;
         });
 }
 
@@ -171,7 +166,6 @@ midair_status midair_field_points(const midair_field* field, midair_point* point
             for (std::size_t k = 0; k < of->sequence.parts.size(); ++k)
                 for (int l = 0; l < of->sequence.parts[k].size() && done < of->info.points; ++l)
                     points[done++].field = static_cast<std::uint32_t>(k);
-            return MIDAIR_OK;
         });
 }
 
@@ -214,7 +208,6 @@ midair_field_figure_at(const midair_field* field, size_t index, const char** nam
                 fail(MIDAIR_UNKNOWN, fmt::format("index is {}; there are {}", index, all.size()));
             if (name) *name = all[index].first.c_str();
             if (value) *value = all[index].second;
-            return MIDAIR_OK;
         });
 }
 
@@ -248,7 +241,6 @@ midair_status midair_field_pressures(
             const Eigen::VectorXcf p =
                 haptics::pressureAt(placesOf(places, count), *of->array, of->medium, q);
             std::copy_n(p.data(), p.size(), reinterpret_cast<std::complex<float>*>(pressures));
-            return MIDAIR_OK;
         });
 }
 
@@ -264,16 +256,10 @@ midair_field_felt(const midair_field* field, const double* places, size_t count,
                 placesOf(places, count), *of->array, of->medium, of->sequence.fields);
             for (Eigen::Index l = 0; l < square.size(); ++l)
                 pressures[l] = static_cast<float>(std::sqrt(square[l]));
-            return MIDAIR_OK;
         });
 }
 
 midair_status midair_field_close(midair_field* field)
 {
-    return called(
-        [&]
-        {
-            fields().take(field);
-            return MIDAIR_OK;
-        });
+    return called([&] { fields().take(field); });
 }

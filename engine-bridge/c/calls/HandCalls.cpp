@@ -78,7 +78,6 @@ midair_status midair_set_hands(midair_scene* scene, const midair_hand* hands, si
             for (std::size_t i = 0; i < count; ++i)
                 frame.hands.push_back(handOf(hands[i], i));
             of->hands->set(frame);
-            return MIDAIR_OK;
         });
 }
 
@@ -97,7 +96,6 @@ midair_status midair_open_hands(midair_scene* scene, const char* source)
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
             before = of->player.hands().active();
             of->player.setHandSource(opened ? opened : of->hands);
-            return MIDAIR_OK;
         });
 }
 
@@ -127,7 +125,6 @@ midair_make_hand(int32_t id, const double tip[3], const double orientation[4], m
                 to.position_valid = from.positionValid ? 1 : 0;
                 to.orientation_valid = from.orientationValid ? 1 : 0;
             }
-            return MIDAIR_OK;
         });
 }
 

@@ -5,8 +5,6 @@
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -90,7 +88,6 @@ midair_status midair_play(midair_scene* scene, const char* device)
             of->isTimed = false;
             of->configure();
             of->player.open();
-            return MIDAIR_OK;
         });
 }
 
@@ -122,7 +119,6 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->configure();
             of->fillSnapshot();
             of->player.play(Eigen::Isometry3d::Identity());
-            return MIDAIR_OK;
         });
 }
 
@@ -135,7 +131,6 @@ midair_status midair_stop(midair_scene* scene)
             std::shared_ptr<void> ended; // dies without the mutex
             const std::lock_guard<std::mutex> lock(of->mutex);
             ended = of->endPlaying();
-            return MIDAIR_OK;
         });
 }
 
@@ -149,7 +144,6 @@ midair_status midair_mute(midair_scene* scene, int32_t muted)
                 fail(MIDAIR_INVALID, fmt::format("muted is {}; it must be 0 or 1", muted));
             const std::lock_guard<std::mutex> lock(of->mutex);
             of->player.setMuted(muted != 0);
-            return MIDAIR_OK;
         });
 }
 
@@ -176,7 +170,6 @@ midair_status midair_state(midair_scene* scene, midair_device_state* state)
                 now.reconnects = counted.reconnects;
             }
             *state = now;
-            return MIDAIR_OK;
         });
 }
 
@@ -235,6 +228,5 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
             made->ears = std::move(ears);
             made->earLimit_dB = earLimit_dB;
             *field = fields().add(made);
-            return MIDAIR_OK;
         });
 }

@@ -49,21 +49,21 @@ public:
 
     bool open(const std::string& path,
               const std::map<std::string, std::string>& options,
-              const device::DeviceLayout& layout,
+              const Layout& layout,
               std::string& error) override
     {
         std::string lines;
         for (const auto& [key, value] : options)
             lines += key + "=" + value + "\n";
         std::vector<int32_t> boards(layout.board.begin(), layout.board.end());
-        boards.resize(static_cast<std::size_t>(layout.transducers), 0);
+        boards.resize(layout.transducers, 0);
         std::array<char, kErrorBytes> text{};
         const CallbackScope inside;
         _instance = _driver.open(_driver.user,
                                  path.c_str(),
                                  lines.c_str(),
                                  boards.data(),
-                                 static_cast<uint32_t>(layout.transducers),
+                                 layout.transducers,
                                  text.data(),
                                  text.size() - 1);
         if (!_instance) error = textOf(text);
@@ -93,12 +93,12 @@ public:
         _driver.status(_instance, text.data(), text.size() - 1);
         return textOf(text);
     }
-    unsigned int phaseLevels() const override
+    unsigned int getPhaseLevels() const override
     {
         return _driver.phase_levels == 0 ? 256 : _driver.phase_levels;
     }
-    std::vector<float> amplitudes() const override { return _amplitudes; }
-    double fieldsPerSecond() const override { return _driver.fields_per_second; }
+    std::vector<float> getAmplitudes() const override { return _amplitudes; }
+    double getFieldsPerSecond() const override { return _driver.fields_per_second; }
 
 private:
     const midair_driver _driver;

@@ -7,7 +7,6 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/rendering/ObjectModulation.h"
 #include "engine-bridge/solving/OneSolve.h"
-#include "haptics/base/AssignPart.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/sequence/FieldSettings.h"
 
@@ -205,6 +204,5 @@ midair_status midair_cancel(midair_scene* scene)
             const std::lock_guard<std::mutex> lock(of->solveMutex);
             of->stop->request();
             of->stop = std::make_shared<base::StopSource>();
-            return MIDAIR_OK;
         });
 }

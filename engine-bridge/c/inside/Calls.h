@@ -2,10 +2,10 @@
 
 #include "engine-bridge/c/midair.h"
 
-#include <cmath>
 #include <cstddef>
 #include <exception>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace midair::capi
@@ -33,14 +33,21 @@ midair_status caught() noexcept;
 /// Keeps why a call gave silence, and returns MIDAIR_SILENT.
 midair_status silentFor(const std::string& why);
 
-/// Runs the body of a function of the C interface, which returns its status; no exception leaves.
+/// Runs the body of a function of the C interface, which returns its status, or nothing: then it is
+/// MIDAIR_OK. No exception leaves.
 template<typename Body>
 midair_status called(const Body& body) noexcept
 {
     beginCall();
     try
     {
-        return body();
+        if constexpr (std::is_void_v<decltype(body())>)
+        {
+            body();
+            return MIDAIR_OK;
+        }
+        else
+            return body();
     }
     catch (...)
     {

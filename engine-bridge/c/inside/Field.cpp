@@ -6,7 +6,6 @@
 #include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/SolveReport.h"
 
-#include <algorithm>
 #include <memory>
 #include <mutex>
 

@@ -7,7 +7,7 @@
 #include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Quantity.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>

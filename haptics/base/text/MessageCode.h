@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/InputError.h"
+
 #include <string>
 #include <vector>
 
@@ -98,5 +100,14 @@ const MessageKind& kindOf(MessageCode code);
 
 /// "notice", "warning" or "fault".
 std::string severityName(Severity severity);
+
+/// Input error that becomes a message of the code \a code.
+class CodedError : public InputError
+{
+public:
+    CodedError(MessageCode itsCode, const std::string& what) : InputError(what), code(itsCode) {}
+
+    const MessageCode code;
+};
 
 } // namespace midair::base

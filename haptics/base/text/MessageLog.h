@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -77,6 +79,60 @@ private:
     std::vector<Message> _all;
     std::vector<std::string> _keys; ///< of each
     std::size_t _added = 0;
+};
+
+/// Objects that one thing is said of: one message, however many they are.
+class Alike
+{
+public:
+    void add(const std::string& path)
+    {
+        if (_count++ == 0) _first = path;
+    }
+    void tell(MessageCode code, const std::string& what, MessageLog& messages) const
+    {
+        if (_count == 0) return;
+        const std::string more =
+            _count > 1 ? "; so it is with " + std::to_string(_count - 1) + " more" : "";
+        messages.say(about(code, _first, what + more));
+    }
+
+private:
+    std::size_t _count = 0;
+    std::string _first; ///< path
+};
+
+/// Knows which states of objects have held since the last look, so that each is told when it begins
+/// and not in every look.
+class LastingStates
+{
+public:
+    /// Begins a look at all objects.
+    void begin() { _now.clear(); }
+
+    /// Takes note of a state that holds; \a why tells those of one code apart. Returns true if it
+    /// has just begun.
+    bool note(MessageCode code, std::uint64_t object, const std::string& why = std::string())
+    {
+        const State state(code, object, why);
+        return _now.insert(state).second && _before.count(state) == 0;
+    }
+
+    /// Lets a state that has been noted go on, whether it holds or not.
+    void keep(MessageCode code, std::uint64_t object, const std::string& why)
+    {
+        const State state(code, object, why);
+        if (_before.count(state) > 0) _now.insert(state);
+    }
+
+    /// Ends a look: what was not noted in it has ended. One that is broken off changes nothing.
+    void end() { _before.swap(_now); }
+
+private:
+    using State = std::tuple<MessageCode, std::uint64_t, std::string>;
+
+    std::set<State> _before;
+    std::set<State> _now;
 };
 
 } // namespace midair::base

@@ -1,7 +1,7 @@
 #include "haptics/base/text/Quantity.h"
 
 #include "haptics/base/Units.h"
-#include "haptics/base/text/Trimmed.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <charconv>

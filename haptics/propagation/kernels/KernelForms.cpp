@@ -39,22 +39,4 @@ MIDAIR_KERNEL(unitAtLevel);
 MIDAIR_KERNEL(marchLattice);
 MIDAIR_KERNEL(nearestSquared);
 
-const char* isaName()
-{
-    switch (base::instructionSet())
-    {
-    case base::InstructionSet::AVX512:
-        return "AVX-512";
-    case base::InstructionSet::AVX2:
-        return "AVX2";
-    case base::InstructionSet::PLAIN:
-        break;
-    }
-#ifdef MIDAIR_HAS_SIMD
-    return "x86-64";
-#else
-    return "generic";
-#endif
-}
-
 } // namespace midair::haptics::kernels

@@ -13,10 +13,6 @@ namespace midair::haptics::kernels
 
 constexpr int kLanes = 32; ///< floats in two of the widest registers
 
-/// Returns the version that this machine runs: "AVX-512", "AVX2" or "x86-64"; "generic" if the
-/// build has no versions for AVX2 and AVX-512.
-const char* isaName();
-
 constexpr int kGroup = kLanes; ///< transducers of one group
 
 /// Transducers close together; distances from a control point are expanded about their centre.

@@ -4,7 +4,6 @@
 #include "haptics/solvers/dense/QuasiNewton.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace midair::haptics
 {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/solvers/production/CorrectedDrive.h"
+#include "haptics/solvers/production/DriveAmplitudes.h"
 #include "haptics/solvers/production/GaussNewtonTuning.h"
 #include "haptics/solvers/production/Pace.h"
 

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <charconv>
@@ -366,13 +367,7 @@ ObjText ObjScanner::scan(std::string_view file)
 std::string inQuotes(std::string_view token)
 {
     constexpr std::size_t kLongest = 40;
-    std::string text = "\"";
-    for (const char c : token.substr(0, kLongest))
-    {
-        const auto byte = static_cast<unsigned char>(c);
-        text += byte < 32 || byte > 126 ? '?' : c;
-    }
-    return text + (token.size() > kLongest ? "...\"" : "\"");
+    return '"' + base::printable(std::string(token), kLongest) + '"';
 }
 
 ObjText readObjText(const std::string& path)
@@ -382,15 +377,7 @@ ObjText readObjText(const std::string& path)
     {
         throw base::InputError(path + ": this is a folder, not a file");
     }
-    std::string file;
-    try
-    {
-        file = base::readRegularFile(path, kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError(path + ": " + error.what());
-    }
+    const std::string file = base::readRegularFile(path, kMostBytes, path + ": ");
     if (file.empty()) throw base::InputError(path + ": the file is empty");
     return ObjScanner(path).scan(file);
 }

@@ -6,7 +6,6 @@
 #include "samples/installations/jnd/Rehearsal.h"
 #include "samples/shards/PartFile.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <set>

@@ -3,7 +3,6 @@
 #include "samples/installations/jnd/TrialFile.h"
 
 #include <string>
-#include <vector>
 
 namespace midair::samples
 {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "samples/installations/jnd/SimulatedParticipant.h"
-#include "samples/installations/jnd/TrialLog.h"
+#include "samples/installations/jnd/Rehearsal.h"
+#include "samples/installations/jnd/TrialFile.h"
 #include "samples/installations/jnd/TrialRunner.h"
 #include "samples/installations/shell/Installation.h"
 

@@ -1,7 +1,7 @@
 #include "samples/installations/jnd/JndPlot.h"
 
 #include "samples/installations/jnd/PsychometricFit.h"
-#include "samples/installations/jnd/SimulatedParticipant.h"
+#include "samples/installations/jnd/Rehearsal.h"
 
 #include <algorithm>
 #include <cmath>

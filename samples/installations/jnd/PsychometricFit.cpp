@@ -1,6 +1,6 @@
 #include "samples/installations/jnd/PsychometricFit.h"
 
-#include "samples/installations/jnd/SimulatedParticipant.h"
+#include "samples/installations/jnd/Rehearsal.h"
 
 #include <algorithm>
 #include <cmath>

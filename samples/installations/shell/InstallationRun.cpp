@@ -3,9 +3,8 @@
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
 #include "samples/monitor/SceneMonitor.h"
-#include "samples/views/MuteSignal.h"
 #include "samples/views/PictureTaker.h"
-#include "samples/views/StopSignal.h"
+#include "samples/views/Signals.h"
 
 #include <osg/Timer>
 #include <osgDB/WriteFile>

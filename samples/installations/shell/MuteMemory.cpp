@@ -1,8 +1,7 @@
 #include "samples/installations/shell/MuteMemory.h"
 
-#include "samples/shards/SyncFolder.h"
+#include "samples/shards/LineJournal.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>

@@ -1,5 +1,6 @@
 // How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and
 // what is reached.
+#include "haptics/base/simd/InstructionSet.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
@@ -97,7 +98,7 @@ void runOutlines(bool quick, const OutlineOptions& options, std::FILE* csv)
                 "%-30s %6s %5s | %9s %6s | %9s %6s %6s  %s\n",
                 options.spacing,
                 options.starts,
-                kernels::isaName(),
+                base::instructionSetName(base::instructionSet()),
                 "",
                 "points",
                 "asked",

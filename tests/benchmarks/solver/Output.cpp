@@ -1,4 +1,5 @@
 #include "haptics/base/InputError.h"
+#include "haptics/base/simd/InstructionSet.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "tests/benchmarks/solver/Cell.h"
 
@@ -74,7 +75,7 @@ void writeCsv(const std::string& path, const std::vector<Result>& results)
                       r.cell.solver.c_str(),
                       r.cell.mode.c_str(),
                       r.cell.threads,
-                      haptics::kernels::isaName(),
+                      base::instructionSetName(base::instructionSet()),
                       r.time_ms,
                       r.rms,
                       r.max,
@@ -111,7 +112,7 @@ void writeJson(const std::string& path, const std::vector<Result>& results)
     nlohmann::ordered_json json;
     json["machine"] = processor();
     json["compiler"] = "g++ " __VERSION__;
-    json["isa"] = haptics::kernels::isaName();
+    json["isa"] = base::instructionSetName(base::instructionSet());
     json["commit"] = commit();
     json["results"] = nlohmann::ordered_json::array();
     for (const Result& r : results)

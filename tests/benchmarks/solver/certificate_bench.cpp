@@ -2,6 +2,7 @@
 // exists: equal targets on a Fibonacci sphere in the octagonal prism, one thread, G, K and M
 // included.
 #include "haptics/base/InputError.h"
+#include "haptics/base/simd/InstructionSet.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
@@ -46,7 +47,7 @@ struct Times
 void printCertificates(const Arguments& arguments)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
-    std::printf("# %s\n", kernels::isaName());
+    std::printf("# %s\n", base::instructionSetName(base::instructionSet()));
     std::printf("n,radius_m,bound,relaxed,best,gap_percent,rank,rounds,tight,matrix_ms,bound_ms,"
                 "search_ms,total_ms,total_cpu_ms\n");
     for (const int n : arguments.sizes)

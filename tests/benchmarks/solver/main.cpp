@@ -1,6 +1,7 @@
 // midair-bench: run time against error of every solver, point set and size, with the loudness that
 // each reaches.
 #include "haptics/base/InputError.h"
+#include "haptics/base/simd/InstructionSet.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/benchmarks/solver/Cell.h"
@@ -178,7 +179,7 @@ void addOptions(CLI::App& app, Request& request)
 
 void runAll(const std::vector<Cell>& cells, const Request& request)
 {
-    std::printf("%s, %zu cells\n", haptics::kernels::isaName(), cells.size());
+    std::printf("%s, %zu cells\n", base::instructionSetName(base::instructionSet()), cells.size());
     std::vector<Result> results;
     for (const Cell& next : cells)
     {

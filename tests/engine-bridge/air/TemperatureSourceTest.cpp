@@ -1,5 +1,5 @@
 // Files and pipes of a thermometer, in the thread that reads them.
-#include "engine-bridge/air/TemperatureSource.h"
+#include "engine-bridge/air/AirTemperature.h"
 
 #include <chrono>
 #include <cstdio>

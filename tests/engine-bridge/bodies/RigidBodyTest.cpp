@@ -1,4 +1,4 @@
-#include "engine-bridge/bodies/RigidBodyPose.h"
+#include "engine-bridge/bodies/RigidBodyStepper.h"
 
 #include <osg/FrameStamp>
 #include <osg/MatrixTransform>

@@ -57,7 +57,7 @@ class FailingDriver : public bridge::ArrayDriver
 public:
     bool open(const std::string&,
               const std::map<std::string, std::string>&,
-              const device::DeviceLayout& layout,
+              const Layout& layout,
               std::string&) override
     {
         _transducers = layout.transducers;

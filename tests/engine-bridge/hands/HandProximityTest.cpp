@@ -193,11 +193,13 @@ TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
     pressed.properties.pressure = 0.5;
     proximity.update({pressed}, finger(-0.002), 0.1);
     EXPECT_EQ(proximity.contacts()[0].force_N, 0.0); // what 1 stands for is not known
-    proximity.setRelativePressure(10000.0);
-    proximity.update({pressed}, finger(-0.002), 0.2);
-    EXPECT_NEAR(proximity.contacts()[0].force_N, contact.force_N, 1e-12);
-    proximity.update({pressed}, finger(0.001), 0.3);
-    EXPECT_EQ(proximity.contacts()[0].force_N, 0.0);
+    ProximityOptions known;
+    known.relative_Pa = 10000.0;
+    HandProximity measuring(known);
+    measuring.update({pressed}, finger(-0.002), 0.2);
+    EXPECT_NEAR(measuring.contacts()[0].force_N, contact.force_N, 1e-12);
+    measuring.update({pressed}, finger(0.001), 0.3);
+    EXPECT_EQ(measuring.contacts()[0].force_N, 0.0);
 }
 
 TEST(HandProximity, TouchesGoOnInEachUpdateUntilTheyEnd)

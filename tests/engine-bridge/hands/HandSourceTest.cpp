@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/HandSource.h"
 
 #include "haptics/base/InputError.h"
+#include "tests/engine-bridge/hands/WrittenHands.h"
 
 #include <cmath>
 #include <filesystem>

@@ -142,7 +142,7 @@ class ListeningDriver : public bridge::ArrayDriver
 public:
     bool open(const std::string& path,
               const std::map<std::string, std::string>&,
-              const device::DeviceLayout& layout,
+              const Layout& layout,
               std::string&) override
     {
         _sounds = &toldDriver(path);

@@ -1,5 +1,6 @@
 #include "engine-bridge/scene/MeshExtractor.h"
 
+#include "tests/engine-bridge/scene/ExtractedMesh.h"
 #include "tests/engine-bridge/scene/OsgScenes.h"
 
 #include <osg/Billboard>

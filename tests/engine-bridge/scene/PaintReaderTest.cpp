@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/SampleCache.h"
 #include "engine-bridge/scene/MeshCache.h"
+#include "tests/engine-bridge/scene/ExtractedMesh.h"
 #include "tests/engine-bridge/scene/OsgScenes.h"
 
 #include <osg/Group>

@@ -1,6 +1,7 @@
 // Large subtrees are copied in slices and made meshes by whoever looks at them.
 
 #include "engine-bridge/scene/MeshCache.h"
+#include "tests/engine-bridge/scene/ExtractedMesh.h"
 #include "tests/engine-bridge/scene/OsgScenes.h"
 
 #include <thread>

@@ -1,4 +1,3 @@
-#include "haptics/probe/Spectrum.h"
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"

@@ -1,5 +1,4 @@
-#include "haptics/sequence/KelvinCost.h"
-
+#include "haptics/sequence/FieldMonitor.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/propagation/ChangedPhysics.h"
 #include "tests/haptics/solvers/ScenePoints.h"

@@ -1,7 +1,7 @@
 // The Monte Carlo study against closed forms, and against the reference in double.
 #include "haptics/tolerance/ToleranceStudy.h"
 
-#include "haptics/array/BoardMotion.h"
+#include "haptics/array/BoardGrid.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/sequence/FieldSequence.h"

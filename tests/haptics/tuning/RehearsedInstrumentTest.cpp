@@ -2,7 +2,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/propagation/ReferencePropagation.h"
-#include "haptics/tuning/PlaceSearch.h"
+#include "haptics/tuning/MicrophoneFit.h"
 #include "tests/haptics/tuning/Rehearsal.h"
 
 #include <cmath>

@@ -1,10 +1,12 @@
 // Fits of rehearsals, whose instrument is written apart from the fit, against what they hide. The
 // bars are for detuned transducers of 15 degrees rms, half of them reversed, 1 % dead, a microphone
 // 2 mm from its place, air 1 K warmer, noise at -40 dB, reflections at -20 dB.
+#include "haptics/tuning/TuningFit.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/tuning/TuningAccuracy.h"
 #include "tests/haptics/tuning/Rehearsal.h"
+#include "tests/haptics/tuning/TuningAccuracy.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,5 @@
 #include "engine-bridge/hands/HandSource.h"
+#include "tests/engine-bridge/hands/WrittenHands.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/MouseHand>

@@ -7,6 +7,7 @@
 #include "plugin/engine/SceneAccess.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/views/Offscreen.h"
+#include "tests/engine-bridge/scene/ExtractedMesh.h"
 
 #include <osgMidair/HapticSurface>
 

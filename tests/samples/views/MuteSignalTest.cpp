@@ -1,4 +1,4 @@
-#include "samples/views/MuteSignal.h"
+#include "samples/views/Signals.h"
 
 #include <csignal>
 #include <vector>

@@ -1,6 +1,5 @@
 // A program that is told to stop stops: by itself, or, where its frames hang, silent and by force.
-#include "samples/views/StopSignal.h"
-
+#include "samples/views/Signals.h"
 #include "tests/samples/Ending.h"
 
 #include <chrono>

@@ -1,6 +1,7 @@
 #include "engine-bridge/scene/drawn/TextOutlines.h"
 
 #include "engine-bridge/scene/MeshExtractor.h"
+#include "tests/engine-bridge/scene/ExtractedMesh.h"
 
 #include <osg/BoundingBox>
 #include <osg/MatrixTransform>

@@ -1,6 +1,5 @@
-#include "haptics/base/text/LastingStates.h"
 
-#include "haptics/base/text/Alike.h"
+#include "haptics/base/text/MessageLog.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "samples/installations/jnd/TrialLog.h"
+#include "samples/installations/jnd/TrialFile.h"
 
 #include <algorithm>
 #include <filesystem>

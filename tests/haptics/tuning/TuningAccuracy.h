@@ -1,24 +1,40 @@
-#include "haptics/tuning/TuningAccuracy.h"
+#pragma once
 
 #include "haptics/base/Percentile.h"
 #include "haptics/base/Units.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/tuning/RehearsedInstrument.h"
+#include "haptics/tuning/TuningFit.h"
+
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <vector>
 
 namespace midair::haptics
 {
 
-namespace
+/// How near a fit came to what a rehearsal hid.
+struct TuningAccuracy
 {
-
-constexpr double kBeside_m = 0.02;
+    double phaseError_rad = 0.0; ///< rms over transducers found alive, but for a common phase
+    int reversedWrong = 0;       ///< off by more than 90 degrees: of the other polarity
+    int dead = 0;                ///< hidden
+    int deadFound = 0;           ///< of those
+    int deadWrong = 0;           ///< alive, and called dead
+    double gainError = 0.0;      ///< rms, relative to the median gain
+    /// Least amplitude of a focus with the found offsets, over that with the hidden ones, of foci
+    /// at the first place and 2 cm beside it along each axis.
+    double focus = 0.0;
+    Eigen::Matrix3Xd placeErrors_m; ///< 3 x P, found less hidden
+};
 
 // The waves of a focus arrive with the errors of the offsets: |sum |G| e^{j (true - found)}| over
 // sum |G|; what is called dead doesn't play.
-double focusOf(const TuningFit& fit, const TransducerArray& truth, const Eigen::Vector3d& place)
+inline double
+focusOf(const TuningFit& fit, const TransducerArray& truth, const Eigen::Vector3d& place)
 {
     const Eigen::MatrixXcd G = referencePropagationMatrix(place, truth, {});
     std::complex<double> sum = 0.0;
@@ -33,10 +49,9 @@ double focusOf(const TuningFit& fit, const TransducerArray& truth, const Eigen::
     return std::abs(sum) / all;
 }
 
-} // namespace
-
-TuningAccuracy accuracyOf(const TuningFit& fit, const RehearsedInstrument& hidden)
+inline TuningAccuracy accuracyOf(const TuningFit& fit, const RehearsedInstrument& hidden)
 {
+    constexpr double kBeside_m = 0.02;
     TuningAccuracy accuracy;
     const TransducerArray& truth = hidden.truth();
     std::vector<bool> isDead(static_cast<std::size_t>(truth.size()), false);

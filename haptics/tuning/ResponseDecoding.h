@@ -17,4 +17,17 @@ void decodeHadamard(const TuningPlan& plan,
                     int place,
                     TuningResponses& to);
 
+/// Takes transducers apart by levels L alone. Beside a reference S a transducer y plays at 0, 90,
+/// 180 and 270 degrees:
+///     I_psi = |S + y e^{j psi}|^2,  y conj(S) = ((I_0 - I_180) + j (I_270 - I_90)) / 4,
+/// and I_0 + I_180 = I_90 + I_270, which gives one of the four that is missing, and tells a
+/// microphone that clips. |S|^2 is the level of the reference alone. The transducers of the first
+/// reference A are measured beside a second one B, whose transducers were measured beside A:
+///     y conj(S_A) = y conj(S_B) X / |S_B|^2,  X = conj(S_A) S_B = sum of y_j conj(S_A) over B.
+/// What comes out is y e^{-j arg S_A}. The mean square of silent rows is taken off each square.
+void decodeLevels(const TuningPlan& plan,
+                  const TuningReadings& readings,
+                  int place,
+                  TuningResponses& to);
+
 } // namespace midair::haptics

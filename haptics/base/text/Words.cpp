@@ -1,18 +1,25 @@
-#include "haptics/base/text/Printable.h"
+#include "haptics/base/text/Words.h"
 
 namespace midair::base
 {
 
-namespace
+std::vector<std::string> splitColumns(const std::string& line)
 {
+    static const char* const separators = ",; \t\r";
+    std::vector<std::string> fields;
+    for (std::size_t begin = line.find_first_not_of(separators); begin != std::string::npos;)
+    {
+        const std::size_t end = line.find_first_of(separators, begin);
+        fields.push_back(line.substr(begin, end - begin));
+        begin = line.find_first_not_of(separators, end);
+    }
+    if (!fields.empty() && fields[0][0] == '#') fields.clear();
+    return fields;
+}
 
-constexpr std::size_t kMostPrinted = 300;
-
-} // namespace
-
-std::string printable(const std::string& text)
+std::string printable(const std::string& text, std::size_t most)
 {
-    std::string shown = text.substr(0, kMostPrinted);
+    std::string shown = text.substr(0, most);
     for (char& c : shown)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
     // The same in UTF-8 for U+0080 .. U+009F, and for U+200B .. U+202F and U+2060 .. U+206F, which
