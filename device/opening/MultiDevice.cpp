@@ -83,7 +83,7 @@ void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& 
 
 bool MultiDevice::sendUnled(const DriveSignal& signal)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
     {
         ++_refused;
@@ -162,7 +162,7 @@ std::string MultiDevice::status() const
 // state.
 DeviceReport MultiDevice::report() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     measureSkew();
     DeviceReport sum;
     for (const Part& part : _parts)
