@@ -2,15 +2,9 @@
 
 #include "device/JointCommit.h"
 #include "device/drive/DriveEncoder.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 namespace midair::device
 {
-
-void ArrayDevice::keepAlive()
-{
-    noteSign(base::steadySeconds());
-}
 
 bool ArrayDevice::sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint)
 {

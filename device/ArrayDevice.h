@@ -15,6 +15,7 @@ namespace midair::device
 {
 
 class JointCommit;
+class Lead;
 
 /// Thrown when a device can't be opened or its URI can't be parsed; what() names the URI and what
 /// would be right.
@@ -160,11 +161,13 @@ public:
 
     /// A sign of life: whoever leads (a frame, a tracker, an application's loop) still wants what
     /// is played. A device with SafetyLimits::hold_s is silent without. What it has silenced stays
-    /// silent until the next field. Never waits.
-    void keepAlive();
-    /// The same for a sign that was given at \a at_s (steady clock), which may be earlier than the
-    /// last one that is known: then that didn't come from whoever leads. Opening counts as one.
-    virtual void noteSign(double /*at_s*/) {}
+    /// silent until the next field. Opening counts as one. Never waits.
+    virtual void keepAlive() {}
+    /// Does from now on what \a lead, which isn't null, has in it: a mute, a cap of the amplitude,
+    /// signs of life. That it was opened is no sign of life then; that it was muted goes into \a
+    /// lead. For whoever leads arrays before they are open and after they are closed; without, a
+    /// device has a lead of its own.
+    virtual void follow(const std::shared_ptr<Lead>& /*lead*/) {}
     /// Returns true if the last sign of life is longer ago than SafetyLimits::hold_s. Never waits.
     virtual bool isHoldOver() const { return false; }
 

@@ -1,5 +1,6 @@
 #include "device/DeviceUri.h"
 
+#include "haptics/base/text/Printable.h"
 #include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
@@ -18,13 +19,6 @@ constexpr double kMostSeconds = 1e6;
 std::string withPoint(const std::string& text)
 {
     return text.find(',') == std::string::npos ? std::string() : ", with a point and not a comma";
-}
-
-// Shortens a list for a message.
-std::string shown(const std::string& text)
-{
-    constexpr std::size_t kShown = 200;
-    return text.size() <= kShown ? text : text.substr(0, kShown) + "..";
 }
 
 } // namespace
@@ -49,16 +43,17 @@ DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing
         const std::string part = text.substr(begin, end - begin);
         const std::size_t equals = part.find('=');
         if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
-            throw error("parameter \"" + part + "\" should read KEY=VALUE");
+            throw error("parameter \"" + base::printable(part) + "\" should read KEY=VALUE");
         if (!_parameters.emplace(part.substr(0, equals), part.substr(equals + 1)).second)
-            throw error("parameter \"" + part.substr(0, equals) + "\" is there twice");
+            throw error("parameter \"" + base::printable(part.substr(0, equals)) +
+                        "\" is there twice");
         begin = end + 1;
     }
 }
 
 DeviceError DeviceUri::error(const std::string& what) const
 {
-    return DeviceError(_thing + " \"" + shown(_text) + "\": " + what);
+    return DeviceError(_thing + " \"" + base::printable(_text) + "\": " + what);
 }
 
 std::string DeviceUri::take(const std::string& key)
@@ -86,8 +81,12 @@ double DeviceUri::takeNumber(const std::string& key, double fallback, double low
     if (text.empty()) return fallback;
     double value = 0;
     if (!base::parseQuantity(text, "", value) || value < low || value > high)
-        throw error(fmt::format(
-            "{}={} should be a number from {:g} to {:g}{}", key, text, low, high, withPoint(text)));
+        throw error(fmt::format("{}={} should be a number from {:g} to {:g}{}",
+                                key,
+                                base::printable(text),
+                                low,
+                                high,
+                                withPoint(text)));
     return value;
 }
 
@@ -99,8 +98,8 @@ double DeviceUri::takeSeconds(const std::string& key, double fallback_s)
     std::string unit;
     const bool hasUnit = base::splitQuantity(text, value, unit) && base::isUnitFor(unit, "s");
     if (!hasUnit || !base::parseQuantity(text, "s", value) || value < 0 || value > kMostSeconds)
-        throw error(key + "=" + text + " should be a time such as 2s, 100ms or 20us" +
-                    withPoint(text));
+        throw error(key + "=" + base::printable(text) +
+                    " should be a time such as 2s, 100ms or 20us" + withPoint(text));
     return value;
 }
 
@@ -118,7 +117,7 @@ bool DeviceUri::takeFlag(const std::string& key, bool fallback)
     if (text.empty()) return fallback;
     if (text == "1" || text == "yes" || text == "true") return true;
     if (text == "0" || text == "no" || text == "false") return false;
-    throw error(key + "=" + text + " should be yes or no");
+    throw error(key + "=" + base::printable(text) + " should be yes or no");
 }
 
 void DeviceUri::rejectUnknown() const
@@ -129,7 +128,8 @@ void DeviceUri::rejectUnknown() const
         const std::string known = _known.empty()
                                       ? fmt::format("\"{}:\" has none", _scheme)
                                       : fmt::format("known are {}", fmt::join(_known, ", "));
-        throw error(fmt::format("unknown parameter \"{}\"; {}", parameter.first, known));
+        throw error(
+            fmt::format("unknown parameter \"{}\"; {}", base::printable(parameter.first), known));
     }
 }
 
@@ -142,7 +142,7 @@ void DeviceUri::rejectPath() const
 {
     if (!_path.empty())
         throw error("nothing may stand between \"" + _scheme + ":\" and the parameters, but \"" +
-                    _path + "\" does");
+                    base::printable(_path) + "\" does");
 }
 
 } // namespace midair::device

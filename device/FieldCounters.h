@@ -1,9 +1,8 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
-
-#include <mutex>
 
 namespace midair::device
 {
@@ -14,15 +13,15 @@ class FieldCounters
 {
 public:
     template<typename Change>
-    void change(Change&& change)
+    void change(Change&& change) MIDAIR_EXCLUDES(_mutex)
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         change(_report);
     }
 
-    DeviceReport report() const
+    DeviceReport report() const MIDAIR_EXCLUDES(_mutex)
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         return _report;
     }
 
@@ -71,8 +70,8 @@ public:
     }
 
 private:
-    mutable std::mutex _mutex;
-    DeviceReport _report;
+    mutable base::Mutex _mutex;
+    DeviceReport _report MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// "12 sent, 11 played, 1 dropped", then the other counters that are not 0, the fault that a lost

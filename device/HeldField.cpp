@@ -15,19 +15,19 @@ HeldField::HeldField(int transducers) : _transducers(transducers)
 
 void HeldField::replace(const DriveSignal& signal)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _signal = signal;
 }
 
 void HeldField::clear()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     std::fill(_signal.duty.begin(), _signal.duty.end(), std::uint8_t(0));
 }
 
 bool HeldField::silent() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return std::all_of(
         _signal.duty.begin(), _signal.duty.end(), [](std::uint8_t duty) { return duty == 0; });
 }
@@ -35,7 +35,7 @@ bool HeldField::silent() const
 std::vector<std::complex<float>> HeldField::activations() const
 {
     std::vector<std::complex<float>> q;
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     decode(_signal, q);
     return q;
 }

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "device/drive/DriveSignal.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <complex>
-#include <mutex>
 #include <vector>
 
 namespace midair::device
@@ -24,8 +24,8 @@ public:
 
 private:
     const int _transducers;
-    mutable std::mutex _mutex;
-    DriveSignal _signal;
+    mutable base::Mutex _mutex;
+    DriveSignal _signal MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::device

@@ -8,20 +8,20 @@ namespace midair::device
 
 void SkewMeter::note(double skew_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _reading.last_s = skew_s;
     _reading.worst_s = std::max(_reading.worst_s, skew_s);
 }
 
 SkewMeter::Reading SkewMeter::read() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _reading;
 }
 
 void JointCommit::Seat::close()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _device = nullptr;
 }
 
@@ -34,7 +34,7 @@ JointCommit::Members::iterator JointCommit::find(const Seat* seat)
 
 bool JointCommit::join(std::shared_ptr<Seat> seat)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (_over) return false;
     _members.push_back({std::move(seat), false});
     return true;
@@ -42,43 +42,57 @@ bool JointCommit::join(std::shared_ptr<Seat> seat)
 
 void JointCommit::ready(const Seat& seat)
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    const auto member = find(&seat);
-    if (_over || member == _members.end() || member->ready) return;
-    member->ready = true;
-    countDown(lock);
+    Members commits;
+    {
+        const base::Lock lock(_mutex);
+        const auto member = find(&seat);
+        if (_over || member == _members.end() || member->ready) return;
+        member->ready = true;
+        commits = countDown();
+    }
+    tell(commits, true);
 }
 
 void JointCommit::leave(const Seat* seat)
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    const auto member = find(seat);
-    if (_over || (seat != nullptr && member == _members.end())) return;
-    const bool counted = member != _members.end() && member->ready;
-    if (member != _members.end()) _members.erase(member);
-    if (!counted) countDown(lock);
+    Members commits;
+    {
+        const base::Lock lock(_mutex);
+        const auto member = find(seat);
+        if (_over || (seat != nullptr && member == _members.end())) return;
+        const bool counted = member != _members.end() && member->ready;
+        if (member != _members.end()) _members.erase(member);
+        if (!counted) commits = countDown();
+    }
+    tell(commits, true);
 }
 
 void JointCommit::giveUp()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    if (!_over) end(lock, false);
+    Members drops;
+    {
+        const base::Lock lock(_mutex);
+        if (!_over) drops = end();
+    }
+    tell(drops, false);
 }
 
-void JointCommit::countDown(std::unique_lock<std::mutex>& lock)
+JointCommit::Members JointCommit::countDown()
 {
-    if (--_missing <= 0) end(lock, true);
+    return --_missing <= 0 ? end() : Members();
 }
 
-void JointCommit::end(std::unique_lock<std::mutex>& lock, bool commits)
+JointCommit::Members JointCommit::end()
 {
     _over = true;
-    const Members members = std::move(_members);
-    _members.clear();
-    lock.unlock();
+    return std::exchange(_members, {});
+}
+
+void JointCommit::tell(const Members& members, bool commits)
+{
     for (const Member& member : members)
     {
-        std::lock_guard<std::mutex> told(member.seat->_mutex);
+        const base::Lock told(member.seat->_mutex);
         Device* const device = member.seat->_device;
         if (device == nullptr) continue;
         if (commits)
@@ -90,7 +104,7 @@ void JointCommit::end(std::unique_lock<std::mutex>& lock, bool commits)
 
 void JointCommit::handedOver(double at_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _first_s = _out == 0 ? at_s : std::min(_first_s, at_s);
     _last_s = _out == 0 ? at_s : std::max(_last_s, at_s);
     if (++_out == _devices && _meter != nullptr) _meter->note(_last_s - _first_s);

@@ -1,7 +1,8 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -22,8 +23,8 @@ public:
     Reading read() const;
 
 private:
-    mutable std::mutex _mutex;
-    Reading _reading;
+    mutable base::Mutex _mutex;
+    Reading _reading MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// One field that several devices start to play together: each reports when it has its piece, and
@@ -58,16 +59,16 @@ public:
 
     private:
         friend class JointCommit;
-        std::mutex _mutex; ///< held during commit() and drop()
-        Device* _device;
+        base::Mutex _mutex; ///< held during commit() and drop()
+        Device* _device MIDAIR_GUARDED_BY(_mutex);
     };
 
     /// Ends when \a devices of them are ready or have left; each of them joins or leaves once.
     /// \a meter may be null.
     explicit JointCommit(int devices, std::shared_ptr<SkewMeter> meter = nullptr) :
         _devices(devices),
-        _missing(devices),
-        _meter(std::move(meter))
+        _meter(std::move(meter)),
+        _missing(devices)
     {
     }
 
@@ -81,7 +82,7 @@ public:
     void leave(const Seat* seat = nullptr);
     /// No device in the joint plays the field. Has no effect after the end.
     void giveUp();
-    /// A device sent its commit at \a at_s of std::chrono::steady_clock.
+    /// A device sent its commit at \a at_s of base::steadySeconds().
     void handedOver(double at_s);
 
 private:
@@ -93,19 +94,21 @@ private:
     };
     using Members = std::vector<Member>;
 
-    void countDown(std::unique_lock<std::mutex>& lock);
-    void end(std::unique_lock<std::mutex>& lock, bool commits);
-    Members::iterator find(const Seat* seat);
+    /// What to call once _mutex is released.
+    Members countDown() MIDAIR_REQUIRES(_mutex);
+    Members end() MIDAIR_REQUIRES(_mutex);
+    void tell(const Members& members, bool commits) MIDAIR_EXCLUDES(_mutex);
+    Members::iterator find(const Seat* seat) MIDAIR_REQUIRES(_mutex);
 
     const int _devices;
-    std::mutex _mutex;
-    int _missing; ///< devices that are neither ready nor have left
-    int _out = 0; ///< commits sent
-    double _first_s = 0;
-    double _last_s = 0;
     const std::shared_ptr<SkewMeter> _meter;
-    bool _over = false;
-    Members _members;
+    base::Mutex _mutex;
+    int _missing MIDAIR_GUARDED_BY(_mutex); ///< devices that are neither ready nor have left
+    int _out MIDAIR_GUARDED_BY(_mutex) = 0; ///< commits sent
+    double _first_s MIDAIR_GUARDED_BY(_mutex) = 0;
+    double _last_s MIDAIR_GUARDED_BY(_mutex) = 0;
+    bool _over MIDAIR_GUARDED_BY(_mutex) = false;
+    Members _members MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::device

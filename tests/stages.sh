@@ -45,7 +45,7 @@ stage_docs()
 tidy()
 {
     [ $# -gt 0 ] || return 0
-    midair_build build-tidy build.ninja -DMIDAIR_TESTS=ON -DMIDAIR_TOGETHER=OFF -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+    midair_build build-tidy build.ninja -DMIDAIR_TESTS=ON -DCMAKE_UNITY_BUILD=OFF -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
     printf '%s\0' "$@" | xargs -0 -n 1 -P "$jobs" bash -c \
         'clang-tidy-14 -p build-tidy --quiet --warnings-as-errors="*" "$0" 2>/dev/null || { echo "clang-tidy: $0" >&2; exit 1; }'
     echo "clang-tidy found nothing in $# files"

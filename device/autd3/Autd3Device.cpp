@@ -9,11 +9,11 @@
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <spdlog/spdlog.h>
 
 namespace midair::device::autd3
@@ -31,7 +31,8 @@ constexpr double kRaw_s = wire_s(508);
 constexpr double kRawTwice_s = wire_s(1006);
 constexpr double kSwitch_s = wire_s(16);
 constexpr double kAnswers_s = 0.3e-3; // guess: until all have answered
-constexpr double kWholeRate = 1e-9;   // relative: off by a period of the rate in days
+constexpr double kReopen_s = 0.25;
+constexpr double kWholeRate = 1e-9; // relative: off by a period of the rate in days
 
 /// The divider of 40 kHz that makes \a rate_Hz; 0: none does.
 int dividerOf(double rate_Hz)
@@ -41,6 +42,15 @@ int dividerOf(double rate_Hz)
     const bool fits =
         whole >= 1 && whole <= kMostDivider && std::abs(exact - whole) <= kWholeRate * whole;
     return fits ? static_cast<int>(whole) : 0;
+}
+
+// A thread that is woken late by some ms tells units too late: it goes before others, where the
+// system allows that, and sleeps most of the time. Guards and other children don't.
+void askForPriority()
+{
+    sched_param priority{};
+    priority.sched_priority = 1;
+    ::sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &priority); // this thread
 }
 
 std::size_t signalOf(const Job& job, double unitTime_ns)
@@ -61,10 +71,9 @@ Autd3Device::Autd3Device(const DeviceLayout& layout,
                    : [this](const std::function<bool()>& isLeft)
                 { return chooseLink(_options, _refusals, isLeft); }),
     _name(deviceName(options)),
+    _account(options.units),
     _refusals(_name)
 {
-    _report.state = DeviceState::LOST;
-    _playing.isLost.resize(static_cast<std::size_t>(options.units));
     try
     {
         connect(false);
@@ -72,7 +81,7 @@ Autd3Device::Autd3Device(const DeviceLayout& layout,
     catch (const DeviceError& error)
     {
         if (!wait) throw;
-        noteFault(error.what());
+        _account.noteFault(error.what());
         deviceLog().warn("{}; waiting for it", error.what());
     }
     _thread = std::thread([this] { run(); });
@@ -80,78 +89,63 @@ Autd3Device::Autd3Device(const DeviceLayout& layout,
 
 Autd3Device::~Autd3Device()
 {
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _closing = true;
-        if (_link != nullptr) _link->wake();
-    }
-    _wake.notify_all();
+    _account.close();
     _thread.join();
 }
 
-bool Autd3Device::put(std::shared_ptr<Job> job)
+void Autd3Device::connect(bool isBack)
 {
+    const std::shared_ptr<DatagramLink> link = _opener([this] { return _account.isClosing(); });
+    _account.attach(link);
+    _session = std::make_unique<Autd3Session>(link, _options, _name, _refusals, _account, isBack);
+}
+
+void Autd3Device::run()
+{
+    askForPriority();
+    std::string refusal;
+    for (;;)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        ++_report.sent;
-        if (job == nullptr || _report.state == DeviceState::LOST || _link == nullptr)
+        if (_session != nullptr)
         {
-            ++_report.refused;
-            return false;
+            const std::string why = _session->play();
+            _session->end(why);
+            _session.reset();
+            if (why.empty()) return; // closed
+            deviceLog().error("{}: {}; silent until it is back", _name, why);
         }
-        if (_orders.job != nullptr) ++_report.dropped;
-        job->sentAt_s = _link->now_s();
-        _orders.job = std::move(job);
-        _isOrdered = true;
-        _link->wake();
+        if (_account.isClosedWithin(kReopen_s)) return;
+        try
+        {
+            connect(true);
+            refusal.clear();
+            deviceLog().info("{}: back, silent until the next field", _name);
+        }
+        catch (const DeviceError& error)
+        {
+            if (refusal != error.what() && !_account.isClosing()) // each reason once
+                deviceLog().warn("{}", error.what());
+            refusal = error.what();
+        }
     }
-    return true;
 }
 
 bool Autd3Device::send(const DriveSignal& signal)
 {
-    if (!signal.fits(_layout.transducers)) return put(nullptr);
+    if (!signal.fits(_layout.transducers)) return _account.order(nullptr);
     auto job = std::make_shared<Job>();
     job->signals.push_back(signal);
-    return put(std::move(job));
+    return _account.order(std::move(job));
 }
 
 bool Autd3Device::sendSequence(const DriveSequence& sequence)
 {
     const int divider = sequence.fits(_layout.transducers) ? dividerOf(sequence.rate_Hz) : 0;
-    if (divider == 0 || sequence.signals.size() > kMostSlots) return put(nullptr);
+    if (divider == 0 || sequence.signals.size() > kMostSlots) return _account.order(nullptr);
     auto job = std::make_shared<Job>();
     job->signals = sequence.signals;
     job->divider = divider;
-    return put(std::move(job));
-}
-
-void Autd3Device::silence()
-{
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        if (std::exchange(_orders.job, nullptr) != nullptr) ++_report.dropped;
-        _orders.silence = true;
-        _orders.silence_s = base::steadySeconds();
-        _isOrdered = true;
-        _playing.job = nullptr;
-        if (_link != nullptr) _link->wake();
-    }
-}
-
-double Autd3Device::confirmed_s() const
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _confirmed_s;
-}
-
-DeviceReport Autd3Device::report() const
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    DeviceReport report = _report;
-    report.firmware = _firmware;
-    report.pending = report.sent - report.played - report.dropped - report.lost - report.refused;
-    return report;
+    return _account.order(std::move(job));
 }
 
 std::string Autd3Device::status() const
@@ -161,8 +155,8 @@ std::string Autd3Device::status() const
         return fmt::format("{}: not there; {}", _name, countersText(now));
     std::string text = fmt::format(
         "{}: {} units, firmware {}, {}", _name, _options.units, now.firmware, countersText(now));
-    const std::lock_guard<std::mutex> lock(_mutex);
-    if (!_refusalText.empty()) text += "; datagrams refused: " + _refusalText;
+    const std::string refusals = _account.refusals();
+    if (!refusals.empty()) text += "; datagrams refused: " + refusals;
     if (!now.complaint.empty()) text += "; " + now.complaint;
     return text;
 }
@@ -184,11 +178,7 @@ DriveAbility Autd3Device::ability() const
 
 std::vector<std::complex<float>> Autd3Device::played() const
 {
-    Playing playing;
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        playing = _playing;
-    }
+    const Autd3Account::Playing playing = _account.playing();
     if (playing.job == nullptr)
         return std::vector<std::complex<float>>(static_cast<std::size_t>(_layout.transducers));
     std::vector<std::complex<float>> q;
@@ -200,12 +190,6 @@ std::vector<std::complex<float>> Autd3Device::played() const
                         kTransducersPerUnit,
                         std::complex<float>());
     return q;
-}
-
-Autd3Device::Figures Autd3Device::figures() const
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _figures;
 }
 
 } // namespace midair::device::autd3

@@ -1,29 +1,17 @@
 #pragma once
 
-#include "device/autd3/Autd3Options.h"
-#include "device/autd3/UnitGroup.h"
-#include "device/drive/DriveSignal.h"
+#include "device/autd3/BankSwitch.h"
+#include "device/autd3/BankWriter.h"
+#include "device/autd3/Job.h"
+#include "device/autd3/UnitMasks.h"
 
-#include <array>
 #include <cstdint>
-#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace midair::device::autd3
 {
-
-/// A field, or a sequence of fields, for all units.
-struct Job
-{
-    std::vector<DriveSignal> signals; ///< at least one; one: a field that stands
-    int divider = 1;                  ///< of a sequence: a field lasts divider x 25 us
-    double sentAt_s = 0;              ///< steady clock, at send()
-
-    bool isSequence() const { return signals.size() > 1; }
-};
 
 /// Plays fields on open units, so that all of them change together and none plays half a field.
 ///
@@ -66,9 +54,9 @@ public:
     /// Masks all units at once, and drops the job on its way; returns it.
     std::shared_ptr<const Job> silence();
     /// Returns true while units are masked.
-    bool isMasked() const { return _mask != Mask::OFF; }
+    bool isMasked() const { return _masks.areOn(); }
     /// Returns true if all units that are there have acknowledged the mask.
-    bool isSilent() const { return isMasked() && _maskOpen.none(); }
+    bool isSilent() const { return _masks.areSilent(); }
 
     /// A unit's fail-safe has tripped: silences all, and releases it once a silent field plays.
     std::shared_ptr<const Job> release(int unit);
@@ -83,11 +71,11 @@ public:
     /// The last refusal of a unit, as a sentence, moved out; empty: none.
     std::string takeFault();
 
-    std::uint64_t takenBack() const { return _takenBack; } ///< switches that were
+    std::uint64_t takenBack() const { return _switch.takenBack(); } ///< switches that were
     /// Switches of which a unit may have played alone for a while, as its answers say.
-    std::uint64_t torn() const { return _torn; }
+    std::uint64_t torn() const { return _switch.torn(); }
     /// Grows when switches come too late; two round trips come on top.
-    double lead_s() const { return _lead_s; }
+    double lead_s() const { return _switch.lead_s(); }
 
 private:
     enum class Stage
@@ -99,106 +87,25 @@ private:
         TAKING_BACK, ///< the switch back is sent
         STAYING      ///< until the time of that
     };
-    enum class Mask
-    {
-        OFF,
-        ON,
-        RELEASING, ///< a silent field plays; fail-safes are released
-        LIFTING
-    };
-
-    /// Commands that are not settled, of each unit.
-    struct OpenCounts
-    {
-        std::array<int, kMostUnits> count{};
-        std::uint64_t total = 0;
-        void add(int unit) { ++count[static_cast<std::size_t>(unit)], ++total; }
-        void settle(int unit, int commands);
-        void forget(int unit) { settle(unit, of(unit)); }
-        void clear() { *this = {}; }
-        bool none() const { return total == 0; }
-        int of(int unit) const { return count[static_cast<std::size_t>(unit)]; }
-    };
-
-    void
-    push(OpenCounts& counts, int unit, const Command& command, double repeat_s, int copies = 1);
-    int switchCopies(double now_s);
-    double soon_s(double pause_s) const;
-    void noteSwitch(std::uint64_t time_ns);
-    void tellTorn(const std::string& what);
     void begin(std::shared_ptr<const Job> job);
     void end(Fate fate, double now_s);
-    void forgetLost();
-    void takeStaged(const UnitGroup::Outcome& outcome);
+    void endRefused(double now_s);
     void stepStage(double now_s);
-
-    void configure(const BankConfig& config);
-    void feed();
-    bool feed(int unit);
-    bool isWritten() const;
-    Command piece(int unit, int first, int& count);
-    void endWriting(double now_s);
-
-    void switchAtTime(double now_s);
-    void switchAtOnce(double now_s);
-    void endSwitching(double now_s);
-    void takeBack(double now_s);
-    void pushTakeBack(int unit, double now_s);
-    void takeSwitchBack(const UnitGroup::Outcome& outcome);
-
-    void takeMasking(const UnitGroup::Outcome& outcome);
-    void stepMask(double now_s);
-    void pushMask(int unit);
+    void noteRefusal(const UnitGroup::Outcome& outcome);
 
     UnitGroup& _group;
     const Autd3Options& _options;
-    const double _margin_s;
-    Stage _stage = Stage::IDLE;
-    OpenCounts _open; ///< of the stage
-    std::shared_ptr<const Job> _job;
     const std::shared_ptr<const Job> _silentJob;
-    /// What one unit has of the job.
-    struct Written
-    {
-        int next = 0;           ///< the slot that is written next
-        std::deque<int> sent;   ///< first slots of the frames that are not settled; kConfigPiece
-        std::vector<int> again; ///< of those whose result was lost
-    };
-    static constexpr int kConfigPiece = -1; ///< the settings of the bank, in place of slots
-    std::vector<Written> _written;
-    int _slots = 0; ///< that are written
-    int _bank = 0;  ///< that is written, or switched to
-    int _playing = 0;
-    /// As all units have them; nullopt: not known.
-    std::array<std::optional<BankConfig>, kBanks> _configs;
-    std::vector<UnitPattern> _patterns;
-    bool _isCut = false;     ///< the job was silenced or given up
-    bool _isUnknown = false; ///< an answer of this stage was lost
-    bool _isTorn = false;    ///< it is told that units differed
-    bool _isLate = false;    ///< a switch of this stage was refused as too near
-    std::string _refusal;    ///< the last other one of this stage
-
-    double _lead_s;
-    std::uint64_t _repeats = 0; ///< of the group, as last seen
-    double _lossy_s = -1;       ///< when they became more
-    /// Between when units have switched at once, of those that say so.
-    std::uint64_t _first_ns = 0;
-    std::uint64_t _last_ns = 0;
-    double _deadline_s = 0;   ///< for all to have acknowledged a timed switch
-    double _sent_s = 0;       ///< when the switch was sent
-    double _time_ns = 0;      ///< of the switch, or of the latest one back
-    double _takenBack_ns = 0; ///< time of the switch that is taken back
-    std::vector<int> _backs;  ///< switches back that were sent to each unit for one
-
-    Mask _mask = Mask::OFF;
-    OpenCounts _maskOpen;
-    std::vector<bool> _isTripped;
-    double _maskAgain_s = 0; ///< not before: a silent field, or a release, was refused
-
-    std::vector<Ending> _endings;
     std::string _fault;
-    std::uint64_t _takenBack = 0;
-    std::uint64_t _torn = 0;
+    Banks _banks;
+    BankWriter _writer;
+    BankSwitch _switch;
+    UnitMasks _masks;
+    Stage _stage = Stage::IDLE;
+    std::shared_ptr<const Job> _job;
+    bool _isCut = false;  ///< the job was silenced or given up
+    std::string _refusal; ///< the last one of the job, but for its time
+    std::vector<Ending> _endings;
 };
 
 } // namespace midair::device::autd3

@@ -263,6 +263,13 @@ std::vector<UnitGroup::Outcome> UnitGroup::takeOutcomes()
     return std::exchange(_outcomes, {});
 }
 
+double UnitGroup::soon_s(double pause_s) const
+{
+    constexpr double kSoon_s = 0.9 * FrameQueue::kRepeat_s;
+    constexpr double kTripShare = 0.25;
+    return pause_s >= kSoon_s ? pause_s : std::min(pause_s + kTripShare * _clock.trip_s(), kSoon_s);
+}
+
 std::uint64_t UnitGroup::repeats() const
 {
     std::uint64_t sum = 0;

@@ -105,6 +105,9 @@ public:
     UnitClock& clock() { return _clock; }
     DatagramLink& link() { return _link; }
     std::uint64_t repeats() const;
+    /// A pause between repeats that don't wait for an answer, but aren't many where the way is
+    /// long: \a pause_s and a part of the round trip.
+    double soon_s(double pause_s) const;
 
 private:
     void take(const Endpoint& from, const std::vector<std::uint8_t>& bytes, double now_s);

@@ -12,23 +12,20 @@ BoardDevice::BoardDevice(const std::string& name,
                          std::unique_ptr<BoardCodec> codec,
                          int transducers,
                          Open open) :
-    _name(name),
-    _codec(std::move(codec)),
-    _transducers(transducers),
-    _open(std::move(open))
+    _board{name, std::move(codec), transducers, std::move(open), {}, {}}
 {
-    if (!_codec->takes(transducers))
+    if (!_board.codec->takes(transducers))
         throw DeviceError(fmt::format("device \"{}\": a {} has {}, but the array has {}",
                                       name,
-                                      _codec->name(),
-                                      _codec->takesText(),
+                                      _board.codec->name(),
+                                      _board.codec->takesText(),
                                       transducers));
-    _codec->appendReset(_reset, transducers);
-    _codec->appendSilentField(_silentField, transducers);
-    _playing.phase.assign(transducers, 0);
-    _playing.duty.assign(transducers, 0);
-    adopt(_open(_reset));
-    if (_settled_s <= base::steadySeconds())
+    _board.codec->appendReset(_board.reset, transducers);
+    _board.codec->appendSilentField(_board.silentField, transducers);
+    _sound.signal.phase.assign(transducers, 0);
+    _sound.signal.duty.assign(transducers, 0);
+    adopt(_board.open(_board.reset));
+    if (_silencing.settled_s <= base::steadySeconds())
     {
         Piece first = nextPiece();
         if (!_sink->write(_bytes))
@@ -46,17 +43,17 @@ BoardDevice::BoardDevice(const std::string& name,
 BoardDevice::~BoardDevice()
 {
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         silenceLocked();
         _closing = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     _thread.join();
 }
 
 bool BoardDevice::send(const DriveSignal& signal)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return put(signal, {});
 }
 
@@ -73,18 +70,18 @@ bool BoardDevice::sendSequence(const DriveSequence& given)
                                           [&](const DriveSignal& a, const DriveSignal& b)
                                           { return drive(a) < drive(b); });
     std::rotate(sequence.signals.begin(), loudest, sequence.signals.end());
-    const auto most = static_cast<std::size_t>(_codec->sequenceFields());
-    const bool isRight = sequence.fits(_transducers) && sequence.signals.size() <= most;
-    if (isRight && _codec->swap() != nullptr)
-        inTurn.swaps = std::make_unique<BufferSwaps>(*_codec, sequence);
+    const auto most = static_cast<std::size_t>(_board.codec->sequenceFields());
+    const bool isRight = sequence.fits(_board.transducers) && sequence.signals.size() <= most;
+    if (isRight && _board.codec->swap() != nullptr)
+        inTurn.swaps = std::make_unique<BufferSwaps>(*_board.codec, sequence);
     else if (isRight)
-        _codec->appendSequence(inTurn.stored, sequence);
+        _board.codec->appendSequence(inTurn.stored, sequence);
     const int fields = inTurn.swaps ? inTurn.swaps->fields() : 0;
     if (fields == 1 || fields > 2) inTurn.swaps.reset();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (!inTurn.isSequence() && fields != 1)
     {
-        _fields.refuse();
+        _fields.queue.refuse();
         return false;
     }
     return put(sequence.signals.front(), std::move(inTurn));
@@ -92,31 +89,31 @@ bool BoardDevice::sendSequence(const DriveSequence& given)
 
 bool BoardDevice::put(const DriveSignal& signal, InTurn inTurn)
 {
-    if (!signal.fits(_transducers) || !_ready || _closing)
+    if (!signal.fits(_board.transducers) || !_ready || _closing)
     {
-        _fields.refuse();
+        _fields.queue.refuse();
         return false;
     }
-    _fields.put(signal, base::steadySeconds(), nullptr);
-    _waiting = std::move(inTurn);
-    _wake.notify_all();
+    _fields.queue.put(signal, base::steadySeconds(), nullptr);
+    _fields.waiting = std::move(inTurn);
+    _wake.notifyAll();
     return true;
 }
 
 void BoardDevice::silenceLocked()
 {
-    _fields.dropWaiting();
-    if (_sink == nullptr) return; // lost: _playing stays what lose() left
-    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
-    ++_epoch;
-    _silenceWanted = true;
-    _silenceAsked_s = base::steadySeconds();
-    _wake.notify_all();
+    _fields.queue.dropWaiting();
+    if (_sink == nullptr) return; // lost: it stays what lose() left
+    _sound.silence();
+    ++_silencing.epoch;
+    _silencing.isWanted = true;
+    _silencing.asked_s = base::steadySeconds();
+    _wake.notifyAll();
 }
 
 void BoardDevice::silence()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     silenceLocked();
 }
 
@@ -124,36 +121,33 @@ void BoardDevice::silence()
 // for seconds, until the computer's buffer is full.
 double BoardDevice::confirmed_s() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
-    if (_resetDue) return base::steadySeconds();
-    if (_onItsWay.empty() || _sink == nullptr) return _confirmed_s;
-    const std::uint64_t gone = _written - std::min<std::uint64_t>(_written, _sink->unsent());
-    for (; !_onItsWay.empty() && _onItsWay.front().end <= gone; _onItsWay.pop_front())
-        _confirmed_s = std::max(_confirmed_s, _onItsWay.front().asked_s);
-    return _confirmed_s;
+    const base::Lock lock(_mutex);
+    if (_silencing.isResetDue) return base::steadySeconds();
+    if (_line.isAnyOnItsWay() && _sink != nullptr) _line.noteUnsent(_sink->unsent());
+    return _line.confirmed_s();
 }
 
 DeviceReport BoardDevice::report() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     DeviceReport report = _counters.report();
-    _fields.addTo(report);
+    _fields.queue.addTo(report);
     return report;
 }
 
 std::string BoardDevice::status() const
 {
     const DeviceReport now = report();
-    std::string text = _name + ": ";
+    std::string text = _board.name + ": ";
     bool answers = false;
     {
-        std::lock_guard<std::mutex> lock(_mutex);
-        answers = _answers == Answers::YES;
+        const base::Lock lock(_mutex);
+        answers = _answers.known == Answers::YES;
         if (_sink == nullptr)
             text += "not there; ";
-        else if (_resetDue)
+        else if (_silencing.isResetDue)
             text += fmt::format("starting, is silenced in {:.0f} ms; ",
-                                1000 * std::max(0.0, _settled_s - base::steadySeconds()));
+                                1000 * std::max(0.0, _silencing.settled_s - base::steadySeconds()));
     }
     return text + countersText(now) + (answers ? "" : " (the board does not answer)");
 }
@@ -161,15 +155,15 @@ std::string BoardDevice::status() const
 std::vector<std::complex<float>> BoardDevice::played() const
 {
     std::vector<std::complex<float>> q;
-    std::lock_guard<std::mutex> lock(_mutex);
-    _codec->played(_playing, q);
+    const base::Lock lock(_mutex);
+    _board.codec->played(_sound.signal, q);
     return q;
 }
 
 std::vector<std::complex<float>> BoardDevice::wouldPlay(const DriveSignal& signal) const
 {
     std::vector<std::complex<float>> q;
-    _codec->played(signal, q);
+    _board.codec->played(signal, q);
     return q;
 }
 

@@ -4,14 +4,17 @@
 #include "device/FieldCounters.h"
 #include "device/FieldQueue.h"
 #include "device/boards/BoardCodec.h"
+#include "device/boards/BoardLine.h"
 #include "device/boards/BufferSwaps.h"
 #include "device/boards/ByteSink.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
-#include <deque>
+#include <algorithm>
 #include <functional>
-#include <mutex>
+#include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace midair::device
 {
@@ -55,16 +58,28 @@ public:
     DeviceReport report() const override;
     DriveAbility ability() const override
     {
-        DriveAbility ability{_codec->phaseLevels(), _codec->amplitudes()};
-        ability.fieldsPerSecond = _codec->fieldsPerSecond(_transducers);
-        ability.sequenceFields = _codec->sequenceFields();
-        ability.sequenceClock_Hz = _codec->sequenceClock_Hz();
+        const BoardCodec& codec = *_board.codec;
+        DriveAbility ability{codec.phaseLevels(), codec.amplitudes()};
+        ability.fieldsPerSecond = codec.fieldsPerSecond(_board.transducers);
+        ability.sequenceFields = codec.sequenceFields();
+        ability.sequenceClock_Hz = codec.sequenceClock_Hz();
         return ability;
     }
     std::vector<std::complex<float>> played() const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
+    /// What board it is: how it is opened, spoken to and silenced.
+    struct Board
+    {
+        std::string name;
+        std::unique_ptr<BoardCodec> codec;
+        int transducers = 0;
+        Open open;
+        std::vector<std::uint8_t> reset;       ///< BoardCodec::appendReset()
+        std::vector<std::uint8_t> silentField; ///< BoardCodec::appendSilentField()
+    };
+
     /// A sequence as this board gets it; neither: a single field.
     struct InTurn
     {
@@ -72,6 +87,58 @@ private:
         std::unique_ptr<BufferSwaps> swaps;
 
         bool isSequence() const { return swaps || !stored.empty(); }
+    };
+
+    /// Fields until they are written.
+    struct Fields
+    {
+        FieldQueue queue; ///< at most one in flight
+        InTurn waiting;   ///< of the field that waits
+        std::uint32_t sequence = 0;
+    };
+
+    /// What the board plays.
+    struct Sound
+    {
+        DriveSignal signal;
+        std::vector<std::uint8_t> bytes; ///< the field, or silence, written last; repeated
+        InTurn inTurn;
+        double nextLoad_s = 0; ///< before it fields of inTurn aren't replaced by others
+
+        void silence() { std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0)); }
+    };
+
+    /// The silence that has yet to be written.
+    struct Silencing
+    {
+        bool isWanted = false;
+        double asked_s = 0;      ///< steady clock, of the last one
+        int fieldsLeft = 0;      ///< silent fields left to write, for the board's other buffers
+        bool isResetDue = false; ///< only Board::reset may be written, and not before settled_s
+        double settled_s = 0;    ///< when the board is up
+        std::uint64_t epoch = 0; ///< counts silences; a field of an older one doesn't sound
+    };
+
+    /// Does a board that should answer do so? After a reset an Arduino runs its bootloader, which
+    /// stays as long as it gets bytes; after it the board begins to play by itself.
+    struct Answers
+    {
+        enum
+        {
+            UNKNOWN,
+            YES,
+            NEVER
+        } known = UNKNOWN;
+        double due_s = 0; ///< 0: none is
+        int missed = 0;   ///< in a row
+    };
+
+    /// When the worker does again what it does every so often.
+    struct Rounds
+    {
+        double repeat_s = 0;      ///< what plays is due
+        double openedLine_s = 0;  ///< when the codec's opening was last written
+        double lookedAfter_s = 0; ///< when the line was
     };
 
     /// The bytes that the worker writes in one go.
@@ -82,93 +149,66 @@ private:
             RESET,   ///< silences everything on the line
             SILENCE, ///< one silent field
             FIELD,
-            SWAPS, ///< bytes of _inTurn.swaps
+            SWAPS, ///< bytes of Sound::inTurn.swaps
             REPEAT
         } kind = REPEAT;
         std::uint64_t epoch = 0;
         std::vector<std::uint8_t> field; ///< bytes of the field that plays afterwards
         double sentAt_s = 0;
         InTurn inTurn;
-        bool isInserted = false; ///< into what is on its way to the line: bytes of _inTurn.swaps
+        bool isInserted =
+            false; ///< into what is on its way to the line: bytes of Sound::inTurn.swaps
     };
 
-    void silenceLocked();
-    void fail(const std::string& why); ///< refuses fields from now on and drops the waiting one
-    // These are called by the worker with _mutex held; those that take the lock release it during
-    // long operations.
-    void run();
-    void reconnect(std::unique_lock<std::mutex>& lock);
-    void adopt(std::unique_ptr<ByteSink> sink);
-    void lookAfterLine(std::unique_lock<std::mutex>& lock);
-    void writeNext(std::unique_lock<std::mutex>& lock);
-    void lose(std::unique_lock<std::mutex>& lock, std::string why);
-    bool quiet() const; ///< true if nothing is left to be written before closing
-    void becomeReady();
-    bool watchesAnswers() const;
-    void listen();
-    void missAnswer();
-    double nextWrite_s() const;
-    Piece nextPiece(); ///< puts its bytes into _bytes
-    Piece nextField();
-    Piece nextSwaps();
-    bool fieldIsDue() const; ///< false: none waits, or it has to wait for the one before
+    bool put(const DriveSignal& signal, InTurn inTurn) MIDAIR_REQUIRES(_mutex);
+    void silenceLocked() MIDAIR_REQUIRES(_mutex);
+
+    // These are called by the worker; those that open or write release _mutex meanwhile.
+    void run() MIDAIR_EXCLUDES(_mutex);
+    void reconnect(base::Lock& lock) MIDAIR_REQUIRES(_mutex);
+    void adopt(std::unique_ptr<ByteSink> sink) MIDAIR_REQUIRES(_mutex);
+    void lookAfterLine() MIDAIR_REQUIRES(_mutex);
+    void writeNext() MIDAIR_REQUIRES(_mutex);
+    void lose(std::string why) MIDAIR_REQUIRES(_mutex);
+    /// Refuses fields from now on and drops the waiting one.
+    void fail(const std::string& why) MIDAIR_REQUIRES(_mutex);
+    void becomeReady() MIDAIR_REQUIRES(_mutex);
+    /// Returns true if nothing is left to be written before closing.
+    bool quiet() const MIDAIR_REQUIRES(_mutex);
+    bool watchesAnswers() const MIDAIR_REQUIRES(_mutex);
+    void listen() MIDAIR_REQUIRES(_mutex);
+    void missAnswer() MIDAIR_REQUIRES(_mutex);
+    double nextWrite_s() const MIDAIR_REQUIRES(_mutex);
+    Piece nextPiece() MIDAIR_REQUIRES(_mutex); ///< puts its bytes into _bytes
+    Piece nextField() MIDAIR_REQUIRES(_mutex);
+    Piece nextSwaps() MIDAIR_REQUIRES(_mutex);
+    /// False: none waits, or it has to wait for the one before.
+    bool fieldIsDue() const MIDAIR_REQUIRES(_mutex);
     /// Whether both the field that waits and the one that plays are timed by the line.
-    bool isInserted() const { return _inTurn.swaps && _waiting.swaps; }
-    bool put(const DriveSignal& signal, InTurn inTurn);
-    void finish(Piece piece);
-    void noteWritten(double asked_s, bool isTimed = false);
+    bool isInserted() const MIDAIR_REQUIRES(_mutex)
+    {
+        return _sound.inTurn.swaps && _fields.waiting.swaps;
+    }
+    void finish(Piece piece) MIDAIR_REQUIRES(_mutex);
 
-    const std::string _name;
-    const std::unique_ptr<BoardCodec> _codec;
-    const int _transducers;
-    const Open _open;
-    std::vector<std::uint8_t> _reset;       ///< BoardCodec::appendReset()
-    std::vector<std::uint8_t> _silentField; ///< BoardCodec::appendSilentField()
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;
-    std::unique_ptr<ByteSink> _sink;    ///< used by the worker; null: lost
-    std::vector<std::uint8_t> _bytes;   ///< used by the worker
-    std::vector<std::uint8_t> _current; ///< the field, or silence, written last; repeated
-    FieldQueue _fields;                 ///< at most one in flight
-    InTurn _waiting;                    ///< of the field that waits
-    InTurn _inTurn;                     ///< what plays
-    double _nextLoad_s = 0;             ///< before it _inTurn's fields aren't replaced by others
-    std::uint32_t _sequence = 0;
-    bool _silenceWanted = false;
-    double _silenceAsked_s = 0; ///< steady clock, of the last one
-    /// What was written, until it has left the computer: when it was asked for, and its last byte.
-    struct OnItsWay
-    {
-        double asked_s = 0;
-        std::uint64_t end = 0;
-    };
-    mutable std::deque<OnItsWay> _onItsWay;
-    std::uint64_t _written = 0;      ///< bytes
-    mutable double _confirmed_s = 0; ///< when that was asked for which has left last
-    bool _resetDue = false;          ///< only _reset may be written, and not before _settled_s
-    int _silentLeft = 0;             ///< silent fields left to write, for the board's other buffers
-    /// Counts silences; a field of an older epoch doesn't become _playing.
-    std::uint64_t _epoch = 0;
-    DriveSignal _playing;
-    double _settled_s = 0;
-    double _lineFree_s = 0; ///< when the last byte has left the line
-    double _repeatAt_s = 0;
-    double _openingAt_s = 0; ///< when the codec's opening was last written
-    double _lookedAfter_s = 0;
-    // Does a board that should answer do so? After a reset an Arduino runs its bootloader, which
-    // stays as long as it gets bytes; after it the board begins to play by itself.
-    enum class Answers
-    {
-        UNKNOWN,
-        YES,
-        NEVER
-    } _answers = Answers::UNKNOWN;
-    double _answerDue_s = 0; ///< 0: no answer is due
-    int _missed = 0;         ///< missing answers in a row
-    bool _ready = false;     ///< takes fields
-    bool _closing = false;
-    FieldCounters _counters;
-    std::thread _thread;
+    Board _board;                     ///< written by the constructor alone
+    std::vector<std::uint8_t> _bytes; ///< used by the worker alone
+    FieldCounters _counters;          ///< any thread
+
+    mutable base::Mutex _mutex;
+    base::Condition _wake;
+    /// Null: lost. The worker alone replaces it, and uses it without the lock.
+    std::unique_ptr<ByteSink> _sink MIDAIR_GUARDED_BY(_mutex);
+    mutable BoardLine _line MIDAIR_GUARDED_BY(_mutex);
+    Fields _fields MIDAIR_GUARDED_BY(_mutex);
+    Sound _sound MIDAIR_GUARDED_BY(_mutex);
+    Silencing _silencing MIDAIR_GUARDED_BY(_mutex);
+    Answers _answers MIDAIR_GUARDED_BY(_mutex);
+    Rounds _rounds MIDAIR_GUARDED_BY(_mutex);
+    bool _ready MIDAIR_GUARDED_BY(_mutex) = false; ///< takes fields
+    bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
+
+    std::thread _thread; ///< last: it uses all others
 };
 
 } // namespace midair::device

@@ -33,92 +33,93 @@ constexpr const char* kWasSilenced =
     "silence was written to the board once more, but it doesn't say whether it got it: if it still "
     "plays, cut its power";
 
-std::chrono::duration<double> seconds(double s)
-{
-    return std::chrono::duration<double>(s);
-}
-
 } // namespace
 
 void BoardDevice::run()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     while (!_closing || !quiet())
     {
+        const double now_s = base::steadySeconds();
+        const double due_s = _sink != nullptr ? nextWrite_s() : 0;
         if (_sink == nullptr)
             reconnect(lock);
-        else if (base::steadySeconds() - _lookedAfter_s >= (_closing ? kClosing_s : kLook_s))
-            lookAfterLine(lock);
-        else if (const double due_s = nextWrite_s(), wait_s = due_s - base::steadySeconds();
-                 wait_s > 0)
-            _wake.wait_for(
-                lock, seconds(std::min(wait_s, kLook_s)), [&] { return nextWrite_s() < due_s; });
+        else if (now_s - _rounds.lookedAfter_s >= (_closing ? kClosing_s : kLook_s))
+            lookAfterLine();
+        else if (due_s <= now_s)
+            writeNext();
         else
-            writeNext(lock);
+            while (nextWrite_s() >= due_s &&
+                   _wake.waitUntil_s(lock, std::min(due_s, now_s + kLook_s)))
+            {
+            }
     }
 }
 
 bool BoardDevice::quiet() const
 {
-    return _sink == nullptr || (!_resetDue && !_silenceWanted && _silentLeft == 0 &&
-                                base::steadySeconds() >= _lineFree_s && _answerDue_s == 0);
+    return _sink == nullptr ||
+           (!_silencing.isResetDue && !_silencing.isWanted && _silencing.fieldsLeft == 0 &&
+            base::steadySeconds() >= _line.free_s() && _answers.due_s == 0);
 }
 
-void BoardDevice::reconnect(std::unique_lock<std::mutex>& lock)
+void BoardDevice::reconnect(base::Lock& lock)
 {
-    _wake.wait_for(lock, seconds(kReconnect_s), [&] { return _closing; });
+    const double until_s = base::steadySeconds() + kReconnect_s;
+    while (!_closing && _wake.waitUntil_s(lock, until_s))
+    {
+    }
     if (_closing) return;
     std::unique_ptr<ByteSink> sink;
-    lock.unlock();
     try
     {
-        sink = _open(_reset);
+        const base::Unlocked unlocked(_mutex);
+        sink = _board.open(_board.reset);
     }
     catch (const DeviceError&)
     {
         // the reason was logged when it was lost
     }
-    lock.lock();
     if (sink != nullptr) adopt(std::move(sink));
 }
 
 void BoardDevice::adopt(std::unique_ptr<ByteSink> sink)
 {
-    _settled_s = sink->settled_s();
+    _silencing.settled_s = sink->settled_s();
     _sink = std::move(sink);
-    _resetDue = true;
-    _lookedAfter_s = 0;
-    _answerDue_s = 0;
-    _missed = 0;
+    _silencing.isResetDue = true;
+    _rounds.lookedAfter_s = 0;
+    _answers.due_s = 0;
+    _answers.missed = 0;
 }
 
-void BoardDevice::lookAfterLine(std::unique_lock<std::mutex>& lock)
+void BoardDevice::lookAfterLine()
 {
-    _lookedAfter_s = base::steadySeconds();
-    _sink->beat(_missed > 0);
+    _rounds.lookedAfter_s = base::steadySeconds();
+    _sink->beat(_answers.missed > 0);
     if (!_sink->present())
-        lose(lock, _sink->error());
+        lose(_sink->error());
     else if (watchesAnswers())
         listen();
 }
 
 bool BoardDevice::watchesAnswers() const
 {
-    return _codec->answer() >= 0 && _sink->settle_s() > 0 && _answers != Answers::NEVER;
+    return _board.codec->answer() >= 0 && _sink->settle_s() > 0 && _answers.known != Answers::NEVER;
 }
 
 void BoardDevice::listen()
 {
-    const bool heard = _sink->hears(static_cast<std::uint8_t>(_codec->answer()));
-    if (_resetDue) return; // while it starts, a board may send anything
+    const bool heard = _sink->hears(static_cast<std::uint8_t>(_board.codec->answer()));
+    if (_silencing.isResetDue) return; // while it starts, a board may send anything
     if (heard)
     {
-        _answers = Answers::YES;
-        _answerDue_s = 0;
-        _missed = 0;
+        _answers.known = Answers::YES;
+        _answers.due_s = 0;
+        _answers.missed = 0;
         becomeReady();
     }
-    else if (_answerDue_s > 0 && base::steadySeconds() > _answerDue_s)
+    else if (_answers.due_s > 0 && base::steadySeconds() > _answers.due_s)
         missAnswer();
 }
 
@@ -126,22 +127,22 @@ void BoardDevice::listen()
 // gets no bytes.
 void BoardDevice::missAnswer()
 {
-    _answerDue_s = 0;
-    ++_missed;
-    if (_answers == Answers::UNKNOWN && _missed > 1)
+    _answers.due_s = 0;
+    ++_answers.missed;
+    if (_answers.known == Answers::UNKNOWN && _answers.missed > 1)
     {
-        _answers = Answers::NEVER;
-        _missed = 0;
+        _answers.known = Answers::NEVER;
+        _answers.missed = 0;
         deviceLog().warn(
             "{}: never answers, so nobody knows whether it plays what it is sent, or is "
             "silent when it should be",
-            _name);
+            _board.name);
         becomeReady();
         return;
     }
-    if (_closing && _missed > 1)
+    if (_closing && _answers.missed > 1)
     {
-        deviceLog().error("{}: hasn't answered to its silence: {}", _name, kPlaysOn);
+        deviceLog().error("{}: hasn't answered to its silence: {}", _board.name, kPlaysOn);
         return;
     }
     const double still_s = _sink->held_s();
@@ -150,20 +151,20 @@ void BoardDevice::missAnswer()
                                         "it is silenced: until then {}",
                                         still_s,
                                         kPlaysOn);
-    if (_ready) deviceLog().error("{}: {}", _name, why);
+    if (_ready) deviceLog().error("{}: {}", _board.name, why);
     fail(why);
-    _resetDue = true;
-    _settled_s = base::steadySeconds() + still_s;
+    _silencing.isResetDue = true;
+    _silencing.settled_s = base::steadySeconds() + still_s;
 }
 
 void BoardDevice::fail(const std::string& why)
 {
     _ready = false;
-    _silenceWanted = false;
-    _silentLeft = 0;
-    _fields.dropWaiting();
-    _inTurn = {};
-    _onItsWay.clear();
+    _silencing.isWanted = false;
+    _silencing.fieldsLeft = 0;
+    _fields.queue.dropWaiting();
+    _sound.inTurn = {};
+    _line.forget();
     _counters.countLoss(why);
 }
 
@@ -171,58 +172,62 @@ void BoardDevice::becomeReady()
 {
     if (_ready) return;
     _ready = true;
-    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    _sound.silence();
     _counters.change(
         [](DeviceReport& report)
         {
             report.state = DeviceState::READY;
             ++report.reconnects;
         });
-    deviceLog().info("{}: back, and silenced until the next field", _name);
+    deviceLog().info("{}: back, and silenced until the next field", _board.name);
 }
 
 // Bytes in the operating system's buffer can't be overtaken, so the line must be free, unless the
 // codec allows to cut off a field.
 double BoardDevice::nextWrite_s() const
 {
-    if (_resetDue) return _settled_s;
-    if (_silenceWanted && _codec->restarts()) return 0;
-    if (_silenceWanted || (fieldIsDue() && !isInserted()) || _silentLeft > 0) return _lineFree_s;
-    if (_inTurn.swaps && !_closing) return _lineFree_s - kLate_s;
-    return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // no repeats while closing
+    if (_silencing.isResetDue) return _silencing.settled_s;
+    if (_silencing.isWanted && _board.codec->restarts()) return 0;
+    if (_silencing.isWanted || (fieldIsDue() && !isInserted()) || _silencing.fieldsLeft > 0)
+        return _line.free_s();
+    if (_sound.inTurn.swaps && !_closing) return _line.free_s() - kLate_s;
+    return _closing ? base::steadySeconds() + kClosing_s
+                    : _rounds.repeat_s; // no repeats while closing
 }
 
 // New fields of a sequence that the line times are written between its swaps, once the last ones
 // are.
 bool BoardDevice::fieldIsDue() const
 {
-    if (!_fields.waits()) return false;
-    return !isInserted() || (_inTurn.swaps->isFresh() && base::steadySeconds() >= _nextLoad_s);
+    if (!_fields.queue.waits()) return false;
+    return !isInserted() ||
+           (_sound.inTurn.swaps->isFresh() && base::steadySeconds() >= _sound.nextLoad_s);
 }
 
 BoardDevice::Piece BoardDevice::nextField()
 {
     Piece piece;
     piece.kind = Piece::FIELD;
-    piece.epoch = _epoch;
-    const FieldQueue::Field& field = _fields.takeOff(_sequence = nextAfter(_sequence));
+    piece.epoch = _silencing.epoch;
+    const FieldQueue::Field& field =
+        _fields.queue.takeOff(_fields.sequence = nextAfter(_fields.sequence));
     piece.sentAt_s = field.sentAt_s;
     piece.isInserted = isInserted();
-    piece.inTurn = std::move(_waiting);
-    _waiting = {};
+    piece.inTurn = std::move(_fields.waiting);
+    _fields.waiting = {};
     if (piece.isInserted)
     {
         const double now_s = base::steadySeconds();
-        _inTurn.swaps->replace(std::move(*piece.inTurn.swaps), now_s);
-        _inTurn.swaps->append(piece.field, std::max(now_s, _lineFree_s), now_s + kAhead_s);
-        _nextLoad_s = now_s + kSwapsNew_s;
+        _sound.inTurn.swaps->replace(std::move(*piece.inTurn.swaps), now_s);
+        _sound.inTurn.swaps->append(piece.field, std::max(now_s, _line.free_s()), now_s + kAhead_s);
+        _sound.nextLoad_s = now_s + kSwapsNew_s;
     }
     else if (piece.inTurn.swaps)
         piece.inTurn.swaps->appendStart(piece.field);
     else if (!piece.inTurn.stored.empty())
         piece.field = piece.inTurn.stored;
     else
-        _codec->appendField(piece.field, field.signal);
+        _board.codec->appendField(piece.field, field.signal);
     return piece;
 }
 
@@ -230,116 +235,124 @@ BoardDevice::Piece BoardDevice::nextSwaps()
 {
     Piece piece;
     piece.kind = Piece::SWAPS;
-    piece.epoch = _epoch;
+    piece.epoch = _silencing.epoch;
     const double now_s = base::steadySeconds();
-    if (now_s >= _repeatAt_s)
+    if (now_s >= _rounds.repeat_s)
     {
-        _inTurn.swaps->refresh();
-        _repeatAt_s = now_s + kSwapsRepeat_s;
+        _sound.inTurn.swaps->refresh();
+        _rounds.repeat_s = now_s + kSwapsRepeat_s;
     }
-    _inTurn.swaps->append(_bytes, std::max(now_s, _lineFree_s), now_s + kAhead_s);
+    _sound.inTurn.swaps->append(_bytes, std::max(now_s, _line.free_s()), now_s + kAhead_s);
     return piece;
 }
 
 BoardDevice::Piece BoardDevice::nextPiece()
 {
     Piece piece;
-    piece.epoch = _epoch;
+    piece.epoch = _silencing.epoch;
     _bytes.clear();
-    if (_resetDue)
+    if (_silencing.isResetDue)
     {
-        _inTurn = {};
+        _sound.inTurn = {};
         piece.kind = Piece::RESET;
-        piece.field = _silentField;
-        _bytes = _reset;
-        _openingAt_s = base::steadySeconds();
+        piece.field = _board.silentField;
+        _bytes = _board.reset;
+        _rounds.openedLine_s = base::steadySeconds();
         return piece;
     }
-    if (_silenceWanted || (!_fields.waits() && _silentLeft > 0))
+    if (_silencing.isWanted || (!_fields.queue.waits() && _silencing.fieldsLeft > 0))
     {
         piece.kind = Piece::SILENCE;
-        piece.field = _silentField;
-        _inTurn = {};
+        piece.field = _board.silentField;
+        _sound.inTurn = {};
     }
     else if (fieldIsDue())
         piece = nextField();
-    else if (_inTurn.swaps)
+    else if (_sound.inTurn.swaps)
         return nextSwaps();
     else
-        piece.field = _current;
+        piece.field = _sound.bytes;
     const double now_s = base::steadySeconds();
     // A sequence brings its own opening; what a board has stored, the next field's opening undoes.
     const bool isStored = piece.isInserted || piece.inTurn.isSequence() ||
-                          (piece.kind == Piece::REPEAT && !_inTurn.stored.empty());
-    const bool isUndone = piece.kind == Piece::FIELD && !_inTurn.stored.empty();
-    if (!isStored && (piece.kind != Piece::FIELD || isUndone || now_s - _openingAt_s >= kRepeat_s))
+                          (piece.kind == Piece::REPEAT && !_sound.inTurn.stored.empty());
+    const bool isUndone = piece.kind == Piece::FIELD && !_sound.inTurn.stored.empty();
+    if (!isStored &&
+        (piece.kind != Piece::FIELD || isUndone || now_s - _rounds.openedLine_s >= kRepeat_s))
     {
-        _codec->appendOpening(_bytes);
-        _openingAt_s = now_s;
+        _board.codec->appendOpening(_bytes);
+        _rounds.openedLine_s = now_s;
     }
     _bytes.insert(_bytes.end(), piece.field.begin(), piece.field.end());
     return piece;
 }
 
-void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
+void BoardDevice::writeNext()
 {
     if (watchesAnswers()) // the line is free, so answers from here on are for this piece
     {
         listen();
         if (nextWrite_s() > base::steadySeconds()) return;
     }
-    const bool overtakes = !_resetDue && _silenceWanted && _codec->restarts();
+    const bool overtakes =
+        !_silencing.isResetDue && _silencing.isWanted && _board.codec->restarts();
     Piece piece = nextPiece();
-    if (overtakes) _onItsWay.clear(); // discarded is not sent
-    lock.unlock();
-    if (overtakes) _sink->discard();
-    const bool written = _sink->write(_bytes);
-    lock.lock();
+    if (overtakes) _line.forget(); // discarded is not sent
+    ByteSink& sink = *_sink;
+    bool written = false;
+    {
+        const base::Unlocked unlocked(_mutex);
+        if (overtakes) sink.discard();
+        written = sink.write(_bytes);
+    }
     if (written)
     {
         finish(std::move(piece));
         return;
     }
-    if (piece.kind == Piece::FIELD) _fields.loseOldest();
-    lose(lock, _sink->error());
+    if (piece.kind == Piece::FIELD) _fields.queue.loseOldest();
+    lose(_sink->error());
 }
 
 void BoardDevice::finish(Piece piece)
 {
     const double now_s = base::steadySeconds();
-    const double onLine_s = static_cast<double>(_bytes.size()) / _codec->bytesPerSecond();
-    const bool newest = piece.epoch == _epoch;
+    const double onLine_s = static_cast<double>(_bytes.size()) / _board.codec->bytesPerSecond();
+    const bool newest = piece.epoch == _silencing.epoch;
     const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
-    _written += _bytes.size();
-    _lineFree_s = (isAhead ? std::max(now_s, _lineFree_s) : now_s) + onLine_s;
+    _line.noteBytes(_bytes.size(), now_s, onLine_s, isAhead);
     if (piece.kind == Piece::SWAPS) return;
-    if (!isAhead) _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
-    if (watchesAnswers() && _answerDue_s == 0) _answerDue_s = _lineFree_s + kAnswer_s;
+    if (!isAhead) _rounds.repeat_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
+    if (watchesAnswers() && _answers.due_s == 0) _answers.due_s = _line.free_s() + kAnswer_s;
     switch (piece.kind)
     {
     case Piece::RESET:
-        _resetDue = false;
-        if (newest) noteWritten(_silenceAsked_s);
-        _silenceWanted = _silenceWanted && !newest;
-        _silentLeft = 0;
+        _silencing.isResetDue = false;
+        if (newest) _line.noteAsked(_silencing.asked_s);
+        _silencing.isWanted = _silencing.isWanted && !newest;
+        _silencing.fieldsLeft = 0;
         // A board that answers is ready once it has answered. When it is opened first, the state is
         // READY already, and fields may wait.
         if (_counters.report().state == DeviceState::LOST && !watchesAnswers()) becomeReady();
         break;
     case Piece::SILENCE:
         if (!newest) break;
-        noteWritten(_silenceAsked_s);
-        _silentLeft = _silenceWanted ? _codec->silentFields() - 1 : std::max(0, _silentLeft - 1);
-        _silenceWanted = false;
+        _line.noteAsked(_silencing.asked_s);
+        _silencing.fieldsLeft = _silencing.isWanted ? _board.codec->silentFields() - 1
+                                                    : std::max(0, _silencing.fieldsLeft - 1);
+        _silencing.isWanted = false;
         break;
     case Piece::FIELD:
     {
-        _silentLeft = 0; // the board's buffers hold silence and this field
-        noteWritten(piece.sentAt_s, piece.isInserted || piece.inTurn.isSequence());
-        if (!piece.isInserted) _inTurn = std::move(piece.inTurn);
-        if (_inTurn.swaps && !piece.isInserted) _inTurn.swaps->begin(_lineFree_s);
-        auto played = _fields.settleUntil(_sequence, _sequence);
-        if (newest && played) _playing = std::move(*played);
+        _silencing.fieldsLeft = 0; // the board's buffers hold silence and this field
+        if (piece.isInserted || piece.inTurn.isSequence())
+            _line.noteSent(piece.sentAt_s);
+        else
+            _line.noteAsked(piece.sentAt_s);
+        if (!piece.isInserted) _sound.inTurn = std::move(piece.inTurn);
+        if (_sound.inTurn.swaps && !piece.isInserted) _sound.inTurn.swaps->begin(_line.free_s());
+        auto played = _fields.queue.settleUntil(_fields.sequence, _fields.sequence);
+        if (newest && played) _sound.signal = std::move(*played);
         _counters.change(
             [&](DeviceReport& report)
             {
@@ -352,42 +365,34 @@ void BoardDevice::finish(Piece piece)
     case Piece::REPEAT:
         break;
     }
-    if (piece.kind != Piece::REPEAT) _current = std::move(piece.field);
-}
-
-// A sequence keeps the line busy, or takes it for longer than a field: it counts as sent.
-void BoardDevice::noteWritten(double asked_s, bool isTimed)
-{
-    if (isTimed)
-        _confirmed_s = std::max(_confirmed_s, asked_s);
-    else
-        _onItsWay.push_back({asked_s, _written});
+    if (piece.kind != Piece::REPEAT) _sound.bytes = std::move(piece.field);
 }
 
 // Silences the board that is given up: this program writes the reset, or, if it can't, the guard
 // process does (bequeath()).
-void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
+void BoardDevice::lose(std::string why)
 {
-    const bool settled = !_resetDue || base::steadySeconds() >= _settled_s;
+    const bool settled = !_silencing.isResetDue || base::steadySeconds() >= _silencing.settled_s;
     std::unique_ptr<ByteSink> sink = std::move(_sink);
     const bool first = _ready;
     fail(why);
-    _resetDue = false;
-    lock.unlock();
+    _silencing.isResetDue = false;
     bool silenced = false;
-    if (settled && sink->present())
     {
-        sink->discard();
-        silenced = sink->write(_reset);
+        const base::Unlocked unlocked(_mutex);
+        if (settled && sink->present())
+        {
+            sink->discard();
+            silenced = sink->write(_board.reset);
+        }
+        silenced = silenced || sink->bequeath();
+        sink.reset();
     }
-    silenced = silenced || sink->bequeath();
-    sink.reset();
-    lock.lock();
     why += "; ";
     why += silenced ? kWasSilenced : kPlaysOn;
-    if (silenced) std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    if (silenced) _sound.silence();
     _counters.change([&](DeviceReport& report) { report.message = why; });
-    if (first) deviceLog().error("{}: {}", _name, why);
+    if (first) deviceLog().error("{}: {}", _board.name, why);
 }
 
 } // namespace midair::device

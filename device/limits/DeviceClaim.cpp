@@ -1,10 +1,10 @@
 #include "device/limits/DeviceClaim.h"
 
 #include "device/DeviceUri.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <utility>
 
 namespace midair::device
@@ -22,8 +22,8 @@ struct Owner
 /// All claims of this program.
 struct Claims
 {
-    std::mutex mutex;
-    std::map<std::string, Owner> owners; ///< by keyOf()
+    base::Mutex mutex;
+    std::map<std::string, Owner> owners MIDAIR_GUARDED_BY(mutex); ///< by keyOf()
 };
 
 Claims& claims()
@@ -61,8 +61,9 @@ DeviceClaim::DeviceClaim(const DeviceUri& uri, Owned owned, const std::string& o
     _key(keyOf(uri, owned))
 {
     if (_key.empty()) return;
-    const std::lock_guard<std::mutex> lock(claims().mutex);
-    const auto [place, isFirst] = claims().owners.emplace(_key, Owner{owner, openingOfThread()});
+    Claims& all = claims();
+    const base::Lock lock(all.mutex);
+    const auto [place, isFirst] = all.owners.emplace(_key, Owner{owner, openingOfThread()});
     if (isFirst) return;
     const Owner& present = place->second;
     if (present.isLeft && *present.isLeft)
@@ -75,8 +76,9 @@ DeviceClaim::DeviceClaim(const DeviceUri& uri, Owned owned, const std::string& o
 DeviceClaim::~DeviceClaim()
 {
     if (_key.empty()) return;
-    const std::lock_guard<std::mutex> lock(claims().mutex);
-    claims().owners.erase(_key);
+    Claims& all = claims();
+    const base::Lock lock(all.mutex);
+    all.owners.erase(_key);
 }
 
 } // namespace midair::device

@@ -2,16 +2,19 @@
 
 #include "device/ArrayDevice.h"
 #include "device/limits/DeviceClaim.h"
+#include "device/limits/Lead.h"
+#include "device/limits/LimitedDrive.h"
 #include "device/limits/QuietWatch.h"
+#include "haptics/base/threads/Clock.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <algorithm>
-#include <atomic>
-#include <condition_variable>
+#include <cstdint>
 #include <limits>
-#include <mutex>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace midair::device
 {
@@ -19,7 +22,8 @@ namespace midair::device
 class DeviceUri;
 
 /// Wraps a device and enforces its limits: amplitude cap, ramp, thermal budget, hold, mute.
-/// Everything that reaches the device goes through here.
+/// Everything that reaches the device goes through here. What whoever leads has asked of it stands
+/// in its Lead.
 ///
 /// With a ramp or thermal budget a thread resends the last field with another gain as time passes.
 /// It is also the one watchdog of all devices: without a sign of life for the time of the hold it
@@ -29,11 +33,13 @@ class GuardedDevice : public ArrayDevice
 {
 public:
     /// Throws DeviceError for limits that are out of range. \a claim is released after the device
-    /// is closed; may be null.
+    /// is closed; may be null. \a clock has to outlive it; it is that of the device's
+    /// confirmed_s().
     GuardedDevice(std::unique_ptr<ArrayDevice> device,
                   const SafetyLimits& limits,
                   int transducers,
-                  std::unique_ptr<DeviceClaim> claim = {});
+                  std::unique_ptr<DeviceClaim> claim = {},
+                  const base::Clock& clock = base::steadyClock());
     ~GuardedDevice() override; ///< takes up to ramp_s if a field is played
 
     GuardedDevice(const GuardedDevice&) = delete;
@@ -55,7 +61,8 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
-    void noteSign(double at_s) override { _lastSign_s = at_s; }
+    void keepAlive() override { lead()->keepAlive(); }
+    void follow(const std::shared_ptr<Lead>& lead) override;
     bool isHoldOver() const override;
     double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
@@ -70,54 +77,70 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    bool gainNeedsTime() const { return _limits.ramp_s > 0 || _limits.meanDrive < 1; }
-    bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
-    double capGain(const DriveSignal& signal) const; ///< for the amplitude cap only
-    double allowedGain(double now_s);
-    void account(double now_s);
-    void silenceLocked();
-    void noteSilence();
-    void ask(const std::optional<Loudness>& level, double asked_s, bool taken = true);
-    void settle() const;
-    void watchHold();
-    void watchQuieting();
-    double nextDue_s() const; ///< when run() has something to do
-    void run();
+    /// What the device was given last.
+    struct Sounding
+    {
+        bool isAny = false;
+        bool inTurn = false;      ///< a sequence, which can't be lowered while it plays
+        bool isAbandoned = false; ///< the hold has silenced it, and no field came since
+        double cap = 1;           ///< of the amplitude, to which it keeps
+    };
+    /// Whether the device becomes quieter when it is asked to, and what is told of it.
+    struct Quieting
+    {
+        QuietWatch watch;
+        double patience_s = QuietWatch::kConfirm_s;
+        std::string quieted;    ///< DeviceReport::quieted
+        std::string unsilenced; ///< DeviceReport::unsilenced, as far as seen here
+        std::uint64_t faults = 0;
+    };
+    /// For report(): what the device doesn't know of.
+    struct Counts
+    {
+        std::uint64_t refused = 0;
+        std::uint64_t silences = 0;
+    };
+    /// The thread: there from the start with limits that need time, else once it is needed.
+    struct Watchman
+    {
+        std::thread thread;
+        double wakeAt_s = std::numeric_limits<double>::infinity(); ///< until then it sleeps
+        bool closing = false;
+    };
+
+    std::shared_ptr<Lead> lead() const { return std::atomic_load(&_lead); }
+    /// The lower of the cap that it was opened with and the lead's. Another thread may change it at
+    /// any time: each sending reads it once.
+    double cap() const;
+    bool refuse() MIDAIR_REQUIRES(_mutex);
+    bool sendLowered(const std::shared_ptr<JointCommit>& joint = nullptr) MIDAIR_REQUIRES(_mutex);
+    void silenceLocked() MIDAIR_REQUIRES(_mutex);
+    void noteSilence() MIDAIR_REQUIRES(_mutex);
+    void ask(const std::optional<Loudness>& level, double asked_s, bool taken = true)
+        MIDAIR_REQUIRES(_mutex);
+    void settle() const MIDAIR_REQUIRES(_mutex);
+    bool maySound() const MIDAIR_REQUIRES(_mutex);
+    void watchHold() MIDAIR_REQUIRES(_mutex);
+    void watchQuieting() MIDAIR_REQUIRES(_mutex);
+    double nextDue_s() const MIDAIR_REQUIRES(_mutex); ///< when run() has something to do
+    void wake() MIDAIR_REQUIRES(_mutex);
+    void run() MIDAIR_EXCLUDES(_mutex);
 
     const std::unique_ptr<DeviceClaim> _claim; ///< outlives the device
     const std::unique_ptr<ArrayDevice> _device;
-    /// The lower of the cap that it was opened with and that of setAmplitudeCap().
-    double maxAmplitude() const { return std::min(_limits.maxAmplitude, _cap.load()); }
-
     const SafetyLimits _limits;
-    std::atomic<double> _cap{1.0}; ///< of setAmplitudeCap(); written under _mutex
     const int _transducers;
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;
-    DriveSignal _wanted;
-    DriveSignal _scaled;
-    double _wantedPeak = 0;          ///< largest amplitude of _wanted
-    double _wantedDrive = 0;         ///< mean of its amplitudes squared
-    double _ramp = 0;                ///< 0 .. 1; gain of the ramp
-    double _meanDrive = 0;           ///< mean over time of _drive
-    double _drive = 0;               ///< mean amplitude squared of what is played
-    double _gain = 1;                ///< gain of what is played
-    double _accounted_s = 0;         ///< time of _meanDrive
-    std::atomic<double> _lastSign_s; ///< of life
-    bool _isAbandoned = false;       ///< the hold has silenced it, and no field came since
-    mutable QuietWatch _quiet;       ///< of what was handed to the device
-    double _patience_s = QuietWatch::kConfirm_s;
-    mutable std::string _quieted;    ///< DeviceReport::quieted
-    mutable std::string _unsilenced; ///< DeviceReport::unsilenced, as far as seen here
-    bool _sounds = false;
-    bool _inTurn = false; ///< what sounds is a sequence, which can't be lowered while it plays
-    bool _muted = false;
-    bool _closing = false;
-    std::uint64_t _refused = 0;
-    std::uint64_t _silences = 0;
-    std::uint64_t _faults = 0;                                  ///< of what wasn't confirmed
-    double _wakeAt_s = std::numeric_limits<double>::infinity(); ///< until then run() sleeps
-    std::thread _thread; ///< from the start with limits that need time, else when it is needed
+    const base::Clock& _clock;
+
+    std::shared_ptr<Lead> _lead; ///< never null; loaded and stored atomically
+
+    mutable base::Mutex _mutex;
+    base::Condition _wake;
+    LimitedDrive _drive MIDAIR_GUARDED_BY(_mutex);
+    Sounding _sounding MIDAIR_GUARDED_BY(_mutex);
+    mutable Quieting _quieting MIDAIR_GUARDED_BY(_mutex); ///< of what was handed to the device
+    Counts _counts MIDAIR_GUARDED_BY(_mutex);
+    Watchman _watchman MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// Throws DeviceError for limits that are out of range.

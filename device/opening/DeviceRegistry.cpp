@@ -1,7 +1,8 @@
 #include "device/opening/DeviceRegistry.h"
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <algorithm>
-#include <mutex>
 #include <utility>
 
 namespace midair::device
@@ -14,9 +15,9 @@ constexpr std::size_t kMostLetters = 32;
 
 struct Registry
 {
-    std::mutex mutex;
-    std::vector<OwnScheme> schemes;
-    OpenDevice rehearsedAutd3;
+    base::Mutex mutex;
+    std::vector<OwnScheme> schemes MIDAIR_GUARDED_BY(mutex);
+    OpenDevice rehearsedAutd3; ///< set before devices are opened
 };
 
 Registry& registry()
@@ -51,8 +52,9 @@ bool registerScheme(OwnScheme scheme, std::string& error)
         error = "the scheme \"" + scheme.name + "\" has nothing that opens it";
     else
     {
-        const std::lock_guard<std::mutex> lock(registry().mutex);
-        std::vector<OwnScheme>& all = registry().schemes;
+        Registry& known = registry();
+        const base::Lock lock(known.mutex);
+        std::vector<OwnScheme>& all = known.schemes;
         if (!isOneOf(all, scheme.name))
         {
             all.push_back(std::move(scheme));
@@ -70,8 +72,9 @@ bool isKnownScheme(const std::string& scheme)
 
 std::vector<OwnScheme> ownSchemes()
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    return registry().schemes;
+    Registry& known = registry();
+    const base::Lock lock(known.mutex);
+    return known.schemes;
 }
 
 void setRehearsedAutd3(OpenDevice open)

@@ -83,7 +83,7 @@ void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& 
 
 bool MultiDevice::sendUnled(const DriveSignal& signal)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
     {
         ++_refused;
@@ -112,10 +112,16 @@ bool MultiDevice::setAmplitudeCap(double amplitude)
     return all;
 }
 
-void MultiDevice::noteSign(double at_s)
+void MultiDevice::keepAlive()
 {
     for (const Part& part : _parts)
-        part.device->noteSign(at_s);
+        part.device->keepAlive();
+}
+
+void MultiDevice::follow(const std::shared_ptr<Lead>& lead)
+{
+    for (const Part& part : _parts)
+        part.device->follow(lead);
 }
 
 bool MultiDevice::isHoldOver() const
@@ -156,7 +162,7 @@ std::string MultiDevice::status() const
 // state.
 DeviceReport MultiDevice::report() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     measureSkew();
     DeviceReport sum;
     for (const Part& part : _parts)

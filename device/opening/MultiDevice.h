@@ -2,8 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/JointCommit.h"
-
-#include <mutex>
+#include "haptics/base/threads/Mutex.h"
 
 namespace midair::device
 {
@@ -37,9 +36,10 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
-    void noteSign(double at_s) override;
-    bool isHoldOver() const override;    ///< that of any
-    double confirmed_s() const override; ///< by all
+    void keepAlive() override;
+    void follow(const std::shared_ptr<Lead>& lead) override; ///< all the same one
+    bool isHoldOver() const override;                        ///< that of any
+    double confirmed_s() const override;                     ///< by all
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences
@@ -51,18 +51,18 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    void measureSkew() const;
+    void measureSkew() const MIDAIR_REQUIRES(_mutex);
     static void cut(const DriveSignal& signal, const Part& part, DriveSignal& piece);
     template<typename Play>
     std::vector<std::complex<float>> join(Play&& play) const;
 
-    std::vector<Part> _parts;
+    const std::vector<Part> _parts; ///< devices take calls from any thread
     const int _transducers;
-    const int _staging;        ///< number of parts that can stage
-    mutable std::mutex _mutex; ///< held by send(): one field at a time
+    const int _staging; ///< number of parts that can stage
     const std::shared_ptr<SkewMeter> _skew = std::make_shared<SkewMeter>();
-    std::uint64_t _refused = 0;
-    std::vector<DriveSignal> _cuts;
+    mutable base::Mutex _mutex; ///< held by send(): one field at a time
+    std::uint64_t _refused MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::vector<DriveSignal> _cuts MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// Splits a list of URIs at commas that letters and a colon follow; without such a comma it is one

@@ -25,22 +25,22 @@ PlayingDevice::PlayingDevice(recording::Show show,
 PlayingDevice::~PlayingDevice()
 {
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _stop = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     _thread.join();
 }
 
 void PlayingDevice::run()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    do
     {
-        if (!playOnce(lock)) break;
-    } while (_options.loop && _fields > 0);
-    _finished = true;
-    lock.unlock();
+        base::Lock lock(_mutex);
+        while (playOnce(lock) && _options.loop && _fields > 0)
+        {
+        }
+        _finished = true;
+    }
     _device->silence();
 }
 
@@ -51,27 +51,29 @@ void PlayingDevice::leaveOutDead(DriveSignal& signal) const
             signal.duty[static_cast<std::size_t>(i)] = 0;
 }
 
-bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
+bool PlayingDevice::playOnce(base::Lock& lock)
 {
     recording::Reader reader(_show.bytes(), _show.file());
     recording::Entry entry;
-    const auto start = std::chrono::steady_clock::now();
+    const double start_s = base::steadySeconds();
     recording::Stop stop = reader.next(entry);
     for (; stop == recording::Stop::MORE; stop = reader.next(entry))
     {
         _time_s = static_cast<double>(entry.time_ns) * 1e-9;
-        const auto due = start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                     std::chrono::duration<double>(_time_s / _options.speed));
-        if (_wake.wait_until(lock, due, [&] { return _stop; })) return false;
-        const std::chrono::duration<double> late = std::chrono::steady_clock::now() - due;
-        _worstLateness_s = std::max(_worstLateness_s, late.count());
-        lock.unlock();
-        leaveOutDead(entry.signal);
-        if (entry.kind == recording::Kind::FIELD)
-            _device->sendUnled(entry.signal);
-        else
-            _device->silence();
-        lock.lock();
+        const double due_s = start_s + _time_s / _options.speed;
+        while (!_stop && _wake.waitUntil_s(lock, due_s))
+        {
+        }
+        if (_stop) return false;
+        _worstLateness_s = std::max(_worstLateness_s, base::steadySeconds() - due_s);
+        {
+            const base::Unlocked unlocked(_mutex);
+            leaveOutDead(entry.signal);
+            if (entry.kind == recording::Kind::FIELD)
+                _device->sendUnled(entry.signal);
+            else
+                _device->silence();
+        }
         _fields += entry.kind == recording::Kind::FIELD ? 1 : 0;
     }
     if (stop != recording::Stop::END && _ending.empty())
@@ -94,30 +96,30 @@ bool PlayingDevice::send(const DriveSignal&)
 void PlayingDevice::silence()
 {
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _stop = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     // At once; run() does it again when it ends, for a field that it was just sending.
     _device->silence();
 }
 
 bool PlayingDevice::finished() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _finished;
 }
 
 std::string PlayingDevice::ending() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _ending;
 }
 
 DeviceReport PlayingDevice::report() const
 {
     DeviceReport report = _device->report();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (!_finished || _ending.empty()) return report;
     report.state = DeviceState::LOST;
     ++report.faults;
@@ -134,14 +136,14 @@ DriveAbility PlayingDevice::ability() const
 
 double PlayingDevice::worstLateness_s() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _worstLateness_s;
 }
 
 std::string PlayingDevice::status() const
 {
     const std::string device = _device->status();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const std::string dead =
         _options.dead.empty() ? ""
                               : fmt::format("; {} dead transducers left out", _options.dead.size());

@@ -2,9 +2,9 @@
 
 #include "device/ArrayDevice.h"
 #include "device/recording/RecordingFile.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
-#include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -40,7 +40,8 @@ public:
     void silence() override;                                         ///< ends playing
     void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
     bool setAmplitudeCap(double amplitude) override { return _device->setAmplitudeCap(amplitude); }
-    void noteSign(double at_s) override { _device->noteSign(at_s); }
+    void keepAlive() override { _device->keepAlive(); }
+    void follow(const std::shared_ptr<Lead>& lead) override { _device->follow(lead); }
     bool isHoldOver() const override { return _device->isHoldOver(); }
     double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
@@ -65,19 +66,20 @@ public:
 private:
     void run();
     void leaveOutDead(DriveSignal& signal) const;
-    bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: silence() or destructor
+    /// Returns false after silence() or in the destructor.
+    bool playOnce(base::Lock& lock) MIDAIR_REQUIRES(_mutex);
 
     const recording::Show _show;
     const Options _options;
     const std::unique_ptr<ArrayDevice> _device;
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;
-    bool _stop = false;
-    bool _finished = false;
-    std::uint64_t _fields = 0;
-    double _time_s = 0;
-    double _worstLateness_s = 0;
-    std::string _ending;
+    mutable base::Mutex _mutex;
+    base::Condition _wake;
+    bool _stop MIDAIR_GUARDED_BY(_mutex) = false;
+    bool _finished MIDAIR_GUARDED_BY(_mutex) = false;
+    std::uint64_t _fields MIDAIR_GUARDED_BY(_mutex) = 0;
+    double _time_s MIDAIR_GUARDED_BY(_mutex) = 0;
+    double _worstLateness_s MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::string _ending MIDAIR_GUARDED_BY(_mutex);
     std::thread _thread;
 };
 

@@ -20,7 +20,7 @@ namespace
 
 constexpr std::size_t kMostSequenceBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostSequenceFields = 4096;
-constexpr std::chrono::milliseconds kHeartbeat(50);
+constexpr double kHeartbeat_s = 0.05;
 
 } // namespace
 
@@ -30,8 +30,8 @@ RecordingDevice::RecordingDevice(const std::string& file,
     _file(file),
     _opened(recording::openForWriting(file, before)),
     _held(transducers),
-    _writer(transducers),
-    _start(std::chrono::steady_clock::now())
+    _start_s(base::steadySeconds()),
+    _writer(transducers)
 {
     if (before == recording::Before::CONTINUED && goOn()) return;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -56,7 +56,7 @@ bool RecordingDevice::goOn()
     if (::ftruncate(_opened.descriptor(), end) != 0 ||
         ::lseek(_opened.descriptor(), end, SEEK_SET) != end)
         throw DeviceError(name + "can't be continued: " + std::generic_category().message(errno));
-    _start = ended->start;
+    _start_s = ended->start_s;
     _bytes = ended->bytes;
     _fields = ended->fields;
     _writer.forget();
@@ -66,23 +66,21 @@ bool RecordingDevice::goOn()
 RecordingDevice::~RecordingDevice()
 {
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _closing = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     if (_thread.joinable()) _thread.join();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     silenceLocked();
-    const recording::Ended ended{_held.transducers(), _fields, _bytes, _start};
+    const recording::Ended ended{_held.transducers(), _fields, _bytes, _start_s};
     if (_failure.empty()) write(_writer.mark(elapsed_ns(), recording::Kind::END));
     recording::noteEnd(_opened.descriptor(), ended);
 }
 
 std::uint64_t RecordingDevice::elapsed_ns() const
 {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() -
-                                                                _start)
-        .count();
+    return static_cast<std::uint64_t>((base::steadySeconds() - _start_s) * 1e9);
 }
 
 bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
@@ -146,7 +144,7 @@ void RecordingDevice::endSequence(std::uint64_t time_ns)
 bool RecordingDevice::send(const DriveSignal& signal)
 {
     const double sentAt_s = base::steadySeconds();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const bool whole = signal.fits(_held.transducers());
     const std::uint64_t now_ns = elapsed_ns();
     if (whole) endSequence(now_ns);
@@ -163,7 +161,7 @@ bool RecordingDevice::send(const DriveSignal& signal)
 bool RecordingDevice::sendSequence(const DriveSequence& sequence)
 {
     const double sentAt_s = base::steadySeconds();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const bool whole =
         sequence.fits(_held.transducers()) &&
         sequence.signals.size() <= static_cast<std::size_t>(ability().sequenceFields);
@@ -180,19 +178,22 @@ bool RecordingDevice::sendSequence(const DriveSequence& sequence)
     _running = {sequence, now_ns};
     _running.advance();
     if (!_thread.joinable()) _thread = std::thread([this] { run(); });
-    _wake.notify_all();
+    _wake.notifyAll();
     return true;
 }
 
 void RecordingDevice::run()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     while (!_closing)
     {
-        if (_running)
-            _wake.wait_for(lock, kHeartbeat, [this] { return _closing; });
-        else
-            _wake.wait(lock, [this] { return _closing || bool(_running); });
+        const bool isRunning = bool(_running);
+        const double until_s = base::steadySeconds() + kHeartbeat_s;
+        while (!_closing && isRunning && _wake.waitUntil_s(lock, until_s))
+        {
+        }
+        while (!_closing && !isRunning && !_running)
+            _wake.wait(lock);
         writeStepsUntil(elapsed_ns());
     }
 }
@@ -208,7 +209,7 @@ void RecordingDevice::silenceLocked()
 
 void RecordingDevice::silence()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     silenceLocked();
 }
 
@@ -223,7 +224,7 @@ DriveAbility RecordingDevice::ability() const
 
 std::vector<std::complex<float>> RecordingDevice::played() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (!_running) return _held.activations();
     std::vector<std::complex<float>> q;
     decode(_running.signal(_running.begun(elapsed_ns()) - 1), q);
@@ -232,7 +233,7 @@ std::vector<std::complex<float>> RecordingDevice::played() const
 
 std::string RecordingDevice::status() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (!_failure.empty()) return "record:" + _file + ": " + _failure;
     return fmt::format("record:{}: {} fields, {} bytes", _file, _fields, _bytes);
 }

@@ -6,10 +6,10 @@
 #include "device/recording/Recording.h"
 #include "device/recording/RecordingFile.h"
 #include "device/recording/RunningSequence.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <chrono>
-#include <condition_variable>
-#include <mutex>
+#include <cstdint>
+#include <string>
 #include <thread>
 
 namespace midair::device
@@ -48,30 +48,30 @@ public:
     std::vector<std::complex<float>> played() const override;
 
 private:
-    bool goOn();
+    bool goOn() MIDAIR_REQUIRES(_mutex);
     std::uint64_t elapsed_ns() const;
-    // These are called with _mutex held.
-    bool write(const std::vector<std::uint8_t>& bytes);
-    bool writeField(std::uint64_t time_ns, const DriveSignal& signal);
-    void writeStepsUntil(std::uint64_t time_ns);
-    void endSequence(std::uint64_t time_ns);
-    void silenceLocked();
-    void run();
+    bool write(const std::vector<std::uint8_t>& bytes) MIDAIR_REQUIRES(_mutex);
+    bool writeField(std::uint64_t time_ns, const DriveSignal& signal) MIDAIR_REQUIRES(_mutex);
+    void writeStepsUntil(std::uint64_t time_ns) MIDAIR_REQUIRES(_mutex);
+    void endSequence(std::uint64_t time_ns) MIDAIR_REQUIRES(_mutex);
+    void silenceLocked() MIDAIR_REQUIRES(_mutex);
+    void run() MIDAIR_EXCLUDES(_mutex);
 
     const std::string _file;
     const recording::OpenFile _opened;
-    HeldField _held;
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;
-    recording::Writer _writer;
-    std::chrono::steady_clock::time_point _start;
-    FieldCounters _counters;
-    recording::RunningSequence _running; ///< false while a field is held
-    std::uint64_t _fields = 0;
-    std::uint64_t _bytes = 0; ///< of whole records
-    std::string _failure;
-    bool _closing = false;
-    std::thread _thread; ///< writes the steps of sequences; started by the first one
+    HeldField _held;         ///< any thread
+    FieldCounters _counters; ///< any thread
+    double _start_s;         ///< base::steadySeconds(); written by the constructor alone
+    mutable base::Mutex _mutex;
+    base::Condition _wake;
+    recording::Writer _writer MIDAIR_GUARDED_BY(_mutex);
+    recording::RunningSequence _running MIDAIR_GUARDED_BY(_mutex); ///< false while a field is held
+    std::uint64_t _fields MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::uint64_t _bytes MIDAIR_GUARDED_BY(_mutex) = 0; ///< of whole records
+    std::string _failure MIDAIR_GUARDED_BY(_mutex);
+    bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
+    /// Writes the steps of sequences; started by the first one, under _mutex.
+    std::thread _thread;
 };
 
 } // namespace midair::device

@@ -3,13 +3,13 @@
 #include "device/ArrayDevice.h"
 #include "device/recording/Recording.h"
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <deque>
-#include <mutex>
 #include <system_error>
 #include <utility>
 
@@ -47,8 +47,8 @@ struct NotedEnd
 
 struct Ends
 {
-    std::mutex mutex;
-    std::deque<NotedEnd> noted; ///< the oldest first
+    base::Mutex mutex;
+    std::deque<NotedEnd> noted MIDAIR_GUARDED_BY(mutex); ///< the oldest first
 };
 
 // Never destroyed: devices may be closed while the program ends.
@@ -103,8 +103,9 @@ void noteEnd(int descriptor, const Ended& ended)
 {
     struct stat about = {};
     if (::fstat(descriptor, &about) != 0) return;
-    const std::lock_guard<std::mutex> lock(ends().mutex);
-    std::deque<NotedEnd>& all = ends().noted;
+    Ends& known = ends();
+    const base::Lock lock(known.mutex);
+    std::deque<NotedEnd>& all = known.noted;
     all.erase(std::remove_if(
                   all.begin(), all.end(), [&](const NotedEnd& one) { return one.isOf(about); }),
               all.end());
@@ -116,8 +117,9 @@ std::optional<Ended> endOf(int descriptor)
 {
     struct stat about = {};
     if (::fstat(descriptor, &about) != 0) return {};
-    const std::lock_guard<std::mutex> lock(ends().mutex);
-    for (const NotedEnd& one : ends().noted)
+    Ends& known = ends();
+    const base::Lock lock(known.mutex);
+    for (const NotedEnd& one : known.noted)
         if (one.isOf(about) && one.size == about.st_size) return one.ended;
     return {};
 }

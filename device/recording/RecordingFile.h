@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -44,7 +43,7 @@ struct Ended
     int transducers = 0;
     std::uint64_t fields = 0;
     std::uint64_t bytes = 0; ///< of whole records, without the end mark
-    std::chrono::steady_clock::time_point start;
+    double start_s = 0;      ///< base::steadySeconds()
 };
 
 /// Notes that the recording in the open file \a descriptor has ended like that. Any thread.

@@ -63,17 +63,13 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
     _options(options),
     _ranges(protocol::ranges(layout)),
     _start_s(base::steadySeconds()),
-    _codec(makeBoardCodec(options.board)),
+    _board(options.board.empty()
+               ? nullptr
+               : std::make_unique<SimulatedBoard>(options.board, layout.transducers)),
     _firmware(layout, options.firmware),
-    _board(makeVirtualBoard(options.board, layout.transducers)),
     _random(options.seed)
 {
-    if (_codec != nullptr)
-    {
-        _codec->appendReset(_bytes, layout.transducers);
-        giveBoard(0);
-        return;
-    }
+    if (_board != nullptr) return;
     protocol::Packet hello;
     hello.type = protocol::Type::HELLO;
     protocol::append(_bytes, hello);
@@ -86,55 +82,25 @@ SimulatedArray::~SimulatedArray()
     SimulatedArray::silence();
 }
 
-// What a board stores, or exchanges at the pace of its line, is given to it field by field here.
 bool SimulatedArray::sendSequence(const DriveSequence& sequence)
 {
     const double sentAt_s = base::steadySeconds();
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
-    const auto most = static_cast<std::size_t>(_codec != nullptr ? _codec->sequenceFields() : 0);
-    std::vector<std::uint8_t> stored;
-    const bool isStored = _codec != nullptr &&
-                          (_codec->swap() != nullptr || _codec->appendSequence(stored, sequence));
-    if (!sequence.fits(_layout.transducers) || sequence.signals.size() > most || !isStored ||
-        unplugged(now_s))
+    if (_board == nullptr || !sequence.fits(_layout.transducers) || unplugged(now_s) ||
+        !_board->playSequence(sequence, now_s))
     {
         _counters.countRefused();
         return false;
     }
-    _inTurn = sequence;
-    _inTurnSince_s = now_s;
-    _inTurnStep = -1;
-    playInTurn(now_s);
     _counters.countPlayed(sentAt_s);
     return true;
-}
-
-void SimulatedArray::playInTurn(double now_s) const
-{
-    if (_inTurn.signals.empty() || unplugged(now_s)) return;
-    constexpr std::int64_t kMostSteps = 200; // more than the history keeps of a modulation
-    const auto step = static_cast<std::int64_t>((now_s - _inTurnSince_s) * _inTurn.rate_Hz);
-    for (_inTurnStep = std::max(_inTurnStep, step - kMostSteps); _inTurnStep < step;)
-    {
-        const auto signal = static_cast<std::size_t>(++_inTurnStep) % _inTurn.signals.size();
-        _bytes.clear();
-        _codec->appendField(_bytes, _inTurn.signals[signal]);
-        giveBoard(_inTurnSince_s + static_cast<double>(_inTurnStep) / _inTurn.rate_Hz);
-    }
-}
-
-void SimulatedArray::giveBoard(double now_s) const
-{
-    _board->receive(_bytes.data(), _bytes.size());
-    std::vector<std::complex<float>> q = _board->playing();
-    if (!_history.newest() || q != *_history.newest()) _history.note(now_s, std::move(q));
 }
 
 double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
-    playInTurn(now_s);
+    if (_board != nullptr && !unplugged(now_s)) _board->advance(now_s);
     // A real host sends KEEPALIVE from a thread; here the firmware is brought up to date at each
     // call.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
@@ -206,7 +172,7 @@ bool SimulatedArray::sendPackets(const DriveSignal& signal, double now_s)
 bool SimulatedArray::send(const DriveSignal& signal)
 {
     const double sentAt_s = base::steadySeconds();
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
     const bool whole =
         signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
@@ -215,12 +181,9 @@ bool SimulatedArray::send(const DriveSignal& signal)
         _counters.countRefused();
         return false;
     }
-    if (_codec != nullptr)
+    if (_board != nullptr)
     {
-        _inTurn.signals.clear();
-        _bytes.clear();
-        _codec->appendField(_bytes, signal);
-        giveBoard(now_s);
+        _board->play(signal, now_s);
         _counters.countPlayed(sentAt_s);
         return true;
     }
@@ -241,20 +204,14 @@ bool SimulatedArray::send(const DriveSignal& signal)
 
 void SimulatedArray::silenceLocked(double now_s)
 {
-    _inTurn.signals.clear();
-    _bytes.clear();
-    if (_codec != nullptr)
-    {
-        _codec->appendSilence(_bytes, _layout.transducers);
-        giveBoard(now_s);
-        return;
-    }
+    if (_board != nullptr) return _board->silence(now_s);
     if (unplugged(now_s)) return;
     noteArrival(now_s < _options.hangAt_s, _start_s + now_s);
     if (now_s >= _options.hangAt_s) return;
     protocol::Packet mute;
     mute.type = protocol::Type::MUTE;
     mute.sequence = ++_sequence;
+    _bytes.clear();
     protocol::append(_bytes, mute);
     _firmware.receive(_bytes.data(), _bytes.size(), now_s);
 }
@@ -269,21 +226,21 @@ void SimulatedArray::noteArrival(bool arrived, double asked_s)
 
 double SimulatedArray::confirmed_s() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _confirmed_s;
 }
 
 void SimulatedArray::silence()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     silenceLocked(advance());
 }
 
 bool SimulatedArray::identify(int board, bool light)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
-    if (_codec != nullptr || unplugged(now_s)) return false;
+    if (_board != nullptr || unplugged(now_s)) return false;
     protocol::Packet packet;
     packet.type = protocol::Type::IDENTIFY;
     packet.board = board < 0 ? protocol::kAllBoards : static_cast<std::uint16_t>(board);
@@ -299,24 +256,26 @@ DriveAbility SimulatedArray::ability() const
     DriveAbility ability;
     ability.fieldsPerSecond = _options.firmware.fieldsPerSecond;
     ability.ringing_s = _options.ringing_s;
-    if (_codec == nullptr) return ability;
-    ability.phaseLevels = _codec->phaseLevels();
-    ability.amplitudes = _codec->amplitudes();
+    if (_board == nullptr) return ability;
+    const base::Lock lock(_mutex);
+    const BoardCodec& codec = _board->codec();
+    ability.phaseLevels = codec.phaseLevels();
+    ability.amplitudes = codec.amplitudes();
     // The simulation has no line, but should have the limit of the real board's.
-    const double carried = _codec->fieldsPerSecond(_layout.transducers);
+    const double carried = codec.fieldsPerSecond(_layout.transducers);
     if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
         ability.fieldsPerSecond = carried;
-    ability.sequenceFields = _codec->sequenceFields();
-    ability.sequenceClock_Hz = _codec->sequenceClock_Hz();
+    ability.sequenceFields = codec.sequenceFields();
+    ability.sequenceClock_Hz = codec.sequenceClock_Hz();
     return ability;
 }
 
 DeviceReport SimulatedArray::report() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
     DeviceReport report = _counters.report();
-    if (_codec == nullptr)
+    if (_board == nullptr)
     {
         report.firmware = fmt::format("1.{}.0", _options.firmware.firmwareMinor);
         report.temperature_C = _firmware.status(now_s).temperature_dC / 10.0;
@@ -327,13 +286,14 @@ DeviceReport SimulatedArray::report() const
 std::string SimulatedArray::status() const
 {
     const std::string counters = countersText(report());
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
-    std::string text = fmt::format("sim: {}{} transducers, {}",
-                                   _codec != nullptr ? fmt::format("{}, ", _codec->name()) : "",
-                                   _layout.transducers,
-                                   counters);
-    if (_codec != nullptr) return text;
+    std::string text =
+        fmt::format("sim: {}{} transducers, {}",
+                    _board != nullptr ? fmt::format("{}, ", _board->codec().name()) : "",
+                    _layout.transducers,
+                    counters);
+    if (_board != nullptr) return text;
     const protocol::Status status = _firmware.status(now_s);
     if ((status.flags & protocol::WATCHDOG_FIRED) != 0) text += "; muted by the watchdog";
     if (status.incomplete > 0)
@@ -343,10 +303,10 @@ std::string SimulatedArray::status() const
 
 std::vector<std::complex<float>> SimulatedArray::played() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
     if (unplugged(now_s)) return std::vector<std::complex<float>>(_layout.transducers);
-    if (_codec != nullptr) return _board->playing();
+    if (_board != nullptr) return _board->playing();
     std::vector<std::complex<float>> q;
     decode(_firmware.playing(now_s), q);
     return q;
@@ -354,11 +314,11 @@ std::vector<std::complex<float>> SimulatedArray::played() const
 
 std::vector<PlayedField> SimulatedArray::playedSince(double from_s) const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const double now_s = advance();
     std::vector<PlayedField> fields;
-    if (_codec != nullptr)
-        for (auto& [since_s, q] : _history.since(from_s - _start_s))
+    if (_board != nullptr)
+        for (auto& [since_s, q] : _board->playedSince(from_s - _start_s))
             fields.push_back({_start_s + since_s, std::move(q)});
     else
         for (const auto& [since_s, signal] : _firmware.playedSince(from_s - _start_s, now_s))
@@ -371,9 +331,10 @@ std::vector<PlayedField> SimulatedArray::playedSince(double from_s) const
 
 std::vector<std::complex<float>> SimulatedArray::wouldPlay(const DriveSignal& signal) const
 {
-    if (_codec == nullptr) return ArrayDevice::wouldPlay(signal);
+    if (_board == nullptr) return ArrayDevice::wouldPlay(signal);
     std::vector<std::complex<float>> q;
-    _codec->played(signal, q);
+    const base::Lock lock(_mutex);
+    _board->codec().played(signal, q);
     return q;
 }
 

@@ -2,14 +2,16 @@
 
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
-#include "device/boards/BoardCodec.h"
-#include "device/simulation/VirtualBoard.h"
+#include "device/simulation/SimulatedBoard.h"
 #include "device/simulation/VirtualFirmware.h"
 #include "device/usb/Protocol.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <limits>
-#include <mutex>
+#include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace midair::device
 {
@@ -66,17 +68,13 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    /// Brings the firmware and the faults to the present; returns the time since opening, s. With
-    /// _mutex held.
-    double advance() const;
-    bool sendPackets(const DriveSignal& signal, double now_s);
-    void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
-    void silenceLocked(double now_s);
-    void noteArrival(bool arrived, double asked_s);
-    void giveBoard(double now_s) const; ///< _bytes, to _board
-    /// Gives the board the field of \a inTurn that is due at \a now_s, and those since the last
-    /// call to the history.
-    void playInTurn(double now_s) const;
+    /// Brings what is simulated and the faults to the present; returns the time since opening, s.
+    double advance() const MIDAIR_REQUIRES(_mutex);
+    bool sendPackets(const DriveSignal& signal, double now_s) MIDAIR_REQUIRES(_mutex);
+    /// Sends _bytes to the firmware, with dropped and damaged packets.
+    void deliver(double now_s) MIDAIR_REQUIRES(_mutex);
+    void silenceLocked(double now_s) MIDAIR_REQUIRES(_mutex);
+    void noteArrival(bool arrived, double asked_s) MIDAIR_REQUIRES(_mutex);
     bool unplugged(double now_s) const
     {
         return now_s >= _options.unplugAt_s && now_s < _options.replugAt_s;
@@ -86,23 +84,22 @@ private:
     const Options _options;
     const std::vector<protocol::Range> _ranges;
     const double _start_s;
-    const std::unique_ptr<BoardCodec> _codec;
-    mutable std::mutex _mutex;
-    mutable VirtualFirmware _firmware;
-    const std::unique_ptr<VirtualBoard> _board;
-    mutable PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
-    mutable std::vector<std::uint8_t> _bytes;
-    DriveSequence _inTurn;     ///< that _board plays by itself; no signals: none
-    double _inTurnSince_s = 0; ///< when its first signal began
-    mutable std::int64_t _inTurnStep = 0;
-    mutable FieldCounters _counters;
-    mutable bool _lost = false;
-    mutable bool _unplugged = false;      ///< unplugAt_s has passed
-    mutable std::uint32_t _watchdogs = 0; ///< the firmware's, as far as counted as faults
-    std::uint32_t _sequence = 0;
+    /// Null: our own protocol.
+    const std::unique_ptr<SimulatedBoard> _board MIDAIR_PT_GUARDED_BY(_mutex);
+    mutable FieldCounters _counters;   ///< any thread
+    mutable VirtualFirmware _firmware; ///< any thread; of our own protocol
+
+    // Looking brings it to the present, so even that changes it.
+    mutable base::Mutex _mutex;
+    std::vector<std::uint8_t> _bytes MIDAIR_GUARDED_BY(_mutex);
+    std::uint32_t _sequence MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::minstd_rand _random MIDAIR_GUARDED_BY(_mutex);
+    mutable bool _lost MIDAIR_GUARDED_BY(_mutex) = false;
+    mutable bool _unplugged MIDAIR_GUARDED_BY(_mutex) = false; ///< unplugAt_s has passed
+    /// The firmware's, as far as counted as faults.
+    mutable std::uint32_t _watchdogs MIDAIR_GUARDED_BY(_mutex) = 0;
     /// When something was asked for that didn't arrive, if nothing has since; else infinite.
-    mutable double _confirmed_s = std::numeric_limits<double>::infinity();
-    std::minstd_rand _random;
+    mutable double _confirmed_s MIDAIR_GUARDED_BY(_mutex) = std::numeric_limits<double>::infinity();
 };
 
 } // namespace midair::device

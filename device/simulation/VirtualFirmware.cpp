@@ -22,34 +22,34 @@ VirtualFirmware::VirtualFirmware(const DeviceLayout& layout, const Options& opti
     _transducers(layout.transducers),
     _temperature_C(options.temperature_C)
 {
-    _boardBegin.push_back(0);
+    _boards.begin.push_back(0);
     for (int i = 1; i < _transducers; ++i)
         if (!layout.board.empty() && layout.board[i] != layout.board[i - 1])
-            _boardBegin.push_back(i);
-    _light.assign(_boardBegin.size(), false);
-    _boardBegin.push_back(_transducers);
+            _boards.begin.push_back(i);
+    _boards.light.assign(_boards.begin.size(), false);
+    _boards.begin.push_back(_transducers);
     reset(0);
 }
 
 void VirtualFirmware::reset(double now_s)
 {
     _parser = protocol::StreamParser();
-    _back.phase.assign(_transducers, 0);
-    _back.duty.assign(_transducers, 0);
-    _front = _back;
-    _stamp.assign(_transducers, 0);
-    _queue.clear();
+    _back.signal.phase.assign(_transducers, 0);
+    _back.signal.duty.assign(_transducers, 0);
+    _front = _back.signal;
+    _back.stamp.assign(_transducers, 0);
+    _commits.queue.clear();
     _answers.clear();
     _status = protocol::Status();
-    _newest = 0;
+    _commits.newest = 0;
     mute(protocol::MUTED, now_s);
 }
 
 void VirtualFirmware::powerCycle(double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     reset(now_s);
-    _lastPacket_s = now_s;
+    _watchdog.fed_s = now_s;
 }
 
 // What is sent again, and a silence of silence, change nothing.
@@ -63,7 +63,7 @@ void VirtualFirmware::note(double since_s)
 
 void VirtualFirmware::mute(std::uint16_t why, double at_s)
 {
-    _queue.clear();
+    _commits.queue.clear();
     std::fill(_front.duty.begin(), _front.duty.end(), std::uint8_t(0));
     note(at_s);
     _status.flags =
@@ -73,12 +73,12 @@ void VirtualFirmware::mute(std::uint16_t why, double at_s)
 // Brings the state to now_s: swaps in fields that are due, unless the watchdog muted before.
 void VirtualFirmware::advance(double now_s)
 {
-    const double watchdogAt_s = _lastPacket_s + _watchdog_s;
-    while (!_queue.empty() && _queue.front().due_s <= std::min(now_s, watchdogAt_s))
+    const double watchdogAt_s = _watchdog.fed_s + _watchdog.after_s;
+    while (!_commits.queue.empty() && _commits.queue.front().due_s <= std::min(now_s, watchdogAt_s))
     {
-        _front = std::move(_queue.front().signal);
-        note(_queue.front().due_s);
-        _queue.pop_front();
+        _front = std::move(_commits.queue.front().signal);
+        note(_commits.queue.front().due_s);
+        _commits.queue.pop_front();
     }
     const bool sounds = (_status.flags & protocol::PLAYING) != 0;
     if (sounds && now_s > watchdogAt_s)
@@ -106,13 +106,13 @@ void VirtualFirmware::answerStatus(std::uint32_t sequence)
 
 void VirtualFirmware::receive(const std::uint8_t* bytes, std::size_t count, double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     _parser.push(bytes, count);
     Packet packet;
     while (_parser.next(packet))
     {
-        _lastPacket_s = now_s;
+        _watchdog.fed_s = now_s;
         handle(packet, now_s);
     }
     advance(now_s);
@@ -123,30 +123,8 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
     switch (packet.type)
     {
     case Type::HELLO:
-    {
-        _newest = 0;
-        _status.lastPlayed = 0;
-        std::fill(_stamp.begin(), _stamp.end(), 0U);
-        mute(protocol::MUTED, now_s);
-        _watchdog_s =
-            std::min<double>(std::max<int>(packet.watchdog_ms, 1), 1000 * protocol::kWatchdog_s) /
-            1000;
-        Packet answer;
-        answer.type = Type::INFO;
-        answer.version = _options.protocolVersion;
-        answer.info.firmwareMajor = 1;
-        answer.info.firmwareMinor = _options.firmwareMinor;
-        answer.info.boards = static_cast<std::uint16_t>(_boardBegin.size() - 1);
-        answer.info.transducers = static_cast<std::uint32_t>(_transducers);
-        answer.info.watchdog_ms = static_cast<std::uint16_t>(std::lround(_watchdog_s * 1000));
-        answer.info.fieldsPerSecond =
-            static_cast<std::uint16_t>(std::min(_options.fieldsPerSecond, 65535.0));
-        answer.info.nonce = packet.nonce;
-        std::vector<std::uint8_t> bytes;
-        protocol::append(bytes, answer);
-        _answers.push_back(std::move(bytes));
+        greet(packet, now_s);
         break;
-    }
     case Type::DATA:
         store(packet);
         break;
@@ -156,9 +134,9 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         break;
     case Type::MUTE:
         // Ignored if a newer field has been committed; 0 always mutes.
-        if (packet.sequence == 0 || protocol::newer(packet.sequence, _newest))
+        if (packet.sequence == 0 || protocol::newer(packet.sequence, _commits.newest))
         {
-            _newest = packet.sequence == 0 ? _newest : packet.sequence;
+            _commits.newest = packet.sequence == 0 ? _commits.newest : packet.sequence;
             mute(protocol::MUTED, now_s);
         }
         answerStatus(packet.sequence);
@@ -169,9 +147,9 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         answerStatus(0);
         break;
     case Type::IDENTIFY:
-        for (std::size_t board = 0; board < _light.size(); ++board)
+        for (std::size_t board = 0; board < _boards.light.size(); ++board)
             if (packet.board == protocol::kAllBoards || packet.board == board)
-                _light[board] = packet.light;
+                _boards.light[board] = packet.light;
         break;
     case Type::STATUS:
     case Type::INFO:
@@ -179,28 +157,52 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
     }
 }
 
+void VirtualFirmware::greet(const Packet& packet, double now_s)
+{
+    _commits.newest = 0;
+    _status.lastPlayed = 0;
+    std::fill(_back.stamp.begin(), _back.stamp.end(), 0U);
+    mute(protocol::MUTED, now_s);
+    _watchdog.after_s =
+        std::min<double>(std::max<int>(packet.watchdog_ms, 1), 1000 * protocol::kWatchdog_s) / 1000;
+    Packet answer;
+    answer.type = Type::INFO;
+    answer.version = _options.protocolVersion;
+    answer.info.firmwareMajor = 1;
+    answer.info.firmwareMinor = _options.firmwareMinor;
+    answer.info.boards = static_cast<std::uint16_t>(_boards.begin.size() - 1);
+    answer.info.transducers = static_cast<std::uint32_t>(_transducers);
+    answer.info.watchdog_ms = static_cast<std::uint16_t>(std::lround(_watchdog.after_s * 1000));
+    answer.info.fieldsPerSecond =
+        static_cast<std::uint16_t>(std::min(_options.fieldsPerSecond, 65535.0));
+    answer.info.nonce = packet.nonce;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, answer);
+    _answers.push_back(std::move(bytes));
+}
+
 void VirtualFirmware::store(const Packet& packet)
 {
-    if (packet.board + 1U >= _boardBegin.size()) return;
-    const int begin = _boardBegin[packet.board] + packet.first;
+    if (packet.board + 1U >= _boards.begin.size()) return;
+    const int begin = _boards.begin[packet.board] + packet.first;
     const int count = static_cast<int>(packet.phases.size());
-    if (begin + count > _boardBegin[packet.board + 1U]) return;
-    std::copy(packet.phases.begin(), packet.phases.end(), _back.phase.begin() + begin);
-    std::copy(packet.duties.begin(), packet.duties.end(), _back.duty.begin() + begin);
-    std::fill_n(_stamp.begin() + begin, count, packet.sequence);
+    if (begin + count > _boards.begin[packet.board + 1U]) return;
+    std::copy(packet.phases.begin(), packet.phases.end(), _back.signal.phase.begin() + begin);
+    std::copy(packet.duties.begin(), packet.duties.end(), _back.signal.duty.begin() + begin);
+    std::fill_n(_back.stamp.begin() + begin, count, packet.sequence);
 }
 
 void VirtualFirmware::commit(const Packet& packet, double now_s)
 {
-    if (!protocol::newer(packet.sequence, _newest))
+    if (!protocol::newer(packet.sequence, _commits.newest))
     {
         ++_status.stale;
         return;
     }
     const bool complete =
         packet.transducers == static_cast<std::uint32_t>(_transducers) &&
-        std::all_of(_stamp.begin(),
-                    _stamp.end(),
+        std::all_of(_back.stamp.begin(),
+                    _back.stamp.end(),
                     [&](std::uint32_t stamp) { return stamp == packet.sequence; });
     if (!complete)
     {
@@ -212,19 +214,19 @@ void VirtualFirmware::commit(const Packet& packet, double now_s)
     if (_options.fieldsPerSecond > 0)
     {
         // A newer field takes the turn of one that waits.
-        if (!_queue.empty() && _queue.back().due_s > due_s)
+        if (!_commits.queue.empty() && _commits.queue.back().due_s > due_s)
         {
-            due_s = _queue.back().due_s;
-            _queue.pop_back();
+            due_s = _commits.queue.back().due_s;
+            _commits.queue.pop_back();
             ++_status.stale;
             --_status.played;
         }
         else
-            due_s = std::max(due_s, _lastDue_s + 1 / _options.fieldsPerSecond);
+            due_s = std::max(due_s, _commits.lastDue_s + 1 / _options.fieldsPerSecond);
     }
-    _lastDue_s = due_s;
-    _queue.push_back({due_s, _back});
-    _newest = packet.sequence;
+    _commits.lastDue_s = due_s;
+    _commits.queue.push_back({due_s, _back.signal});
+    _commits.newest = packet.sequence;
     _status.lastPlayed = packet.sequence;
     ++_status.played;
     _status.flags = protocol::PLAYING;
@@ -232,7 +234,7 @@ void VirtualFirmware::commit(const Packet& packet, double now_s)
 
 std::vector<std::uint8_t> VirtualFirmware::takeAnswer(std::size_t most, double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     std::vector<std::uint8_t> bytes;
     while (!_answers.empty() && bytes.size() + _answers.front().size() <= most)
@@ -245,21 +247,21 @@ std::vector<std::uint8_t> VirtualFirmware::takeAnswer(std::size_t most, double n
 
 bool VirtualFirmware::hasAnswer(double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     return !_answers.empty();
 }
 
 void VirtualFirmware::keptAlive(double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
-    _lastPacket_s = now_s;
+    const base::Lock lock(_mutex);
+    _watchdog.fed_s = now_s;
     advance(now_s);
 }
 
 DriveSignal VirtualFirmware::playing(double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     return _front;
 }
@@ -267,14 +269,14 @@ DriveSignal VirtualFirmware::playing(double now_s)
 std::vector<std::pair<double, DriveSignal>> VirtualFirmware::playedSince(double from_s,
                                                                          double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     return _history.since(from_s);
 }
 
 protocol::Status VirtualFirmware::status(double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     _status.badPackets = _parser.badPackets();
     _status.temperature_dC = static_cast<std::int16_t>(std::lround(_temperature_C * 10));
@@ -283,13 +285,13 @@ protocol::Status VirtualFirmware::status(double now_s)
 
 bool VirtualFirmware::light(int board) const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
-    return _light.at(board);
+    const base::Lock lock(_mutex);
+    return _boards.light.at(board);
 }
 
 void VirtualFirmware::setTemperature(double celsius, double now_s)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     advance(now_s);
     _temperature_C = celsius;
     const bool hot = (_status.flags & protocol::OVER_TEMPERATURE) != 0;

@@ -3,10 +3,10 @@
 #include "device/ArrayDevice.h"
 #include "device/PlayedHistory.h"
 #include "device/usb/Protocol.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -55,41 +55,63 @@ public:
     void powerCycle(double now_s); ///< resets everything
 
 private:
+    /// The boards of the array.
+    struct Boards
+    {
+        std::vector<int> begin; ///< first transducer of each board, and the end
+        std::vector<bool> light;
+    };
+    /// The field that comes in, until it is whole and committed.
+    struct BackBuffer
+    {
+        DriveSignal signal;
+        /// For each transducer the sequence number of its data; 0: none.
+        std::vector<std::uint32_t> stamp;
+    };
     /// A committed field that is to be played at due_s.
     struct Committed
     {
         double due_s;
         DriveSignal signal;
     };
+    /// Fields that were committed and don't sound yet.
+    struct Commits
+    {
+        std::deque<Committed> queue;
+        double lastDue_s = -1e30;
+        std::uint32_t newest = 0; ///< sequence number of the last commit or mute
+    };
+    /// Mutes when no packet comes.
+    struct Watchdog
+    {
+        double fed_s = 0;
+        double after_s = protocol::kWatchdog_s;
+    };
 
-    void advance(double now_s);
-    void handle(const protocol::Packet& packet, double now_s);
-    void store(const protocol::Packet& packet);
-    void commit(const protocol::Packet& packet, double now_s);
-    void mute(std::uint16_t why, double at_s);
-    void note(double since_s);
-    void answerStatus(std::uint32_t sequence);
-    void reset(double now_s);
+    void advance(double now_s) MIDAIR_REQUIRES(_mutex);
+    void handle(const protocol::Packet& packet, double now_s) MIDAIR_REQUIRES(_mutex);
+    void greet(const protocol::Packet& packet, double now_s) MIDAIR_REQUIRES(_mutex);
+    void store(const protocol::Packet& packet) MIDAIR_REQUIRES(_mutex);
+    void commit(const protocol::Packet& packet, double now_s) MIDAIR_REQUIRES(_mutex);
+    void mute(std::uint16_t why, double at_s) MIDAIR_REQUIRES(_mutex);
+    void note(double since_s) MIDAIR_REQUIRES(_mutex);
+    void answerStatus(std::uint32_t sequence) MIDAIR_REQUIRES(_mutex);
+    void reset(double now_s) MIDAIR_REQUIRES(_mutex);
 
     const Options _options;
     const int _transducers;
-    std::vector<int> _boardBegin; ///< first transducer of each board, and the end
-    mutable std::mutex _mutex;
-    protocol::StreamParser _parser;
-    DriveSignal _back;
-    /// For each transducer the sequence number of its data in the back buffer; 0: none.
-    std::vector<std::uint32_t> _stamp;
-    DriveSignal _front;
-    PlayedHistory<DriveSignal> _history;
-    std::deque<Committed> _queue;
-    std::deque<std::vector<std::uint8_t>> _answers;
-    protocol::Status _status;
-    std::uint32_t _newest = 0; ///< sequence number of the last commit or mute
-    double _lastPacket_s = 0;
-    double _lastDue_s = -1e30;
-    double _watchdog_s = protocol::kWatchdog_s;
-    double _temperature_C;
-    std::vector<bool> _light;
+
+    mutable base::Mutex _mutex;
+    Boards _boards MIDAIR_GUARDED_BY(_mutex);
+    protocol::StreamParser _parser MIDAIR_GUARDED_BY(_mutex);
+    BackBuffer _back MIDAIR_GUARDED_BY(_mutex);
+    Commits _commits MIDAIR_GUARDED_BY(_mutex);
+    DriveSignal _front MIDAIR_GUARDED_BY(_mutex); ///< sounds
+    PlayedHistory<DriveSignal> _history MIDAIR_GUARDED_BY(_mutex);
+    std::deque<std::vector<std::uint8_t>> _answers MIDAIR_GUARDED_BY(_mutex);
+    protocol::Status _status MIDAIR_GUARDED_BY(_mutex);
+    Watchdog _watchdog MIDAIR_GUARDED_BY(_mutex);
+    double _temperature_C MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::device

@@ -8,8 +8,7 @@ namespace midair::device
 {
 
 /// Tells when something is due on a link: a keep-alive for the device's watchdog, a status query,
-/// and giving up when the device doesn't answer. Times are those of std::chrono::steady_clock, in
-/// seconds.
+/// and giving up when the device doesn't answer. Times are those of base::steadySeconds().
 class LinkClock
 {
 public:
@@ -66,7 +65,12 @@ class PendingMute
 public:
     static constexpr double kRetry_s = 0.02;
 
-    void ask(std::uint32_t sequence) { _awaited = sequence; }
+    /// Somebody wants a mute, at \a now_s; \a sequence is its number.
+    void ask(std::uint32_t sequence, double now_s = 0)
+    {
+        _awaited = sequence;
+        _asked_s = now_s;
+    }
     void forget() { _awaited = 0; }
     void onSent(double now_s)
     {
@@ -75,7 +79,9 @@ public:
     }
     void onAnswer(std::uint32_t sequence)
     {
-        if (isAwaited() && sequence != 0 && !protocol::newer(_awaited, sequence)) forget();
+        if (!isAwaited() || sequence == 0 || protocol::newer(_awaited, sequence)) return;
+        forget();
+        _confirmed_s = _asked_s;
     }
 
     bool isAwaited() const { return _awaited != 0; }
@@ -86,11 +92,15 @@ public:
         return isAwaited() && (_sent != _awaited || now_s - _sent_s >= kRetry_s);
     }
     double nextDue_s() const { return _sent_s + kRetry_s; }
+    /// When that was asked for which the device confirmed last; 0: none.
+    double confirmed_s() const { return _confirmed_s; }
 
 private:
     std::uint32_t _awaited = 0; ///< sequence number of the MUTE not yet answered; 0: none
     std::uint32_t _sent = 0;    ///< sequence number of the last one sent
     double _sent_s = 0;
+    double _asked_s = 0; ///< last
+    double _confirmed_s = 0;
 };
 
 } // namespace midair::device

@@ -2,9 +2,9 @@
 
 #include "device/DeviceLog.h"
 #include "device/DeviceUri.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <charconv>
-#include <chrono>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -66,10 +66,10 @@ UsbArrayDevice::~UsbArrayDevice()
 {
     _connection.close(kFarewell_s);
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _closing = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     _thread.join();
 }
 
@@ -99,8 +99,12 @@ void UsbArrayDevice::giveUp(const std::string& why)
 
 bool UsbArrayDevice::isClosedWithin(double atMost_s)
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    return _wake.wait_for(lock, std::chrono::duration<double>(atMost_s), [&] { return _closing; });
+    const double until_s = base::steadySeconds() + atMost_s;
+    base::Lock lock(_mutex);
+    while (!_closing && _wake.waitUntil_s(lock, until_s))
+    {
+    }
+    return _closing;
 }
 
 void UsbArrayDevice::run()

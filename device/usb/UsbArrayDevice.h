@@ -3,10 +3,9 @@
 #include "device/ArrayDevice.h"
 #include "device/usb/UsbConnection.h"
 #include "device/usb/UsbTransferPool.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
-#include <condition_variable>
-#include <mutex>
 #include <string>
 #include <thread>
 
@@ -59,16 +58,16 @@ private:
     void connect(bool isBack); ///< throws DeviceError
     void giveUp(const std::string& why);
     void run();
-    bool isClosedWithin(double atMost_s);
+    bool isClosedWithin(double atMost_s) MIDAIR_EXCLUDES(_mutex);
 
     const DeviceLayout _layout;
     const Options _options;
     std::atomic<int> _fieldsPerSecond{0}; ///< as the firmware says; 0: not connected yet
     UsbConnection _connection;
     bool _connected = false; ///< used by the thread only, once it runs
-    std::mutex _mutex;
-    std::condition_variable _wake;
-    bool _closing = false;
+    base::Mutex _mutex;
+    base::Condition _wake;
+    bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
     std::thread _thread; ///< calls work(), and looks for the array while it is away
 };
 

@@ -24,11 +24,10 @@ constexpr int kMostFaultsInRow = 5;
 } // namespace
 
 UsbConnection::UsbConnection(const DeviceLayout& layout, const std::string& name) :
-    _layout(layout),
     _ranges(protocol::ranges(layout)),
+    _seat(new JointCommit::Seat(*this)),
     _playing(layout.transducers),
-    _name(name),
-    _seat(new JointCommit::Seat(*this))
+    _name(name)
 {
 }
 
@@ -37,7 +36,7 @@ UsbConnection::UsbConnection(const DeviceLayout& layout, const std::string& name
 UsbConnection::~UsbConnection()
 {
     std::unique_ptr<UsbLink> link;
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     link = std::move(_link);
 }
 
@@ -48,26 +47,23 @@ void UsbConnection::become(State state)
 
 void UsbConnection::begin()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     become(State::GREETING);
-    _sequence = 0;
-    _fault = Outcome::DONE;
-    _faultsInRow = 0;
-    _flags = 0;
+    _session = {};
 }
 
 void UsbConnection::attach(std::unique_ptr<UsbLink> link, bool isBack)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     become(State::READY);
     _link = std::move(link);
     _name = _link->name();
-    _clock.start(base::steadySeconds());
+    _session.clock.start(base::steadySeconds());
     _counters.change(
-        [&](DeviceReport& report)
+        [&, firmware = _link->info().firmware()](DeviceReport& report)
         {
             report.state = DeviceState::READY;
-            report.firmware = _link->info().firmware();
+            report.firmware = firmware;
             report.reconnects += isBack ? 1 : 0;
         });
 }
@@ -77,8 +73,9 @@ std::unique_ptr<UsbLink> UsbConnection::detach(const std::string& why)
     std::unique_ptr<UsbLink> link;
     std::vector<Joint> joints;
     {
-        std::unique_lock<std::mutex> lock(_mutex);
-        _free.wait(lock, [&] { return !_busy; });
+        base::Lock lock(_mutex);
+        while (_busy)
+            _changed.wait(lock);
         link = std::move(_link);
         become(State::AWAY);
         joints = _queue.settleAll(true);
@@ -89,7 +86,7 @@ std::unique_ptr<UsbLink> UsbConnection::detach(const std::string& why)
         else
             _counters.countLoss(why);
     }
-    _heard.notify_all();
+    _changed.notifyAll();
     for (const Joint& joint : joints)
         joint->leave(_seat.get());
     return link;
@@ -100,45 +97,50 @@ void UsbConnection::close(double atMost_s)
     _seat->close();
     mute();
     {
-        std::unique_lock<std::mutex> lock(_mutex);
-        _heard.wait_for(lock,
-                        std::chrono::duration<double>(atMost_s),
-                        [&] { return !_mute.isAwaited() || _link == nullptr; });
+        const double until_s = base::steadySeconds() + atMost_s;
+        base::Lock lock(_mutex);
+        while (_mute.isAwaited() && _link != nullptr && _changed.waitUntil_s(lock, until_s))
+        {
+        }
         _state = State::CLOSING;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
 }
 
 bool UsbConnection::canHandOver() const
 {
-    return !_busy && _link != nullptr && _fault == Outcome::DONE && _link->hasFree();
+    return !_busy && _link != nullptr && _session.fault == Outcome::DONE && _link->hasFree();
 }
 
 // Wakes the worker only if it has something to do: waking it costs more than sending a field.
 void UsbConnection::wakeWorker()
 {
-    if (_queue.waits() || _queue.isCommitDue() || _fault != Outcome::DONE || _mute.isAwaited())
-        _wake.notify_all();
+    if (_queue.waits() || _queue.isCommitDue() || _session.fault != Outcome::DONE ||
+        _mute.isAwaited())
+        _wake.notifyAll();
 }
 
 template<typename Action>
-auto UsbConnection::alone(std::unique_lock<std::mutex>& lock, Action&& action)
+bool UsbConnection::alone(Action&& action)
 {
     _busy = true;
-    lock.unlock(); // the pool may call onSent() at once
-    const auto result = action(*_link);
-    lock.lock();
+    UsbLink& link = *_link; // who takes it away waits until nobody is busy
+    bool isDone = false;
+    {
+        const base::Unlocked unlocked(_mutex); // the pool may call onSent() at once
+        isDone = action(link);
+    }
     _busy = false;
-    _free.notify_all();
+    _changed.notifyAll();
     wakeWorker();
-    return result;
+    return isDone;
 }
 
 bool UsbConnection::send(const DriveSignal& signal, const Joint& joint)
 {
     const double now_s = base::steadySeconds();
-    std::unique_lock<std::mutex> lock(_mutex);
-    const bool taken = signal.fits(_layout.transducers) && _state == State::READY;
+    base::Lock lock(_mutex);
+    const bool taken = signal.fits(_playing.transducers()) && _state == State::READY;
     const bool leaves = joint != nullptr && (!taken || _queue.isFull());
     Joint overtaken;
     if (!taken)
@@ -149,7 +151,7 @@ bool UsbConnection::send(const DriveSignal& signal, const Joint& joint)
     {
         overtaken = _queue.put(signal, now_s, leaves ? nullptr : joint);
         if (canSubmit())
-            submitField(lock);
+            submitField();
         else
             wakeWorker();
     }
@@ -159,63 +161,68 @@ bool UsbConnection::send(const DriveSignal& signal, const Joint& joint)
     return taken;
 }
 
-void UsbConnection::submitField(std::unique_lock<std::mutex>& lock)
+std::uint32_t UsbConnection::nextSequence()
 {
-    const FieldQueue::Field& field = _queue.takeOff(_sequence = nextAfter(_sequence));
+    return _session.sequence = nextAfter(_session.sequence);
+}
+
+void UsbConnection::submitField()
+{
+    const FieldQueue::Field& field = _queue.takeOff(nextSequence());
     _bytes.clear();
     protocol::appendData(_bytes, field.signal, _ranges, field.sequence);
     if (field.committed) protocol::appendCommit(_bytes, field.signal.size(), field.sequence);
-    handOver(lock);
+    handOver();
 }
 
-void UsbConnection::submitCommit(std::unique_lock<std::mutex>& lock)
+void UsbConnection::submitCommit()
 {
     FieldQueue::Field& field = _queue.newest();
     field.committed = true;
     _bytes.clear();
     protocol::appendCommit(_bytes, field.signal.size(), field.sequence);
-    handOver(lock);
+    handOver();
 }
 
 // Sends _bytes, which belong to the newest field in flight.
-void UsbConnection::handOver(std::unique_lock<std::mutex>& lock)
+void UsbConnection::handOver()
 {
     FieldQueue::Field& field = _queue.newest();
     const bool sounds = field.committed;
     const Joint joint = sounds ? std::move(field.joint) : nullptr;
     field.submittedAt_s = base::steadySeconds();
-    _clock.onSubmit(field.submittedAt_s);
-    alone(lock,
-          [&, token = field.sequence, sentAt_s = field.sentAt_s](UsbLink& link)
-          {
-              if (!link.send(token, _bytes)) return false;
-              if (!sounds) return true;
-              const double now_s = base::steadySeconds();
-              if (joint != nullptr) joint->handedOver(now_s);
-              _counters.change(
-                  [&](DeviceReport& report)
-                  {
-                      report.lastHandedOver_s = now_s;
-                      report.latency_s = now_s - sentAt_s;
-                  });
-              return true;
-          });
+    _session.clock.onSubmit(field.submittedAt_s);
+    alone(
+        [&, token = field.sequence, sentAt_s = field.sentAt_s](UsbLink& link)
+        {
+            if (!link.send(token, _bytes)) return false;
+            if (!sounds) return true;
+            const double now_s = base::steadySeconds();
+            if (joint != nullptr) joint->handedOver(now_s);
+            _counters.change(
+                [&](DeviceReport& report)
+                {
+                    report.lastHandedOver_s = now_s;
+                    report.latency_s = now_s - sentAt_s;
+                });
+            return true;
+        });
 }
 
 void UsbConnection::commit(const JointCommit& joint)
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (!_queue.releaseFor(joint)) return;
     if (canHandOver())
-        submitCommit(lock);
+        submitCommit();
     else
         wakeWorker();
 }
 
 void UsbConnection::drop(const JointCommit& joint)
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    if (_queue.dropFor(joint) && _queue.waits() && canSubmit()) submitField(lock);
+    const base::Lock lock(_mutex);
+    if (_queue.dropFor(joint) && _queue.waits() && canSubmit()) submitField();
 }
 
 // Fields that still reach the device have smaller sequence numbers than the MUTE and never play.
@@ -224,16 +231,16 @@ void UsbConnection::mute()
 {
     std::vector<Joint> joints;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         joints = _queue.settleAll(false);
         _playing.clear();
         if (_link != nullptr)
         {
-            if (!_mute.awaits(_sequence)) _mute.ask(_sequence = nextAfter(_sequence));
-            _muteAsked_s = base::steadySeconds();
+            const bool isAsked = _mute.awaits(_session.sequence);
+            _mute.ask(isAsked ? _session.sequence : nextSequence(), base::steadySeconds());
             submitMute();
             _link->cancelSends();
-            _wake.notify_all();
+            _wake.notifyAll();
         }
     }
     for (const Joint& joint : joints)
@@ -250,35 +257,34 @@ bool UsbConnection::submitMute()
 
 std::string UsbConnection::work()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     while (_state != State::CLOSING)
     {
         const double now_s = base::steadySeconds();
-        if (!_busy && _fault != Outcome::DONE)
+        if (!_busy && _session.fault != Outcome::DONE)
         {
-            std::string why = recover(lock);
+            std::string why = recover();
             if (!why.empty()) return why;
         }
-        else if (!_busy && _clock.isDeviceSilent(now_s))
+        else if (!_busy && _session.clock.isDeviceSilent(now_s))
             return fmt::format("gives no answer that this program understands since {:g} s",
                                LinkClock::kSilentDevice_s);
-        else if (_busy || !workOnce(lock)) // alone() wakes this thread when it ends
+        else if (_busy || !workOnce()) // alone() wakes this thread when it ends
         {
-            double due_s = _clock.nextDue_s();
+            double due_s = _session.clock.nextDue_s();
             if (_mute.isAwaited()) due_s = std::min(due_s, _mute.nextDue_s());
-            _wake.wait_for(
-                lock, std::chrono::duration<double>(std::max(1e-3, due_s - base::steadySeconds())));
+            _wake.waitUntil_s(lock, std::max(due_s, base::steadySeconds() + 1e-3));
         }
     }
     return {};
 }
 
-bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
+bool UsbConnection::workOnce()
 {
     const double now_s = base::steadySeconds();
     // Answers come in order, so an answer this long after a field came after that field's own
     // answer. The time now would blame the device when the host's threads don't get to run.
-    if (_queue.loseUnconfirmed(_clock.heard_s(), kConfirm_s))
+    if (_queue.loseUnconfirmed(_session.clock.heard_s(), kConfirm_s))
     {
         _counters.countFault("a field was never confirmed");
         return true;
@@ -286,48 +292,46 @@ bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
     if (_mute.isDue(now_s) && submitMute()) return true;
     if (_queue.isCommitDue() && canHandOver())
     {
-        submitCommit(lock);
+        submitCommit();
         return true;
     }
     if (_queue.waits() && canSubmit())
     {
-        submitField(lock);
+        submitField();
         return true;
     }
-    const bool asks = _clock.isQuestionDue(now_s);
-    if (!_link->hasFree() || (!asks && !_clock.isKeepAliveDue(now_s))) return false;
-    if (asks) _clock.onQuestion(now_s);
-    _clock.onSubmit(now_s);
-    alone(lock,
-          [&](UsbLink& link) { return link.send(asks ? Type::GET_STATUS : Type::KEEPALIVE); });
+    const bool asks = _session.clock.isQuestionDue(now_s);
+    if (!_link->hasFree() || (!asks && !_session.clock.isKeepAliveDue(now_s))) return false;
+    if (asks) _session.clock.onQuestion(now_s);
+    _session.clock.onSubmit(now_s);
+    alone([&](UsbLink& link) { return link.send(asks ? Type::GET_STATUS : Type::KEEPALIVE); });
     return true;
 }
 
 // Recovers from a fault: clears the stall and sends the newest field again. Returns the reason if
 // the link has to be given up.
-std::string UsbConnection::recover(std::unique_lock<std::mutex>& lock)
+std::string UsbConnection::recover()
 {
-    const Outcome fault = std::exchange(_fault, Outcome::DONE);
+    const Outcome fault = std::exchange(_session.fault, Outcome::DONE);
     if (fault == Outcome::LOST) return "unplugged";
-    if (++_faultsInRow > kMostFaultsInRow)
+    if (++_session.faultsInRow > kMostFaultsInRow)
         return std::string(outcomeName(fault)) + " again and again, given up";
     _counters.countFault(outcomeName(fault));
-    if (_faultsInRow == 1)
+    if (_session.faultsInRow == 1)
         deviceLog().warn("{}: {}; the field is sent again", _name, outcomeName(fault));
     // The field is sent again only once the pipe isn't halted any more.
-    if (!alone(lock, [](UsbLink& link) { return link.clearHalt(); })) return "unplugged";
+    if (!alone([](UsbLink& link) { return link.clearHalt(); })) return "unplugged";
     const Joint left = _queue.repeatFailed();
     if (left == nullptr) return {};
-    lock.unlock();
+    const base::Unlocked unlocked(_mutex);
     left->leave(_seat.get());
-    lock.lock();
     return {};
 }
 
 void UsbConnection::noteFault(Outcome outcome)
 {
-    if (_fault != Outcome::LOST) _fault = outcome;
-    _heard.notify_all();
+    if (_session.fault != Outcome::LOST) _session.fault = outcome;
+    _changed.notifyAll();
     wakeWorker();
 }
 
@@ -335,11 +339,11 @@ void UsbConnection::onSent(std::uint64_t token, Outcome outcome)
 {
     Joint staged;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto sequence = static_cast<std::uint32_t>(token);
         if (outcome == Outcome::DONE)
         {
-            if (token != 0) _faultsInRow = 0;
+            if (token != 0) _session.faultsInRow = 0;
             staged = _queue.stagedAs(sequence);
         }
         else if (outcome != Outcome::CANCELLED)
@@ -353,7 +357,7 @@ void UsbConnection::onSent(std::uint64_t token, Outcome outcome)
 
 void UsbConnection::onReceiveFailed(Outcome outcome)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     noteFault(outcome);
 }
 
@@ -366,12 +370,12 @@ void UsbConnection::onNonsense(bool first)
 void UsbConnection::onAnswer(const Packet& packet)
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _clock.onAnswer(base::steadySeconds());
+        const base::Lock lock(_mutex);
+        _session.clock.onAnswer(base::steadySeconds());
         if (packet.type == Type::STATUS) takeStatus(packet);
         wakeWorker();
     }
-    _heard.notify_all();
+    _changed.notifyAll();
 }
 
 // Every commit is answered, in order, so older fields than the one answered were not played.
@@ -379,20 +383,18 @@ void UsbConnection::takeStatus(const Packet& packet)
 {
     const protocol::Status& status = packet.status;
     const bool muted = (status.flags & protocol::PLAYING) == 0;
-    if (muted && (_flags & protocol::PLAYING) != 0 && (status.flags & protocol::MUTED) == 0)
+    if (muted && (_session.flags & protocol::PLAYING) != 0 && (status.flags & protocol::MUTED) == 0)
     {
         const char* why = (status.flags & protocol::WATCHDOG_FIRED) != 0 ? "muted by its watchdog"
                                                                          : "muted itself: too hot";
         _counters.countFault(why);
         deviceLog().error("{}: {}", _name, why);
     }
-    _flags = status.flags;
+    _session.flags = status.flags;
     if (auto playing = _queue.settleUntil(packet.sequence, status.lastPlayed))
         _playing.replace(*playing);
     if (muted) _playing.clear();
-    const bool wasAwaited = _mute.isAwaited();
     _mute.onAnswer(packet.sequence);
-    if (wasAwaited && !_mute.isAwaited()) _muted_s = _muteAsked_s;
     _counters.change([&](DeviceReport& report)
                      { report.temperature_C = status.temperature_dC / 10.0; });
 }

@@ -7,11 +7,10 @@
 #include "device/JointCommit.h"
 #include "device/usb/LinkClock.h"
 #include "device/usb/UsbLink.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -42,57 +41,71 @@ public:
 
     // These may be called from any thread.
 
-    bool send(const DriveSignal& signal, const Joint& joint); ///< see UsbArrayDevice
+    /// See UsbArrayDevice.
+    bool send(const DriveSignal& signal, const Joint& joint) MIDAIR_EXCLUDES(_mutex);
     /// Turns the array off at once and drops all fields; work() repeats the MUTE until the device
     /// confirms it.
-    void mute();
-    bool identify(int board, bool light)
+    void mute() MIDAIR_EXCLUDES(_mutex);
+    bool identify(int board, bool light) MIDAIR_EXCLUDES(_mutex)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         return _link != nullptr && _link->identify(board, light);
     }
-    FieldCounters& counters() { return _counters; } ///< all but those of fields
-    std::string name() const                        ///< of the last link
+    FieldCounters& counters() { return _counters; }  ///< all but those of fields
+    std::string name() const MIDAIR_EXCLUDES(_mutex) ///< of the last link
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         return _name;
     }
-    DeviceReport report() const
+    DeviceReport report() const MIDAIR_EXCLUDES(_mutex)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         DeviceReport report = _counters.report();
         _queue.addTo(report);
         return report;
     }
-    std::uint16_t flags() const ///< the last protocol::StatusFlags that the device sent
+    /// The last protocol::StatusFlags that the device sent.
+    std::uint16_t flags() const MIDAIR_EXCLUDES(_mutex)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        return _flags;
+        const base::Lock lock(_mutex);
+        return _session.flags;
     }
     std::vector<std::complex<float>> played() const { return _playing.activations(); }
-    double confirmed_s() const ///< what its answers say, see ArrayDevice
+    double confirmed_s() const MIDAIR_EXCLUDES(_mutex) ///< what its answers say, see ArrayDevice
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        return std::max(_queue.confirmed_s(), _muted_s);
+        const base::Lock lock(_mutex);
+        return std::max(_queue.confirmed_s(), _mute.confirmed_s());
     }
 
     // These are called by one thread, in this order: begin(); then attach(), or detach() if there
     // is no link; work() while attached.
 
-    void begin(); ///< to be called before a link with this as its owner is opened
-    void attach(std::unique_ptr<UsbLink> link, bool isBack); ///< \a isBack: count a reconnect
+    /// To be called before a link with this as its owner is opened.
+    void begin() MIDAIR_EXCLUDES(_mutex);
+    /// \a isBack: count a reconnect.
+    void attach(std::unique_ptr<UsbLink> link, bool isBack) MIDAIR_EXCLUDES(_mutex);
     /// Counts fields in flight as lost, and a loss for the reason \a why unless that is empty; the
     /// caller destroys the returned link.
-    std::unique_ptr<UsbLink> detach(const std::string& why = {});
+    std::unique_ptr<UsbLink> detach(const std::string& why = {}) MIDAIR_EXCLUDES(_mutex);
     /// Does what is due until the link has to be given up, and returns the reason, or an empty
     /// string after close().
-    std::string work();
+    std::string work() MIDAIR_EXCLUDES(_mutex);
     /// Leaves all joints, mutes, waits at most \a atMost_s until the device confirms it, and makes
     /// work() return. Any thread.
-    void close(double atMost_s);
+    void close(double atMost_s) MIDAIR_EXCLUDES(_mutex);
 
 private:
     using Outcome = UsbTransferPool::Outcome;
+
+    /// What begins anew with each link: numbers, faults, and what the device said of itself.
+    struct Session
+    {
+        std::uint32_t sequence = 0;
+        std::uint16_t flags = 0;       ///< the last protocol::StatusFlags that the device sent
+        Outcome fault = Outcome::DONE; ///< the fault to recover from; DONE: none
+        int faultsInRow = 0;
+        LinkClock clock;
+    };
 
     void onSent(std::uint64_t token, Outcome outcome) override;
     void onAnswer(const protocol::Packet& packet) override;
@@ -101,48 +114,43 @@ private:
     void commit(const JointCommit& joint) override;
     void drop(const JointCommit& joint) override;
 
-    // With _mutex held.
-    void become(State state); ///< sets the state, unless it is CLOSING
-    bool canHandOver() const;
-    bool canSubmit() const { return !_queue.isFull() && !_queue.isStaged() && canHandOver(); }
-    void submitField(std::unique_lock<std::mutex>& lock);
-    void submitCommit(std::unique_lock<std::mutex>& lock);
-    void handOver(std::unique_lock<std::mutex>& lock);
-    bool submitMute();
-    /// does one thing that is due; false: none was
-    bool workOnce(std::unique_lock<std::mutex>& lock);
-    std::string recover(std::unique_lock<std::mutex>& lock);
-    void takeStatus(const protocol::Packet& packet);
-    void noteFault(Outcome outcome);
-    void wakeWorker();
-    /// Calls action(link) with the lock released, while no other thread uses the link or _bytes,
+    void become(State state) MIDAIR_REQUIRES(_mutex); ///< sets the state, unless it is CLOSING
+    bool canHandOver() const MIDAIR_REQUIRES(_mutex);
+    bool canSubmit() const MIDAIR_REQUIRES(_mutex)
+    {
+        return !_queue.isFull() && !_queue.isStaged() && canHandOver();
+    }
+    std::uint32_t nextSequence() MIDAIR_REQUIRES(_mutex);
+    void submitField() MIDAIR_REQUIRES(_mutex);
+    void submitCommit() MIDAIR_REQUIRES(_mutex);
+    void handOver() MIDAIR_REQUIRES(_mutex);
+    bool submitMute() MIDAIR_REQUIRES(_mutex);
+    bool workOnce() MIDAIR_REQUIRES(_mutex); ///< does one thing that is due; false: none was
+    std::string recover() MIDAIR_REQUIRES(_mutex);
+    void takeStatus(const protocol::Packet& packet) MIDAIR_REQUIRES(_mutex);
+    void noteFault(Outcome outcome) MIDAIR_REQUIRES(_mutex);
+    void wakeWorker() MIDAIR_REQUIRES(_mutex);
+    /// Calls action(link) with _mutex released, while no other thread uses the link or _bytes,
     /// except for a mute.
     template<typename Action>
-    auto alone(std::unique_lock<std::mutex>& lock, Action&& action);
+    bool alone(Action&& action) MIDAIR_REQUIRES(_mutex);
 
-    const DeviceLayout _layout;
     const std::vector<protocol::Range> _ranges;
-    FieldCounters _counters; ///< all but those of fields
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;  ///< wakes the worker
-    std::condition_variable _free;  ///< _busy became false
-    std::condition_variable _heard; ///< an answer or a fault came, or the link is gone
-    State _state = State::AWAY;
-    std::unique_ptr<UsbLink> _link;
-    bool _busy = false; ///< a thread is in alone()
-    std::vector<std::uint8_t> _bytes;
-    FieldQueue _queue;
-    PendingMute _mute;
-    double _muteAsked_s = 0; ///< steady clock, when mute() was called last
-    double _muted_s = 0;     ///< the same of the last one that the device confirmed
-    LinkClock _clock;
-    HeldField _playing; ///< the last field that the device confirmed
-    std::uint32_t _sequence = 0;
-    std::uint16_t _flags = 0;       ///< the last protocol::StatusFlags that the device sent
-    Outcome _fault = Outcome::DONE; ///< the fault to recover from; DONE: none
-    int _faultsInRow = 0;
-    std::string _name;
     const std::shared_ptr<JointCommit::Seat> _seat;
+    FieldCounters _counters; ///< all but those of fields; any thread
+    HeldField _playing;      ///< the last field that the device confirmed; any thread
+
+    mutable base::Mutex _mutex;
+    base::Condition _wake;    ///< the worker
+    base::Condition _changed; ///< an answer or a fault came, alone() ended, or the link is gone
+    State _state MIDAIR_GUARDED_BY(_mutex) = State::AWAY;
+    std::string _name MIDAIR_GUARDED_BY(_mutex);
+    std::unique_ptr<UsbLink> _link MIDAIR_GUARDED_BY(_mutex);
+    bool _busy MIDAIR_GUARDED_BY(_mutex) = false; ///< a thread is in alone()
+    std::vector<std::uint8_t> _bytes;             ///< of who is alone(), or has _mutex and may be
+    FieldQueue _queue MIDAIR_GUARDED_BY(_mutex);
+    PendingMute _mute MIDAIR_GUARDED_BY(_mutex);
+    Session _session MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::device

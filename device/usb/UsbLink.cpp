@@ -1,7 +1,8 @@
 #include "device/usb/UsbLink.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <atomic>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -15,15 +16,15 @@ using protocol::Type;
 namespace
 {
 
-constexpr std::chrono::milliseconds kGreeting(500);
+constexpr double kGreeting_s = 0.5;
 
 // A new one each time, so that an answer to an earlier greeting isn't taken for the answer to this
 // one.
 std::uint32_t newNonce()
 {
     static std::atomic<std::uint32_t> count{0};
-    return ++count ^
-           static_cast<std::uint32_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+    const auto now_ns = static_cast<std::uint64_t>(base::steadySeconds() * 1e9);
+    return ++count ^ static_cast<std::uint32_t>(now_ns);
 }
 
 } // namespace
@@ -46,8 +47,11 @@ void UsbLink::greet()
     std::vector<std::uint8_t> bytes;
     protocol::append(bytes, hello);
     _pool->send(0, bytes);
-    std::unique_lock<std::mutex> lock(_mutex);
-    _heard.wait_for(lock, kGreeting, [&] { return _greeted || _fault != Outcome::DONE; });
+    const double until_s = base::steadySeconds() + kGreeting_s;
+    base::Lock lock(_mutex);
+    while (!_greeted && _fault == Outcome::DONE && _heard.waitUntil_s(lock, until_s))
+    {
+    }
     if (_greeted) return;
     if (_fault != Outcome::DONE)
         throw DeviceError(name() + ": doesn't take the greeting: " + outcomeName(_fault));
@@ -55,7 +59,6 @@ void UsbLink::greet()
         name() + ": gives no answer that this program understands; is osgMidair's firmware on it?");
 }
 
-// Reads _info without the lock: after the greeting it isn't written any more.
 void UsbLink::check(const DeviceLayout& layout) const
 {
     const protocol::Info& info = _info.info;
@@ -112,10 +115,10 @@ bool UsbLink::identify(int board, bool light)
 void UsbLink::noteFault(Outcome outcome)
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         if (_fault != Outcome::LOST) _fault = outcome;
     }
-    _heard.notify_all();
+    _heard.notifyAll();
 }
 
 void UsbLink::onSent(std::uint64_t token, Outcome outcome)
@@ -138,7 +141,7 @@ void UsbLink::onReceived(const std::uint8_t* bytes, std::size_t count)
     {
         if (packet.type == Type::INFO && packet.info.nonce == _nonce)
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const base::Lock lock(_mutex);
             if (!_greeted) _info = packet;
             _greeted = true;
         }
@@ -150,7 +153,7 @@ void UsbLink::onReceived(const std::uint8_t* bytes, std::size_t count)
         _nonsense = _parser.badPackets();
         _owner.onNonsense(first);
     }
-    _heard.notify_all();
+    _heard.notifyAll();
 }
 
 } // namespace midair::device

@@ -3,10 +3,9 @@
 #include "device/ArrayDevice.h"
 #include "device/usb/Protocol.h"
 #include "device/usb/UsbTransferPool.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
 
 namespace midair::device
@@ -53,11 +52,13 @@ public:
     bool clearHalt() { return _pool->clearHalt(); }
 
     const std::string& name() const { return _pool->name(); }
-    const protocol::Info& info() const { return _info.info; }
+    /// After the greeting nothing writes it any more.
+    const protocol::Info& info() const MIDAIR_NO_THREAD_ANALYSIS { return _info.info; }
 
 private:
     void greet();
-    void check(const DeviceLayout& layout) const;
+    /// Reads _info without the lock: after the greeting nothing writes it any more.
+    void check(const DeviceLayout& layout) const MIDAIR_NO_THREAD_ANALYSIS;
 
     void onSent(std::uint64_t token, Outcome outcome) override;
     void onReceived(const std::uint8_t* bytes, std::size_t count) override;
@@ -68,11 +69,11 @@ private:
     const std::uint32_t _nonce;     ///< sent in HELLO; the INFO that answers it has the same
     protocol::StreamParser _parser; ///< used by the event thread only
     std::uint32_t _nonsense = 0;    ///< bad packets reported; used by the event thread only
-    std::mutex _mutex;              ///< guards _greeted, _fault and _info
-    std::condition_variable _heard;
-    bool _greeted = false;
-    Outcome _fault = Outcome::DONE;
-    protocol::Packet _info;
+    base::Mutex _mutex;
+    base::Condition _heard;
+    bool _greeted MIDAIR_GUARDED_BY(_mutex) = false;
+    Outcome _fault MIDAIR_GUARDED_BY(_mutex) = Outcome::DONE;
+    protocol::Packet _info MIDAIR_GUARDED_BY(_mutex);
     std::unique_ptr<UsbTransferPool> _pool; ///< last: its thread uses all other members
 };
 

@@ -81,15 +81,18 @@ UsbTransferPool::UsbTransferPool(const UsbAddress& which, Listener& listener) : 
     const int error = libusb_init(&_context);
     if (error != 0)
         throw DeviceError(std::string("usb: libusb doesn't start: ") + libusb_error_name(error));
-    try
     {
-        open(which);
-        allocate();
-    }
-    catch (...)
-    {
-        release();
-        throw;
+        const base::Lock lock(_mutex);
+        try
+        {
+            open(which);
+            allocate();
+        }
+        catch (...)
+        {
+            release();
+            throw;
+        }
     }
     _thread = std::thread(
         [this]
@@ -100,29 +103,30 @@ UsbTransferPool::UsbTransferPool(const UsbAddress& which, Listener& listener) : 
                 libusb_handle_events_timeout_completed(_context, &wait, nullptr);
             }
         });
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     receive();
 }
 
 UsbTransferPool::~UsbTransferPool()
 {
     {
-        std::unique_lock<std::mutex> lock(_mutex);
+        base::Lock lock(_mutex);
         _closing = true;
         for (const auto& slot : _slots)
             if (slot->busy) libusb_cancel_transfer(slot->transfer);
-        _settled.wait(lock,
-                      [&]
-                      {
-                          return std::none_of(_slots.begin(),
-                                              _slots.end(),
-                                              [](const auto& slot) { return slot->busy; });
-                      });
+        while (isAnyBusy())
+            _settled.wait(lock);
     }
     _stop = true;
     libusb_interrupt_event_handler(_context);
     _thread.join();
+    const base::Lock lock(_mutex);
     release();
+}
+
+bool UsbTransferPool::isAnyBusy() const
+{
+    return std::any_of(_slots.begin(), _slots.end(), [](const auto& slot) { return slot->busy; });
 }
 
 void UsbTransferPool::release()
@@ -152,7 +156,7 @@ void UsbTransferPool::allocate()
 
 bool UsbTransferPool::hasFree() const
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return std::any_of(
         _slots.begin(), _slots.begin() + kTransfers, [](const auto& slot) { return !slot->busy; });
 }
@@ -161,7 +165,7 @@ bool UsbTransferPool::send(std::uint64_t token, const std::vector<std::uint8_t>&
 {
     int error = 0;
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto free = std::find_if(_slots.begin(),
                                        _slots.begin() + kTransfers,
                                        [](const auto& slot) { return !slot->busy; });
@@ -187,7 +191,7 @@ bool UsbTransferPool::send(std::uint64_t token, const std::vector<std::uint8_t>&
 
 bool UsbTransferPool::control(const std::vector<std::uint8_t>& packet)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     Slot& slot = *_slots[kControlSlot];
     if (_closing || slot.busy) return false;
     slot.buffer.resize(LIBUSB_CONTROL_SETUP_SIZE);
@@ -209,7 +213,7 @@ bool UsbTransferPool::control(const std::vector<std::uint8_t>& packet)
 
 void UsbTransferPool::cancelSends()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     for (int i = 0; i < kTransfers; ++i)
         if (_slots[i]->busy) libusb_cancel_transfer(_slots[i]->transfer);
 }
@@ -219,11 +223,10 @@ bool UsbTransferPool::clearHalt()
     if (libusb_clear_halt(_handle, _endpointOut) != 0 ||
         libusb_clear_halt(_handle, _endpointIn) != 0)
         return false;
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _slots[kInSlot]->busy || receive();
 }
 
-// With _mutex held.
 bool UsbTransferPool::receive()
 {
     Slot& slot = *_slots[kInSlot];
@@ -242,9 +245,9 @@ bool UsbTransferPool::receive()
 
 void UsbTransferPool::settle(Slot& slot)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     slot.busy = false;
-    _settled.notify_all();
+    _settled.notifyAll();
 }
 
 void UsbTransferPool::onOut(libusb_transfer* transfer)
@@ -270,7 +273,7 @@ void UsbTransferPool::onIn(libusb_transfer* transfer)
     {
         pool._listener.onReceived(slot.buffer.data(),
                                   static_cast<std::size_t>(transfer->actual_length));
-        std::lock_guard<std::mutex> lock(pool._mutex);
+        const base::Lock lock(pool._mutex);
         if (pool.receive()) return;
     }
     pool.settle(slot);

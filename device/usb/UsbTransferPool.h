@@ -1,10 +1,10 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -98,9 +98,10 @@ public:
 private:
     void open(const UsbAddress& which);
     void claim(libusb_device* device);
-    void allocate();
-    void release();
-    bool receive();
+    void allocate() MIDAIR_REQUIRES(_mutex);
+    void release() MIDAIR_REQUIRES(_mutex);
+    bool receive() MIDAIR_REQUIRES(_mutex);
+    bool isAnyBusy() const MIDAIR_REQUIRES(_mutex);
     void settle(Slot& slot);
     static void onOut(libusb_transfer* transfer);
     static void onIn(libusb_transfer* transfer);
@@ -112,10 +113,11 @@ private:
     std::uint8_t _endpointOut = 0;
     std::uint8_t _endpointIn = 0;
     std::string _name;
-    mutable std::mutex _mutex;
-    std::condition_variable _settled;
-    std::vector<std::unique_ptr<Slot>> _slots; ///< kTransfers OUT, then control, then IN
-    bool _closing = false;
+    mutable base::Mutex _mutex;
+    base::Condition _settled;
+    /// kTransfers OUT, then control, then IN; all in them but what is in flight.
+    std::vector<std::unique_ptr<Slot>> _slots MIDAIR_GUARDED_BY(_mutex);
+    bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
     std::atomic<bool> _stop{false};
     std::thread _thread;
 };

@@ -66,14 +66,14 @@ ContactPath::ContactPath(const ContactPathOptions& options,
                          double angle_rad) :
     _options(options),
     _patch(patch),
-    _u(patch.normal.unitOrthogonal()),
-    _v(patch.normal.cross(_u)),
     _angle_rad(angle_rad)
 {
+    _ellipse.u = patch.normal.unitOrthogonal();
+    _ellipse.v = patch.normal.cross(_ellipse.u);
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
     shape();
-    _steadyLength_m = circumference(_semiMajor_m, _semiMinor_m);
+    _steadyLength_m = circumference(_ellipse.semiMajor_m, _ellipse.semiMinor_m);
     setCount(wantedFoci());
     for (std::size_t j = 0; j < _foci.size(); ++j)
     {
@@ -90,9 +90,10 @@ void ContactPath::fit(const ContactPatch& patch)
     const Eigen::Quaterniond turn = base::turnBetween(_patch.normal, patch.normal);
     _patch = patch;
     _isFitted = true;
-    _u = turn * _u;
-    _u = (_u - _u.dot(patch.normal) * patch.normal).normalized(); // rounding
-    _v = patch.normal.cross(_u);
+    _ellipse.u = turn * _ellipse.u;
+    _ellipse.u =
+        (_ellipse.u - _ellipse.u.dot(patch.normal) * patch.normal).normalized(); // rounding
+    _ellipse.v = patch.normal.cross(_ellipse.u);
     shape();
 }
 
@@ -101,41 +102,42 @@ void ContactPath::soften(double radius_m, double more_Hz)
     const double radius = radius_m > 0.0 && std::isfinite(radius_m)
                               ? std::clamp(radius_m, _options.leastRadius_m, _options.mostRadius_m)
                               : 0.0;
-    _more_Hz = more_Hz > 0.0 && std::isfinite(more_Hz) ? more_Hz : 0.0;
-    if (radius == _radius_m) return;
-    _radius_m = radius;
+    _softness.more_Hz = more_Hz > 0.0 && std::isfinite(more_Hz) ? more_Hz : 0.0;
+    if (radius == _softness.radius_m) return;
+    _softness.radius_m = radius;
     shape();
 }
 
 double ContactPath::wantedRate_Hz() const
 {
-    return std::max(_options.rate_Hz, std::min(_options.rate_Hz + _more_Hz, _options.mostRate_Hz));
+    return std::max(_options.rate_Hz,
+                    std::min(_options.rate_Hz + _softness.more_Hz, _options.mostRate_Hz));
 }
 
 void ContactPath::shape()
 {
-    if (_radius_m > 0.0)
+    if (_softness.radius_m > 0.0)
     {
-        _semiMajor_m = _semiMinor_m = _radius_m;
-        _ellipse = _radius_m * Eigen::Matrix2d::Identity();
+        _ellipse.semiMajor_m = _ellipse.semiMinor_m = _softness.radius_m;
+        _ellipse.fromCircle = _softness.radius_m * Eigen::Matrix2d::Identity();
         return;
     }
     Eigen::Matrix<double, 3, 2> plane;
-    plane << _u, _v;
+    plane << _ellipse.u, _ellipse.v;
     const base::SymmetricAxes<2> across =
         base::symmetricAxes(Eigen::Matrix2d(plane.transpose() * _patch.covariance * plane));
     const Eigen::Vector2d axes =
         (2.0 * across.values.cwiseMax(0.0).cwiseSqrt().array() - _options.focusSize_m)
             .max(_options.leastRadius_m)
             .matrix();
-    _semiMinor_m = axes[0];
-    _semiMajor_m = axes[1];
-    _ellipse = across.vectors * axes.asDiagonal() * across.vectors.transpose();
+    _ellipse.semiMinor_m = axes[0];
+    _ellipse.semiMajor_m = axes[1];
+    _ellipse.fromCircle = across.vectors * axes.asDiagonal() * across.vectors.transpose();
 }
 
 double ContactPath::leastFieldRate_Hz() const
 {
-    return base::kTwoPi * _semiMajor_m * wantedRate_Hz() / _options.largestStep_m;
+    return base::kTwoPi * _ellipse.semiMajor_m * wantedRate_Hz() / _options.largestStep_m;
 }
 
 int ContactPath::wantedFoci() const
@@ -195,11 +197,11 @@ void ContactPath::spread(double most_rad, double dt_s)
 bool ContactPath::advance(double dt_s)
 {
     if (!(dt_s >= 0.0) || !std::isfinite(dt_s)) return false;
-    const double most = kTurningShare * _options.largestStep_m / _semiMajor_m;
+    const double most = kTurningShare * _options.largestStep_m / _ellipse.semiMajor_m;
     const double turn = std::min(base::kTwoPi * wantedRate_Hz() * dt_s, most);
     if (dt_s > 0.0) _rate_Hz = turn / (base::kTwoPi * dt_s);
     _angle_rad = std::fmod(_angle_rad + turn, base::kTwoPi);
-    const double length = circumference(_semiMajor_m, _semiMinor_m);
+    const double length = circumference(_ellipse.semiMajor_m, _ellipse.semiMinor_m);
     const double follow = _options.settle_s > 0.0 ? -std::expm1(-dt_s / _options.settle_s) : 1.0;
     _steadyLength_m += follow * (length - _steadyLength_m);
     setCount(wantedFoci());
@@ -210,8 +212,9 @@ bool ContactPath::advance(double dt_s)
 
 Vector3d ContactPath::placeAt(double angle_rad) const
 {
-    const Eigen::Vector2d x = _ellipse * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
-    return skinUnder(_patch, _patch.centre + x[0] * _u + x[1] * _v);
+    const Eigen::Vector2d x =
+        _ellipse.fromCircle * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
+    return skinUnder(_patch, _patch.centre + x[0] * _ellipse.u + x[1] * _ellipse.v);
 }
 
 // The step is a straight line; between places on the skin half a millimetre apart that is within

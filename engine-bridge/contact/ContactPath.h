@@ -69,8 +69,8 @@ public:
     double turningRate_Hz() const { return _rate_Hz; } ///< in the last advance()
     /// m; how far the last of the foci still has to go to its place
     double lag_m() const { return _lag_m; }
-    double semiMajor_m() const { return _semiMajor_m; } ///< of the path
-    double semiMinor_m() const { return _semiMinor_m; }
+    double semiMajor_m() const { return _ellipse.semiMajor_m; } ///< of the path
+    double semiMinor_m() const { return _ellipse.semiMinor_m; }
     /// Fields a second that the wanted rate needs at the largest step, where the hand rests.
     double leastFieldRate_Hz() const;
     const ContactPatch& patch() const { return _patch; }
@@ -86,6 +86,22 @@ private:
         bool isJumping = false; ///< it fades, to come again where it should be
     };
 
+    /// The path, in a plane whose axes are carried along across the normal.
+    struct Ellipse
+    {
+        Eigen::Vector3d u = Eigen::Vector3d::Zero();
+        Eigen::Vector3d v = Eigen::Vector3d::Zero();
+        Eigen::Matrix2d fromCircle = Eigen::Matrix2d::Zero(); ///< unit circle -> path, in u and v
+        double semiMajor_m = 0.0;
+        double semiMinor_m = 0.0;
+    };
+    /// What soften() was given.
+    struct Softness
+    {
+        double radius_m = 0.0; ///< 0: the patch's ellipse
+        double more_Hz = 0.0;
+    };
+
     double wantedRate_Hz() const;
     void shape();
     int wantedFoci() const;
@@ -96,13 +112,8 @@ private:
 
     ContactPathOptions _options;
     ContactPatch _patch;
-    Eigen::Vector3d _u = Eigen::Vector3d::Zero(); ///< carried along, across the normal
-    Eigen::Vector3d _v = Eigen::Vector3d::Zero();
-    Eigen::Matrix2d _ellipse = Eigen::Matrix2d::Zero(); ///< unit circle -> path, in _u and _v
-    double _semiMajor_m = 0.0;
-    double _semiMinor_m = 0.0;
-    double _radius_m = 0.0; ///< of soften(); 0: the patch's ellipse
-    double _more_Hz = 0.0;
+    Ellipse _ellipse;
+    Softness _softness;
     double _steadyLength_m = 0.0; ///< circumference, smoothed
     double _angle_rad = 0.0;
     double _rate_Hz = 0.0;

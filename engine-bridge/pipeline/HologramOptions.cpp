@@ -8,6 +8,7 @@
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/base/threads/ThreadPool.h"
+#include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>
 
@@ -31,25 +32,19 @@ bool HologramOptions::isValid(std::string* error) const
             *error = "array \"" + array.name + "\" has no transducers; it must have at least one";
         return false;
     }
+    haptics::FieldSettings settings;
+    base::assignPart<haptics::SequenceSettings>(settings, *this);
+    base::assignPart<haptics::PlayingSettings>(settings, *this);
+    // keepToLimits() mends these two.
+    settings.maxPoints = std::min(settings.maxPoints, base::kMostControlPoints);
+    if (monitorInterval > 0.0)
+        settings.monitorInterval = std::max(monitorInterval, base::kLeastMonitorInterval_s);
+    base::RangeCheck check;
     return medium.isValid(error) && contacts.isValid(error) &&
-           base::RangeCheck()
-               .atLeast("motionTolerance", motionTolerance, 0.0, " wavelengths")
-               .atLeast("maxPoints", maxPoints, 0.0)
+           haptics::fieldSettings()
+               .check(settings, check)
                .atLeast("reopen_s", reopen_s, 0.0)
-               .within("maxPressure", maxPressure, 0.0, base::kMostPressure_Pa)
-               .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
-               .check(earLimit == 0.0 || (earLimit >= base::kLeastEarLimit_dB &&
-                                          earLimit <= base::kMostEarLimit_dB),
-                      "earLimit",
-                      earLimit,
-                      "0 or within 20 .. 200 dB")
                .require(earPoints.allFinite(), "earPoints are not all finite")
-               .within("cycle", cycle, 1.0, base::kMostCycle, " fields")
-               .within("cycleSteps", cycleSteps, 0.0, base::kMostCycleSteps)
-               .within("even", even, 0.0, base::kMostEven)
-               .within("subsets", subsets, 1.0, base::kMostSubsets)
-               .within("fieldRate", fieldRate, 1.0, base::kMostFieldRate_Hz, " Hz")
-               .within("monitorInterval", monitorInterval, 0.0, base::kMostMonitorInterval_s)
                .passed(error) &&
            modulation.isValid(error) && solverOptions.isValid(error);
 }

@@ -1,20 +1,20 @@
 #pragma once
 
-#include "engine-bridge/hands/HandsAndObstacles.h"
+#include "engine-bridge/pipeline/CappedOutput.h"
+#include "engine-bridge/pipeline/ContactStage.h"
+#include "engine-bridge/pipeline/EarStage.h"
+#include "engine-bridge/pipeline/HandStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/pipeline/RestRefiner.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "engine-bridge/playing/ArrayOutput.h"
-#include "engine-bridge/playing/EarWatch.h"
-#include "engine-bridge/playing/PressureCap.h"
-#include "engine-bridge/rendering/ContactRenderer.h"
-#include "haptics/base/text/MessageLog.h"
 #include "haptics/sequence/SequenceComposer.h"
 
-#include <atomic>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +23,8 @@ namespace midair::bridge
 {
 
 /// Takes a snapshot to the array, in one thread: assemble (sample, pose and select points) ->
-/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play.
+/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play. Hands, ears,
+/// contacts, what refines and what measures accompany it as stages.
 ///
 /// process() throws for no content of a snapshot: an object that can't be felt is left out with a
 /// message, and if the field can't be computed the array falls silent. Each message is logged once.
@@ -54,7 +55,7 @@ public:
     static constexpr double kAttend_s = 0.5; // a check costs some 50 us, most of it waking up
 
     /// Silences the array until the next process(), which solves even if nothing moved.
-    void silence() { _output->silence(ArrayOutput::Silence::FAILED); }
+    void silence() { device().silence(ArrayOutput::Silence::FAILED); }
 
     /// Works with \a options from the next process() on, which solves even if nothing moved. Array,
     /// device, their factory and the owner stay those that it was made with; the device stays
@@ -65,13 +66,14 @@ public:
 
     /// The part of reconfigure() that can't wait: returns true if the caps in \a options are so
     /// strict that what is played, or being solved, may exceed them. Any thread.
-    bool isStricter(const HologramOptions& options) const;
+    bool isStricter(const HologramOptions& options) const { return _output.isStricter(options); }
     /// Lowers the cap of the amplitude at once. Any thread.
-    void lowerAmplitudeCap(double amplitude) { _output->lowerAmplitudeCap(amplitude); }
+    void lowerAmplitudeCap(double amplitude) { device().lowerAmplitudeCap(amplitude); }
     /// See ArrayOutput. Any thread.
-    void setMuted(bool muted) { _output->setMuted(muted); }
+    void setMuted(bool muted) { device().setMuted(muted); }
 
-    void noteSign(double at_s) { _output->noteSign(at_s); } ///< see ArrayOutput
+    /// See ArrayOutput. To be called before the first process().
+    void follow(const std::shared_ptr<device::Lead>& lead) { device().follow(lead); }
 
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
@@ -79,113 +81,68 @@ public:
     void setStop(const base::StopToken& stop);
     /// Silences the array. May be called from any thread, also during process(); a field that
     /// process() is working on may still be played afterwards, unless a stop was requested before.
-    void silenceNow() { _output->silenceNow(); }
+    void silenceNow() { device().silenceNow(); }
 
     /// To be called between the calls of process(). Returns true if a device that could not be
     /// opened is open now: then the last snapshot should be processed again, which plays it.
     bool isOpenedNow();
 
-    const HologramCounters& counters() const { return _counters; }
-    const HologramOptions& options() const { return _options; }
-    ArrayFields fields() const { return _output->fields(); }       ///< any thread
-    std::string deviceStatus() const { return _output->status(); } ///< any thread
-    ArrayReading reading() const { return _output->reading(); }    ///< any thread
+    const HologramCounters& counters() const { return _context.counters; }
+    const HologramOptions& options() const { return _context.options; }
+    ArrayFields fields() const { return device().fields(); }       ///< any thread
+    std::string deviceStatus() const { return device().status(); } ///< any thread
+    ArrayReading reading() const { return device().reading(); }    ///< any thread
     /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
     /// isn't. Any thread.
-    double solvingSince_s() const { return _composer->busySince_s(); }
+    double solvingSince_s() const { return _composer.busySince_s(); }
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
-    PlayedDrives playedOfLate(double duration_s) const { return _output->playedOfLate(duration_s); }
-    haptics::ExposureFigures exposure() const; ///< as of now; any thread
-    std::vector<std::string> messages() const { return _messages.all(); }
+    PlayedDrives playedOfLate(double duration_s) const { return device().playedOfLate(duration_s); }
+    haptics::ExposureFigures exposure() const { return _ears.reading(); } ///< any thread
+    std::vector<std::string> messages() const { return _context.messages.all(); }
 
 private:
-    static constexpr double kMonitorPoll_s = 0.02; // interval of attend() while the monitor works
-
-    void tellOfDeath();
-    void tellReport(const haptics::ControlPoints& points, haptics::FieldSequence& sequence);
-    void openOutput();
-    void useAbility();
-    void useParts(bool otherSolver);
-    std::shared_ptr<HologramResult> begin(const SceneSnapshot& snapshot) const;
-    void keepArray(const haptics::TransducerArray& array, HologramResult& result) const;
-    void setCaps();
-    void setEars();
-    bool hasMovedEars(const SceneSnapshot& snapshot);
+    ArrayOutput& device() { return _output.device(); }
+    const ArrayOutput& device() const { return _output.device(); }
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
-    void makeContacts();
-    const SceneSnapshot& shared(const SceneSnapshot& snapshot);
-    bool rendersContacts() const;
-    double contactPeriod_s() const;
-    std::shared_ptr<const HologramResult> playContacts(std::shared_ptr<HologramResult> result);
-    std::shared_ptr<const HologramResult> attendContacts();
-    std::shared_ptr<const HologramResult> playWhole();
+    void useParts(bool otherSolver);
+    std::shared_ptr<HologramResult> begin(const SceneSnapshot& snapshot) const;
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
-    std::shared_ptr<const HologramResult>
-    silent(const SceneSnapshot& snapshot, haptics::StopReason stop, const std::string& why);
-    std::shared_ptr<const HologramResult> lookAfterDevice();
-    bool isMeasured() const;
-    std::shared_ptr<const HologramResult> refine();
-    std::shared_ptr<const HologramResult> askMonitor();
-
     haptics::ControlPoints assemble(const SceneSnapshot& snapshot, int set, HologramResult& result);
     haptics::FieldSequence compose(const SceneSnapshot& snapshot,
                                    int set,
                                    const haptics::ControlPoints& points,
                                    const haptics::TransducerArray& array);
+    void tellReport(const haptics::ControlPoints& points, haptics::FieldSequence& sequence);
     void continueLast(haptics::FieldSequence& sequence) const;
-    void cap(const haptics::TransducerArray& array,
-             haptics::FieldSequence& sequence,
-             HologramResult& result);
-    PressureCap::Where
-    where(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& points, bool modulated);
-    void tellOfSilence(const PressureCap::Where& where,
-                       const std::vector<Eigen::VectorXcf>& wanted,
-                       haptics::SolveReport& report);
-    void play(haptics::FieldSequence sequence, HologramResult& result);
-    void measure(const haptics::TransducerArray& array, HologramResult& result);
-    void rateFromLast(HologramResult& result) const;
     bool isPlayedAlready(const haptics::FieldSequence& sequence,
                          const haptics::ControlPoints& points) const;
-    void playOn(const haptics::FieldSequence& sequence,
-                haptics::ControlPoints points,
-                const haptics::TransducerArray& array,
-                HologramResult& result);
-    ArrayState stateOf(const HologramResult& result);
-    void finish(HologramResult& result, bool isOtherField = true);
+    void offer(const haptics::FieldSequence& whole);
+    std::shared_ptr<const HologramResult>
+    silent(const SceneSnapshot& snapshot, haptics::StopReason stop, const std::string& why);
+    RestStep attendStages();
+    std::shared_ptr<HologramResult> playRefined(haptics::FieldSequence sequence);
+    std::shared_ptr<HologramResult> lookAfterDevice();
+    std::shared_ptr<const HologramResult> finish(std::shared_ptr<HologramResult> made,
+                                                 bool isOtherField = true);
 
-    HologramOptions _options;
-    std::shared_ptr<const haptics::TransducerArray> _array; // that of _options, for the results
-    base::MessageLog _messages;
-    std::unique_ptr<ArrayOutput> _output;
-    std::unique_ptr<PressureCap> _cap; // of the highest pressure there is, if there is no cap
-    bool _capped = false;              // there is a cap
-    std::atomic<double> _cap_Pa{0.0};  // its pressure; 0: none
-    std::string _capName;              // the setting that it comes from
-    bool _silenceTold = false;
-    EarWatch _ears;
-    bool _isDead = false; // no transducer of the array sounds
-    haptics::LineRate _line;
-    std::unique_ptr<PointAssembler> _assembler;
-    std::unique_ptr<haptics::SequenceComposer> _composer;
-    std::unique_ptr<RestRefiner> _refiner;
-    std::unique_ptr<PlayedFieldMonitor> _monitor;
-    std::unique_ptr<ContactRenderer> _contacts;
-    SceneSnapshot _shared;         // the newest, with the objects' shares
-    bool _hasContacts = false;     // its objects may be felt by contacts
-    bool _playsContacts = false;   // what is played has contacts
-    haptics::FieldSequence _whole; // of the whole objects, before caps; kept where contacts may be
-    double _contactField_s = 0.0;  // steady clock, when the last one was played
-    double _contactShown_s = 0.0;  // when the last one was published
-    ReachAndShadow _around;
-    HologramCounters _counters;
-    std::shared_ptr<const HologramResult> _last;
-    bool _changed = false;    // the options have changed since _last
-    bool _earsMoved = false;  // since then, where a limit holds for them
-    CappedField _proven;      // the field of the last cap(), if it was held
-    Eigen::VectorXcf _solved; // what _last was made of, before caps; empty: of something else
-    std::string _invalid;     // what is wrong with the options; empty: nothing
+    PipelineContext _context;
+    EarStage _ears;
+    CappedOutput _output;
+    PointAssembler _assembler;
+    haptics::SequenceComposer _composer;
+    HandStage _hands;
+    ContactStage _contacts;
+    RestRefiner _refiner;
+    PlayedFieldMonitor _monitor;
+    /// Those above, in the order in which they are asked: at rest contacts come first, and a field
+    /// is measured when nothing is left to refine.
+    const std::array<PipelineStage*, 5> _stages{&_hands, &_ears, &_contacts, &_refiner, &_monitor};
+    bool _isChanged = false; // the options have changed since the last result
+    std::string _invalid;    // what is wrong with the options; empty: nothing
+    Eigen::VectorXcf
+        _solved; // what the last result was made of, before caps; empty: something else
     UpdateRate _updates;
 };
 

@@ -24,12 +24,14 @@ HologramThread::HologramThread(HologramOptions options) :
 {
 }
 
-HologramThread::HologramThread(PipelineFactory makePipeline, StaleCheck isStale) :
-    _newMaker{std::move(makePipeline), std::move(isStale)},
-    _opening(true),
-    _sign_s(base::steadySeconds()),
+HologramThread::HologramThread(PipelineFactory makePipeline,
+                               StaleCheck isStale,
+                               std::shared_ptr<device::Lead> lead) :
+    _lead(std::move(lead)),
+    _wanted{{std::move(makePipeline), std::move(isStale)}, {}, {}},
     _thread([this] { run(); })
 {
+    keepAlive();
 }
 
 HologramThread::~HologramThread()
@@ -45,10 +47,10 @@ void HologramThread::setPipeline(PipelineFactory makePipeline, StaleCheck isStal
     _slot.between(
         [&](bool, bool)
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
-            std::swap(_newMaker, maker);
-            _newOptions.reset();
-            _otherwise = nullptr;
+            const base::Lock lock(_mutex);
+            std::swap(_wanted.maker, maker);
+            _wanted.options.reset();
+            _wanted.otherwise = nullptr;
             _opening = true;
             _stop.request();
         });
@@ -59,23 +61,23 @@ void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwi
     const double amplitude = options.maxAmplitude;
     bool isStricter = false;
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        const base::Lock lock(_atWorkMutex);
         isStricter = _atWork && _atWork->isStricter(options);
     }
     _slot.between(
         [&](bool, bool)
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
-            if (_newMaker.make)
-                _newMaker.make = std::move(otherwise); // it wasn't made yet
+            const base::Lock lock(_mutex);
+            if (_wanted.maker.make)
+                _wanted.maker.make = std::move(otherwise); // it wasn't made yet
             else
             {
-                _newOptions = std::move(options);
-                _otherwise = std::move(otherwise);
+                _wanted.options = std::move(options);
+                _wanted.otherwise = std::move(otherwise);
             }
             if (isStricter) _stop.request();
         });
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    const base::Lock lock(_atWorkMutex);
     if (!_atWork) return;
     _atWork->lowerAmplitudeCap(amplitude);
     if (isStricter) _atWork->silenceNow();
@@ -84,18 +86,11 @@ void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwi
 void HologramThread::setMuted(bool muted)
 {
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
-        _muted = muted;
+        const base::Lock lock(_atWorkMutex);
+        _lead->setMuted(muted);
         if (_atWork) _atWork->setMuted(muted);
     }
     _slot.wake(); // attend() plays the field again, or tells that it is muted
-}
-
-void HologramThread::keepAlive()
-{
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
-    _sign_s = base::steadySeconds();
-    if (_atWork) _atWork->noteSign(_sign_s);
 }
 
 ArrayState HologramThread::state() const
@@ -105,8 +100,8 @@ ArrayState HologramThread::state() const
     const ArrayState state = result ? result->state : ArrayState::CLOSED;
     const bool isOpen =
         state != ArrayState::CLOSED && state != ArrayState::OPENING && state != ArrayState::LOST;
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
-    if (!isOpen || !_muted) return state;
+    const base::Lock lock(_atWorkMutex);
+    if (!isOpen || !_lead->isMuted()) return state;
     // A driver that hangs hasn't heard of it, so the array may still sound.
     const bool isDeaf = _atWork && _atWork->reading().state == ArrayState::FAULT;
     return isDeaf ? ArrayState::FAULT : ArrayState::MUTED;
@@ -116,7 +111,7 @@ ArrayState HologramThread::state() const
 ArrayReading HologramThread::reading() const
 {
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        const base::Lock lock(_atWorkMutex);
         if (_atWork) return _atWork->reading();
     }
     ArrayReading now;
@@ -140,14 +135,14 @@ std::shared_ptr<const PlayedPressure> HologramThread::playedNow() const
 
 PlayedDrives HologramThread::playedOfLate(double duration_s) const
 {
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    const base::Lock lock(_atWorkMutex);
     return _atWork ? _atWork->playedOfLate(duration_s) : PlayedDrives();
 }
 
 haptics::ExposureFigures HologramThread::exposure() const
 {
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        const base::Lock lock(_atWorkMutex);
         if (_atWork) return _atWork->exposure();
     }
     const auto result = latestResult();
@@ -156,14 +151,14 @@ haptics::ExposureFigures HologramThread::exposure() const
 
 ArrayFields HologramThread::fields() const
 {
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    const base::Lock lock(_atWorkMutex);
     return _atWork ? _atWork->fields() : ArrayFields();
 }
 
 std::string HologramThread::deviceStatus() const
 {
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        const base::Lock lock(_atWorkMutex);
         if (_atWork) return _atWork->deviceStatus();
     }
     const auto result = latestResult();
@@ -174,7 +169,7 @@ double HologramThread::solvesFor_s() const
 {
     double since_s = 0.0;
     {
-        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        const base::Lock lock(_atWorkMutex);
         if (_atWork) since_s = _atWork->solvingSince_s();
     }
     return since_s > 0.0 && _slot.isFull() ? base::steadySeconds() - since_s : 0.0;
@@ -195,42 +190,37 @@ void HologramThread::submit(SceneSnapshot& snapshot)
 
 void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    const base::Lock lock(_atWorkMutex);
     _atWork = pipeline;
-    if (_atWork) _atWork->noteSign(_sign_s); // a device that was opened meanwhile gave none
-    if (_atWork && _muted) _atWork->setMuted(true);
+    if (_atWork) _atWork->follow(_lead);
 }
 
 // Called after the stop was requested, so that the pipeline doesn't send the field it works on.
 void HologramThread::silenceNow()
 {
-    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    const base::Lock lock(_atWorkMutex);
     if (_atWork) _atWork->silenceNow();
 }
 
 std::shared_ptr<const HologramResult> HologramThread::latestResult() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _result;
+    const base::Lock lock(_mutex);
+    return _published.result;
 }
 
 HologramCounters HologramThread::counters() const
 {
-    HologramCounters counters;
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        counters = _counters;
-    }
-    return counters;
+    const base::Lock lock(_mutex);
+    return _published.counters;
 }
 
 void HologramThread::publish(std::shared_ptr<const HologramResult> result,
                              const HologramCounters& counters)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _result.swap(result); // the old one dies with the argument, outside the lock
-    _counters = counters;
-    _opening = _newMaker.make != nullptr; // another pipeline may be wanted by now
+    const base::Lock lock(_mutex);
+    _published.result.swap(result); // the old one dies with the argument, outside the lock
+    _published.counters = counters;
+    _opening = _wanted.maker.make != nullptr; // another pipeline may be wanted by now
     ++_results;
 }
 
@@ -302,16 +292,16 @@ void HologramThread::publishClosed(haptics::StopReason stop,
 // Returns false if there is no new one, and then leaves \a maker.
 bool HologramThread::takeMaker(Maker& maker)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    if (!_newMaker.make) return false;
-    maker = std::exchange(_newMaker, {});
+    const base::Lock lock(_mutex);
+    if (!_wanted.maker.make) return false;
+    maker = std::exchange(_wanted.maker, {});
     return true;
 }
 
 bool HologramThread::hasNewOptions() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _newOptions.has_value();
+    const base::Lock lock(_mutex);
+    return _wanted.options.has_value();
 }
 
 // Returns true if there are new options and no pipeline that could take them. Pipelines that \a
@@ -320,9 +310,9 @@ bool HologramThread::useNewOptions(Maker& maker, std::unique_ptr<HologramPipelin
 {
     std::optional<HologramOptions> options;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        options.swap(_newOptions);
-        if (options) maker.make = std::exchange(_otherwise, nullptr);
+        const base::Lock lock(_mutex);
+        options.swap(_wanted.options);
+        if (options) maker.make = std::exchange(_wanted.otherwise, nullptr);
     }
     if (options && pipeline) pipeline->reconfigure(std::move(*options));
     return options && !pipeline;
@@ -356,8 +346,8 @@ void HologramThread::makePipeline(const PipelineFactory& make,
     _slot.between(
         [this](bool isWaiting, bool isClosed)
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
-            if (!isWaiting && !isClosed && !_newMaker.make) _stop.clear();
+            const base::Lock lock(_mutex);
+            if (!isWaiting && !isClosed && !_wanted.maker.make) _stop.clear();
         });
 }
 

@@ -1,14 +1,15 @@
 #pragma once
 
+#include "device/limits/Lead.h"
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/threads/LatestSlot.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -33,8 +34,11 @@ public:
 
     /// Starts the thread, in which a pipeline with \a options is made.
     explicit HologramThread(HologramOptions options);
-    /// Starts the thread; \a makePipeline as for setPipeline().
-    explicit HologramThread(PipelineFactory makePipeline, StaleCheck isStale = {});
+    /// Starts the thread; \a makePipeline as for setPipeline(). \a lead, which isn't null, leads
+    /// all its pipelines; making this object is a sign of life.
+    explicit HologramThread(PipelineFactory makePipeline,
+                            StaleCheck isStale = {},
+                            std::shared_ptr<device::Lead> lead = std::make_shared<device::Lead>());
     ~HologramThread();
 
     HologramThread(const HologramThread&) = delete;
@@ -63,7 +67,7 @@ public:
     /// To be called with each frame, changed or not: a device with a hold (SafetyLimits::hold_s)
     /// falls silent when nobody calls it, or submit(), for that time. Nothing else is a sign of
     /// life: no field, no result, no reader. Never waits for the device. Any thread.
-    void keepAlive();
+    void keepAlive() { _lead->keepAlive(); }
 
     /// What the array does now; newer than the newest result's. Never waits for the device. Any
     /// thread.
@@ -126,23 +130,34 @@ private:
     void publishClosed(haptics::StopReason stop, const std::optional<base::Message>& why);
     void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
 
+    /// What is to be played with before the next snapshot.
+    struct Wanted
+    {
+        Maker maker;                            ///< without make: the current pipeline stays
+        std::optional<HologramOptions> options; ///< none: its options stay
+        PipelineFactory otherwise;              ///< makes a pipeline that has them
+    };
+    struct Published
+    {
+        std::shared_ptr<const HologramResult> result;
+        HologramCounters counters;
+    };
+
+    const std::shared_ptr<device::Lead> _lead;
     base::LatestSlot<SceneSnapshot> _slot;
-    mutable std::mutex _mutex; ///< guards the members up to _counters; held for a copy at most
-    Maker _newMaker;           ///< without make: the current pipeline stays
-    std::optional<HologramOptions> _newOptions; ///< none: its options stay
-    PipelineFactory _otherwise;                 ///< makes a pipeline that has them
-    std::shared_ptr<const HologramResult> _result;
+    base::StopSource _stop; ///< requested and cleared under the slot's lock
+
+    mutable base::Mutex _mutex; ///< held for a copy at most
+    Wanted _wanted MIDAIR_GUARDED_BY(_mutex);
+    Published _published MIDAIR_GUARDED_BY(_mutex);
     std::atomic<std::uint64_t> _results{0};
     std::atomic<std::uint64_t> _processed{0};
-    HologramCounters _counters;
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
-    base::StopSource _stop;                    ///< requested and cleared under the slot's lock
-    std::atomic<bool> _opening{false};
-    /// guards the next three; held while a device falls silent
-    mutable std::mutex _atWorkMutex;
-    HologramPipeline* _atWork = nullptr;
-    bool _muted = false;
-    double _sign_s;      ///< steady clock, of life; making this object counts as one
+    std::atomic<bool> _opening{true};
+
+    mutable base::Mutex _atWorkMutex; ///< held while a device falls silent
+    HologramPipeline* _atWork MIDAIR_GUARDED_BY(_atWorkMutex) = nullptr;
+
     std::thread _thread; ///< last: it uses all other members
 };
 

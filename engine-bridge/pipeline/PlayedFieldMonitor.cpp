@@ -12,6 +12,8 @@ namespace midair::bridge
 namespace
 {
 
+constexpr double kPoll_s = 0.02; // interval of attend() while the monitor works
+
 std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& objects,
                                                const haptics::ControlPoints& points,
                                                double wavelength_m)
@@ -36,18 +38,24 @@ std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& 
 
 } // namespace
 
-PlayedFieldMonitor::PlayedFieldMonitor(const HologramOptions& options) : _options(options)
+PlayedFieldMonitor::PlayedFieldMonitor(PipelineContext& context,
+                                       HandStage& hands,
+                                       const RestRefiner& refiner) :
+    _context(context),
+    _hands(hands),
+    _refiner(refiner)
 {
-    optionsChanged();
+    setOptions();
 }
 
-void PlayedFieldMonitor::optionsChanged()
+void PlayedFieldMonitor::setOptions()
 {
-    if (_options.monitorInterval == _interval_s && _options.solverOptions.lambda == _lambda) return;
-    _interval_s = _options.monitorInterval;
-    _lambda = _options.solverOptions.lambda;
+    const HologramOptions& options = _context.options;
+    if (options.monitorInterval == _interval_s && options.solverOptions.lambda == _lambda) return;
+    _interval_s = options.monitorInterval;
+    _lambda = options.solverOptions.lambda;
     _monitor.reset();
-    _submitted = false;
+    _isSubmitted = false;
     _told = _number;
     if (!(_interval_s > 0.0)) return;
     haptics::FieldMonitor::Options monitor;
@@ -61,7 +69,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
                                 const std::vector<HapticObject>& objects,
                                 const haptics::TransducerArray& array)
 {
-    if (!_monitor || _submitted || !_monitor->isWaiting()) return;
+    if (!_monitor || _isSubmitted || !_monitor->isWaiting()) return;
     auto field = std::make_shared<haptics::PlayedField>();
     for (std::size_t k = 0; k < std::min(played.parts.size(), played.fields.size()); ++k)
     {
@@ -77,27 +85,56 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     }
     if (field->points.size() + field->others.size() == 0) return;
     field->array = std::make_shared<const haptics::TransducerArray>(array);
-    field->medium = _options.medium;
+    field->medium = _context.options.medium;
     if (played.fields.size() > 1) field->cycle = played.fields;
     field->fieldRate_Hz = played.modulation.fieldRate_Hz;
-    field->surfaces = feltSurfaces(
-        objects, played.points(), _options.medium.wavelength(_options.array.frequency_Hz));
+    field->surfaces =
+        feltSurfaces(objects,
+                     played.points(),
+                     _context.options.medium.wavelength(_context.options.array.frequency_Hz));
     field->number = ++_number;
-    _submitted = true;
+    _isSubmitted = true;
     _monitor->submit(std::move(field));
 }
 
-std::shared_ptr<const haptics::FieldMonitor::Result> PlayedFieldMonitor::latest() const
+void PlayedFieldMonitor::settle(const HologramResult& result,
+                                const SceneSnapshot& snapshot,
+                                const haptics::TransducerArray& array)
 {
-    return _monitor ? _monitor->latest() : nullptr;
+    if (result.playing && result.points.size() > 0)
+        submit(result.sequence, snapshot.objects, array);
 }
 
-std::shared_ptr<const haptics::FieldMonitor::Result> PlayedFieldMonitor::takeNew()
+RestStep PlayedFieldMonitor::attend(bool isPlaying)
 {
-    auto found = latest();
-    if (!found || found->number == _told) return nullptr;
+    if (!_monitor || !isPlaying) return {};
+    const HologramResult& last = *_context.last;
+    submit(last.sequence, _refiner.snapshot().objects, _hands.shadowed(last.points));
+    const auto found = _monitor->latest();
+    if (!found || found->number == _told) return {};
     _told = found->number;
-    return found;
+    if (!found->error.empty())
+        _context.messages.say({base::MessageCode::MONITOR_FAILED, found->error});
+    RestStep step;
+    step.result = std::make_shared<HologramResult>(last);
+    return step;
+}
+
+std::optional<double> PlayedFieldMonitor::rest_s(bool isPlaying) const
+{
+    const bool isPending = _monitor && (_number > _told || !_isSubmitted);
+    if (isPlaying && isPending) return kPoll_s;
+    return std::nullopt;
+}
+
+void PlayedFieldMonitor::report(HologramResult& result, bool /*isOtherField*/)
+{
+    result.monitored = _monitor ? _monitor->latest() : nullptr;
+    if (!result.monitored) return;
+    haptics::SolveReport& report = result.sequence.report;
+    report.surface = result.monitored->surface;
+    report.kelvinRms = result.monitored->kelvin.rms;
+    report.kelvinLevel = result.monitored->kelvin.level;
 }
 
 } // namespace midair::bridge

@@ -63,8 +63,6 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
     _selector(selectorOptions(options)),
     _workspace(array, options.wavelength_m, _selector),
     _array(array),
-    _transducers(array.positions),
-    _normals(array.normals),
     _messages(messages)
 {
 }
@@ -114,7 +112,7 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     const double radius = 0.5 * (high - low).norm();
     if (!std::isfinite(radius)) return true; // the sampler reports what is wrong with it
     const Eigen::Vector3d middle = object.pose * (0.5 * (low + high)).eval();
-    const double nearest = (_transducers.colwise() - middle).colwise().norm().minCoeff();
+    const double nearest = (_array.positions.colwise() - middle).colwise().norm().minCoeff();
     return nearest - radius <= _workspace.reach_m();
 }
 
@@ -132,9 +130,9 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     _posed.clear();
     _candidates = 0;
     _states.begin();
-    _large.clear();
-    _felt.clear();
-    _smallBefore = std::exchange(_small, {});
+    _wholes.large.clear();
+    _wholes.felt.clear();
+    _oneFocus.before = std::exchange(_oneFocus.now, {});
     out.objects.resize(snapshot.objects.size());
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
@@ -153,7 +151,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         tellIfSmall(snapshot, object);
         if (!withinReach(object))
         {
-            _large.erase(object.touchId()); // it isn't its size that matters there
+            _wholes.large.erase(object.touchId()); // it isn't its size that matters there
             ++out.outOfWorkspace;
             out.objects[i].isUnreachable = true;
             placed.corners = boxCorners(object.mesh->vertices);
@@ -183,7 +181,7 @@ void PointAssembler::add(
     if (!cached.error.empty())
     {
         // Of what is too large this is no other cause.
-        if (_large.count(object.touchId()) == 0)
+        if (_wholes.large.count(object.touchId()) == 0)
             tellOnce(
                 base::MessageCode::OBJECT_INVALID, object, cached.error + "; it can't be felt");
         return;
@@ -193,7 +191,7 @@ void PointAssembler::add(
     _candidates += samples.size();
     if (_candidates > base::kMostCandidates)
     {
-        if (_large.count(object.touchId()) == 0)
+        if (_wholes.large.count(object.touchId()) == 0)
             tellOnce(base::MessageCode::POINTS_BUDGET,
                      object,
                      fmt::format("with its {} samples the scene's objects have more than {} "
@@ -232,8 +230,9 @@ void PointAssembler::keepSide(const HapticObject& object, haptics::PosedObject& 
         if (posed.normals.col(i).isZero(0.0)) return true;
         // Where the sound comes from: the sum of the directions to the transducers that face the
         // point, weighted with 1/R^2 like power.
-        const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
-        const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
+        const Eigen::Matrix3Xd way = _array.positions.colwise() - posed.positions.col(i);
+        const Eigen::ArrayXd facing =
+            -(way.array() * _array.normals.array()).colwise().sum().transpose();
         const Eigen::ArrayXd distance = way.colwise().norm().transpose();
         const Eigen::ArrayXd weight =
             (facing > 0.0).select(1.0 / distance.cube(), Eigen::ArrayXd::Zero(distance.size()));

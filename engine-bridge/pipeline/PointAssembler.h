@@ -80,7 +80,7 @@ public:
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
 
     /// True if an object of the last assemble() is one focus, and held to its share.
-    bool hasSmall() const { return !_small.empty(); }
+    bool hasSmall() const { return !_oneFocus.now.empty(); }
 
     /// The places that the array reaches.
     const haptics::Workspace& workspace() const { return _workspace; }
@@ -102,6 +102,19 @@ private:
         Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
     };
 
+    /// What is known of wholes, by touchId(), in the snapshot that is assembled.
+    struct Wholes
+    {
+        std::set<std::uint64_t> large; ///< larger than the workspace
+        std::set<std::uint64_t> felt;  ///< with a control point
+    };
+    /// The points that objects, by their ids, which are one focus would have at the size that fits.
+    struct OneFocus
+    {
+        std::map<std::uint64_t, int> now;
+        std::map<std::uint64_t, int> before; ///< in the last snapshot
+    };
+
     bool usable(const HapticObject& object);
     void tellOnce(base::MessageCode code, const HapticObject& object, const std::string& what);
     void tellIfLarge(const HapticObject& object, double metresPerUnit);
@@ -121,19 +134,14 @@ private:
     haptics::SelectorOptions _selector;
     haptics::Workspace _workspace;
     haptics::TransducerArray _array;
-    Eigen::Matrix3Xd _transducers; ///< 3 x m, m
-    Eigen::Matrix3Xd _normals;
     base::MessageLog& _messages;
     SampleCache _samples;
     std::vector<Placed> _placed;
     std::vector<haptics::PosedObject> _posed;
-    Eigen::Index _candidates = 0;   ///< samples of all in _posed
-    base::LastingStates _states;    ///< of the objects, as they are told
-    std::set<std::uint64_t> _large; ///< wholes of objects that are larger than the workspace
-    std::set<std::uint64_t> _felt;  ///< wholes of objects with a control point
-    /// points that objects, by their ids, which are one focus would have at the size that fits
-    std::map<std::uint64_t, int> _small;
-    std::map<std::uint64_t, int> _smallBefore;
+    Eigen::Index _candidates = 0; ///< samples of all in _posed
+    base::LastingStates _states;  ///< of the objects, as they are told
+    Wholes _wholes;
+    OneFocus _oneFocus;
     bool _assembled = false;
 };
 

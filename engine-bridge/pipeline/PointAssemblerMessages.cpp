@@ -73,8 +73,10 @@ double PointAssembler::fittingSize_m(const HapticObject& object, double width_m,
     const haptics::SamplerOptions sampling = samplerOptions(object);
     if (sampling.sampling == haptics::Sampling::SURFACE) model.spacing_m = sampling.spacing_m;
     model.mayGrow = mayGrow;
-    return haptics::fittingSize_m(
-        model, _workspace, haptics::ArrayFront(_transducers, _normals), _selector.maxPoints);
+    return haptics::fittingSize_m(model,
+                                  _workspace,
+                                  haptics::ArrayFront(_array.positions, _array.normals),
+                                  _selector.maxPoints);
 }
 
 // What is one focus alone has all of the sound: in metres what was meant in others, it may hurt.
@@ -98,10 +100,10 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
     }
     if (!(box.sizes().maxCoeff() < limit_m)) return;
     const double width_m = mesh.extent().maxCoeff();
-    const auto known = _smallBefore.find(object.id);
-    const bool isNew = known == _smallBefore.end();
+    const auto known = _oneFocus.before.find(object.id);
+    const bool isNew = known == _oneFocus.before.end();
     const double size_m = isNew ? fittingSize_m(object, width_m, true) : 0.0;
-    _small[object.id] =
+    _oneFocus.now[object.id] =
         isNew ? haptics::pointsAtSize(mesh, samplerOptions(object), size_m, _selector.maxPoints)
               : known->second;
     if (!_states.note(base::MessageCode::OBJECT_SMALL, object.touchId()) || !isNew) return;
@@ -124,7 +126,7 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
 
 void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const
 {
-    if (_small.empty()) return;
+    if (_oneFocus.now.empty()) return;
     std::vector<int> small;
     std::set<std::uint64_t> felt;
     int whole = 0;
@@ -132,8 +134,8 @@ void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPo
     {
         const int object = points.object[static_cast<std::size_t>(i)];
         const std::uint64_t id = snapshot.objects[static_cast<std::size_t>(object)].id;
-        const auto found = _small.find(id);
-        if (found == _small.end()) continue;
+        const auto found = _oneFocus.now.find(id);
+        if (found == _oneFocus.now.end()) continue;
         small.push_back(i);
         if (felt.insert(id).second) whole += found->second;
     }
@@ -145,11 +147,11 @@ void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPo
 void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUnit)
 {
     const double width_m = widths(object.mesh->vertices).maxCoeff();
-    const double array_m = widths(_transducers).maxCoeff();
+    const double array_m = widths(_array.positions).maxCoeff();
     if (!std::isfinite(width_m) || width_m < kNarrow * array_m) return;
-    const haptics::ArrayFront front(_transducers, _normals);
+    const haptics::ArrayFront front(_array.positions, _array.normals);
     const Eigen::Vector3d extent_m = widths(object.pose * boxCorners(object.mesh->vertices));
-    if (!haptics::hasRoom(extent_m, _workspace, front)) _large.insert(object.touchId());
+    if (!haptics::hasRoom(extent_m, _workspace, front)) _wholes.large.insert(object.touchId());
     if (!(width_m > kWide * array_m) || !(array_m > 0.0)) return;
     if (!_states.note(base::MessageCode::OBJECT_UNITS, object.touchId())) return;
     // A power of ten with which it is no wider than the array.
@@ -179,8 +181,8 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     {
         const haptics::LeftOutPoints& left = report.leftOut[i];
         const std::uint64_t whole = objectOf(i).touchId();
-        if (report.perObject[i] > 0) _felt.insert(whole);
-        if (left.overBudget > 0) isOfLarge = isOfLarge || _large.count(whole) > 0;
+        if (report.perObject[i] > 0) _wholes.felt.insert(whole);
+        if (left.overBudget > 0) isOfLarge = isOfLarge || _wholes.large.count(whole) > 0;
         isWhole[static_cast<std::size_t>(_posed[i].object)] =
             left.outOfWorkspace + left.overBudget == 0;
     }
@@ -188,11 +190,11 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     {
         const HapticObject& object = snapshot.objects[i];
         // Of one that fits but for empty corners of its box all is felt.
-        if (isWhole[i] || _large.count(object.touchId()) == 0) continue;
+        if (isWhole[i] || _wholes.large.count(object.touchId()) == 0) continue;
         const double width_m = widths(object.mesh->vertices).maxCoeff();
-        if (width_m > kWide * widths(_transducers).maxCoeff()) continue; // told already
+        if (width_m > kWide * widths(_array.positions).maxCoeff()) continue; // told already
         if (!_states.note(base::MessageCode::OBJECT_LARGE, object.touchId())) continue;
-        const haptics::ArrayFront front(_transducers, _normals);
+        const haptics::ArrayFront front(_array.positions, _array.normals);
         const std::string fits = fitting(fittingSize_m(object, width_m));
         _messages.say(base::about(base::MessageCode::OBJECT_LARGE,
                                   object.path,
@@ -213,7 +215,8 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     for (std::size_t i = 0; i < _posed.size(); ++i)
     {
         const std::uint64_t whole = objectOf(i).touchId();
-        if (_posed[i].positions.cols() == 0 || _felt.count(whole) + _large.count(whole) > 0)
+        if (_posed[i].positions.cols() == 0 ||
+            _wholes.felt.count(whole) + _wholes.large.count(whole) > 0)
             continue;
         if (!_states.note(base::MessageCode::OBJECT_UNFELT, whole)) continue;
         if (!first) first = whole;
@@ -241,7 +244,7 @@ void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const Assemb
         // One that has had a part out of reach may have it there again.
         _states.keep(code, whole, kPart);
         if (!out.objects[i].isUnreachable) continue;
-        const bool isPart = _felt.count(whole) > 0;
+        const bool isPart = _wholes.felt.count(whole) > 0;
         if (!_states.note(code, whole, isPart ? kPart : "")) continue;
         (isPart ? parts : objects).add(snapshot.objects[i].path);
     }

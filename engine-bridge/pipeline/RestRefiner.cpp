@@ -16,109 +16,133 @@
 namespace midair::bridge
 {
 
-RestRefiner::RestRefiner(const HologramOptions& options,
+RestRefiner::RestRefiner(PipelineContext& context,
                          PointAssembler& assembler,
                          haptics::SequenceComposer& composer,
-                         ReachAndShadow& around,
-                         base::MessageLog& messages) :
-    _options(options),
+                         HandStage& hands) :
+    _context(context),
     _assembler(assembler),
     _composer(composer),
-    _around(around),
-    _messages(messages),
-    _sets(static_cast<std::size_t>(options.cycle)),
-    _surface(options.wavelength_m()),
-    _evened(options.even, options.cycleSteps, options.solverOptions)
+    _hands(hands),
+    _surface(context.options.wavelength_m()),
+    _evened(context.options.even, context.options.cycleSteps, context.options.solverOptions)
 {
+    setOptions();
 }
 
-void RestRefiner::setStop(const base::StopToken& stop)
+void RestRefiner::setOptions()
 {
-    _surface.setStop(stop);
-    haptics::SolverOptions solver = _options.solverOptions;
-    solver.stop = stop;
-    _evened = haptics::EvenedCycle(_options.even, _options.cycleSteps, solver);
+    const HologramOptions& options = _context.options;
+    _snapshot = {};
+    _isCurrent = false;
+    _missing = {};
+    _sets.assign(static_cast<std::size_t>(options.cycle), {});
+    _next = 0;
+    _joined = {};
+    _surface = FeltSurface(options.wavelength_m());
+    _surface.setStop(options.solverOptions.stop);
+    _evened = haptics::EvenedCycle(options.even, options.cycleSteps, options.solverOptions);
+}
+
+bool RestRefiner::hasWork() const
+{
+    return _isCurrent &&
+           (_missing.sets || _missing.outline || _missing.places || _evened.hasWork());
 }
 
 int RestRefiner::nextSet()
 {
     const int set = _next;
-    _next = (set + 1) % _options.cycle;
+    _next = (set + 1) % _context.options.cycle;
     end();
     return set;
 }
 
 void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::FieldSequence& made)
 {
-    _setsMissing = _options.cycle > 1 && !made.isEmpty();
-    _outlineMissing = !made.isEmpty() && isOutline(snapshot);
-    _placesMissing = false;
+    _missing = {};
+    _missing.sets = _context.options.cycle > 1 && !made.isEmpty();
+    _missing.outline = !made.isEmpty() && isOutline(snapshot);
     _evened.end();
-    _current = _setsMissing || _outlineMissing;
-    if (_current || _options.monitorInterval > 0.0) _snapshot = snapshot;
-    if (!_setsMissing) return;
+    _isCurrent = _missing.sets || _missing.outline;
+    if (_isCurrent || _context.options.monitorInterval > 0.0) _snapshot = snapshot;
+    if (!_missing.sets) return;
     for (haptics::FieldSequence& other : _sets)
         other = {};
     _sets[static_cast<std::size_t>(set)] = made;
 }
 
-int RestRefiner::takeSolves()
+void RestRefiner::settle(const HologramResult& result,
+                         const SceneSnapshot& /*snapshot*/,
+                         const haptics::TransducerArray& /*array*/)
 {
-    return std::exchange(_solves, 0);
+    if (!result.playing) end();
 }
 
-std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPoints& played,
-                                                        const haptics::ModulatorOptions& modulation)
+RestStep RestRefiner::attend(bool isPlaying)
 {
-    if (!hasWork()) return std::nullopt;
+    RestStep made;
+    if (!isPlaying || !hasWork()) return made;
+    made.field = step();
+    made.isOtherField = made.field.has_value();
+    return made;
+}
+
+std::optional<double> RestRefiner::rest_s(bool isPlaying) const
+{
+    if (isPlaying && hasWork()) return 0.0;
+    return std::nullopt;
+}
+
+std::optional<haptics::FieldSequence> RestRefiner::step()
+{
     try
     {
-        if (_outlineMissing) return makeOutline(played, modulation);
-        if (_setsMissing)
+        if (_missing.outline) return makeOutline();
+        if (_missing.sets)
         {
             if (makeNextSet()) return std::nullopt;
-            _setsMissing = false;
+            _missing.sets = false;
             return joinSets();
         }
-        if (_placesMissing)
+        if (_missing.places)
         {
-            beginToEven(played);
-            _placesMissing = false;
+            beginToEven();
+            _missing.places = false;
             return std::nullopt;
         }
         return _evened.step();
     }
     catch (const base::Stopped&)
     {
-        throw; // not an error: the flags stay, so that the step can be done again
+        throw; // not an error: what is missing stays so, so that the step can be done again
     }
     catch (...)
     {
-        _messages.say({base::MessageCode::FIELD_REST, base::whatWasThrown()});
-        _setsMissing = _outlineMissing = _placesMissing = false;
+        _context.messages.say({base::MessageCode::FIELD_REST, base::whatWasThrown()});
+        _missing = {};
         _evened.end();
         return std::nullopt;
     }
 }
 
-std::optional<haptics::FieldSequence>
-RestRefiner::makeOutline(const haptics::ControlPoints& played,
-                         const haptics::ModulatorOptions& modulation)
+std::optional<haptics::FieldSequence> RestRefiner::makeOutline()
 {
+    const HologramResult& last = *_context.last;
+    const haptics::ControlPoints& played = last.points;
     const std::vector<haptics::Outline> curves = outlines(played);
     if (curves.empty())
     {
-        _outlineMissing = false;
+        _missing.outline = false;
         return std::nullopt;
     }
-    haptics::FieldSequence made =
-        _composer.composeOutlines(curves,
-                                  played.absolute,
-                                  modulation,
-                                  _around.shadowed(played, _options.array, _options.wavelength_m()),
-                                  _options.medium);
-    ++_solves;
-    _setsMissing = _outlineMissing = false;
+    haptics::FieldSequence made = _composer.composeOutlines(curves,
+                                                            played.absolute,
+                                                            last.sequence.modulation,
+                                                            _hands.shadowed(played),
+                                                            _context.options.medium);
+    ++_context.counters.solves;
+    _missing.sets = _missing.outline = false;
     return made;
 }
 
@@ -130,29 +154,28 @@ haptics::FieldSequence RestRefiner::joinSets()
     const bool oneEach = std::all_of(
         sets.begin(), sets.end(), [](const haptics::FieldSequence& set) { return set.isHeld(); });
     haptics::FieldSequence cycle =
-        _composer.join(std::move(sets), {}, _options.array, _options.medium);
-    _placesMissing = oneEach && _options.even > 0;
-    if (_placesMissing) _joined = cycle;
+        _composer.join(std::move(sets), {}, _context.options.array, _context.options.medium);
+    _missing.places = oneEach && _context.options.even > 0;
+    if (_missing.places) _joined = cycle;
     return cycle;
 }
 
-void RestRefiner::beginToEven(const haptics::ControlPoints& played)
+void RestRefiner::beginToEven()
 {
+    const haptics::ControlPoints& played = _context.last->points;
     if (played.absolute) return;
     const auto places = _surface.places(_snapshot.objects, played);
     if (!places)
     {
-        _messages.say({base::MessageCode::FIELD_UNEVEN,
-                       fmt::format("the fields in turn are not evened out: their surfaces have "
-                                   "more than {} places {:g} wavelengths apart",
-                                   haptics::kMostPlaces,
-                                   haptics::kPlaceSpacings.back())});
+        _context.messages.say(
+            {base::MessageCode::FIELD_UNEVEN,
+             fmt::format("the fields in turn are not evened out: their surfaces have "
+                         "more than {} places {:g} wavelengths apart",
+                         haptics::kMostPlaces,
+                         haptics::kPlaceSpacings.back())});
         return;
     }
-    _evened.begin(_joined,
-                  *places,
-                  _around.shadowed(played, _options.array, _options.wavelength_m()),
-                  _options.medium);
+    _evened.begin(_joined, *places, _hands.shadowed(played), _context.options.medium);
 }
 
 // Makes one set of the cycle that is missing; returns false if none is.
@@ -165,17 +188,18 @@ bool RestRefiner::makeNextSet()
     if (missing == _sets.end()) return false;
     const int set = static_cast<int>(missing - _sets.begin());
     AssembledPoints assembled = _assembler.assemble(_snapshot, set);
-    _around.keepWithinReach(assembled.points, assembled.skipped);
+    _hands.keepWithinReach(assembled.points, assembled.skipped);
     if (assembled.points.size() == 0)
         throw base::InputError("fields in turn: one of the sets of points is empty; the others "
                                "are not played in turn");
     *missing = _composer.compose(
         set,
         assembled.points,
-        modulationOf(_snapshot.objects, assembled.points, _options.modulation, _messages),
-        _around.shadowed(assembled.points, _options.array, _options.wavelength_m()),
-        _options.medium);
-    ++_solves;
+        modulationOf(
+            _snapshot.objects, assembled.points, _context.options.modulation, _context.messages),
+        _hands.shadowed(assembled.points),
+        _context.options.medium);
+    ++_context.counters.solves;
     if (missing->isEmpty()) throw base::InputError(missing->report.message);
     return true;
 }
@@ -184,8 +208,8 @@ bool RestRefiner::makeNextSet()
 // the same modulation.
 bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
 {
-    if (!_options.denseOutlines || _options.subsets > 1 || snapshot.around.reach_m > 0.0 ||
-        _assembler.hasSmall())
+    if (!_context.options.denseOutlines || _context.options.subsets > 1 ||
+        snapshot.around.reach_m > 0.0 || _assembler.hasSmall())
         return false;
     const auto isCurve = [&](const HapticObject& object)
     {
@@ -212,8 +236,12 @@ std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints
         const double target = object.properties.pressureInPa || !played.absolute
                                   ? object.properties.pressure
                                   : object.properties.pressure * played.targets.maxCoeff();
-        haptics::ReachedOutlines reached = haptics::reachedOutlines(
-            *object.mesh, object.pose, target, _assembler.workspace(), _options.solverOptions.stop);
+        haptics::ReachedOutlines reached =
+            haptics::reachedOutlines(*object.mesh,
+                                     object.pose,
+                                     target,
+                                     _assembler.workspace(),
+                                     _context.options.solverOptions.stop);
         points += reached.points;
         for (const haptics::Outline& outline : reached.inside)
             for (const auto& vertex : outline.vertices.colwise())

@@ -1,11 +1,9 @@
 #pragma once
 
-#include "engine-bridge/hands/HandsAndObstacles.h"
 #include "engine-bridge/pipeline/FeltSurface.h"
-#include "engine-bridge/pipeline/HologramOptions.h"
+#include "engine-bridge/pipeline/HandStage.h"
+#include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "engine-bridge/pipeline/SceneSnapshot.h"
-#include "haptics/base/text/MessageLog.h"
 #include "haptics/sequence/EvenedCycle.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/surface/Outline.h"
@@ -20,69 +18,65 @@ namespace midair::bridge
 /// other sets of points of a cycle, joins all of them and evens them out. It works in steps, so
 /// that a new snapshot waits for one step at most; those of the evening out take a millisecond or
 /// so.
-class RestRefiner
+class RestRefiner final : public PipelineStage
 {
 public:
-    /// All references must outlive it. \a around holds the hands of the current snapshot.
-    RestRefiner(const HologramOptions& options,
+    /// All must outlive it. \a hands has the hands of the current snapshot.
+    RestRefiner(PipelineContext& context,
                 PointAssembler& assembler,
                 haptics::SequenceComposer& composer,
-                ReachAndShadow& around,
-                base::MessageLog& messages);
+                HandStage& hands);
+
+    /// Drops all work, and begins with the first set of points again.
+    void setOptions() override;
+    bool mayPlayOn() const override { return !hasWork(); }
+    void settle(const HologramResult& result,
+                const SceneSnapshot& snapshot,
+                const haptics::TransducerArray& array) override;
+    /// Makes the next step. If a field can't be made, the reason is a message and what is played
+    /// stays. Throws base::Stopped if a stop was requested; the step is then to be done again.
+    RestStep attend(bool isPlaying) override;
+    std::optional<double> rest_s(bool isPlaying) const override;
+    /// Drops the work that is left.
+    void end() override { _isCurrent = false; }
 
     /// The set of points for the next update, 0 .. cycle - 1, each in turn. Calls end().
     int nextSet();
-
     /// To be called when \a made, composed for set \a set of \a snapshot, is going to be played.
     void begin(const SceneSnapshot& snapshot, int set, const haptics::FieldSequence& made);
-    /// To be called when the scene moved or is not played: drops the work that is left.
-    void end() { _current = false; }
-
-    /// Returns true if step() has something to do.
-    bool hasWork() const
-    {
-        return _current && (_setsMissing || _outlineMissing || _placesMissing || _evened.hasWork());
-    }
-
-    /// Does the next step. Returns what is to be played from now on, or nothing if what is played
-    /// stays. If a field can't be made, the reason is a message and what is played stays. Throws
-    /// base::Stopped if a stop was requested; the step is then to be done again. \a played are the
-    /// points that are played, \a modulation goes into an outline's field.
-    std::optional<haptics::FieldSequence> step(const haptics::ControlPoints& played,
-                                               const haptics::ModulatorOptions& modulation);
 
     /// The snapshot that begin() was given last, if there is a monitor or something was left to do.
     const SceneSnapshot& snapshot() const { return _snapshot; }
-    /// The number of solves since the last call.
-    int takeSolves();
-
-    /// To be called before the first step().
-    void setStop(const base::StopToken& stop);
 
 private:
-    std::optional<haptics::FieldSequence> makeOutline(const haptics::ControlPoints& played,
-                                                      const haptics::ModulatorOptions& modulation);
+    /// What of the field that is played is still to be made.
+    struct Missing
+    {
+        bool sets = false;
+        bool outline = false;
+        bool places = false; ///< the cycle that is played is to be evened out
+    };
+
+    bool hasWork() const;
+    std::optional<haptics::FieldSequence> step();
+    std::optional<haptics::FieldSequence> makeOutline();
     haptics::FieldSequence joinSets();
-    void beginToEven(const haptics::ControlPoints& played);
+    void beginToEven();
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;
     std::vector<haptics::Outline> outlines(const haptics::ControlPoints& played) const;
 
-    const HologramOptions& _options;
+    PipelineContext& _context;
     PointAssembler& _assembler;
     haptics::SequenceComposer& _composer;
-    ReachAndShadow& _around;
-    base::MessageLog& _messages;
+    HandStage& _hands;
 
     SceneSnapshot _snapshot;
+    bool _isCurrent = false; // _snapshot and what follows belong to what is played
+    Missing _missing;
     std::vector<haptics::FieldSequence> _sets; // one per set; isEmpty(): not made yet
     int _next = 0;                             // the set for the next update
-    int _solves = 0;
-    bool _current = false; // _snapshot and _sets belong to what is played
-    bool _setsMissing = false;
-    bool _outlineMissing = false;
-    bool _placesMissing = false;    // the cycle that is played is to be evened out
-    haptics::FieldSequence _joined; // that cycle
+    haptics::FieldSequence _joined;            // the cycle that is to be evened out
     FeltSurface _surface;
     haptics::EvenedCycle _evened;
 };

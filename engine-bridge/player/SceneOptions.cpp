@@ -3,6 +3,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "haptics/base/AssignPart.h"
+#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 
@@ -25,7 +26,26 @@ ContactRendererOptions contactsOf(const SceneSettings& settings)
     contacts.tracker.path.largestStep_m = settings.contactStep;
     contacts.tracker.path.mostFoci = settings.contactFoci;
     contacts.field.mask = settings.contactMask;
+    contacts.tracker.hold_s = contacts.shares.hold_s = settings.contactHold;
     return contacts;
+}
+
+/// Replaces those numbers of \a material that \a settings have of their own: those that aren't 0.
+void replaceNumbers(HapticMaterial& material, const ObjectSettings& settings)
+{
+    const auto replace = [](double own, double& value)
+    {
+        if (own != 0.0) value = own;
+    };
+    replace(settings.stiffness, material.stiffness_N_m);
+    replace(settings.contactForce, material.mostForce_N);
+    replace(settings.softness, material.radiusGrowth);
+    replace(settings.roughness, material.roughness);
+    replace(settings.texturePeriod, material.texturePeriod_m);
+    replace(settings.lowVibration, material.lowVibration);
+    replace(settings.highVibration, material.highVibration);
+    constexpr double kLeastRadius_m = 1e-3; // that grows
+    if (settings.softness > 0.0 && !(material.radius_m > 0.0)) material.radius_m = kLeastRadius_m;
 }
 
 } // namespace
@@ -41,6 +61,56 @@ Render renderOf(SceneSettings::Render render)
     default:
         return Render::OBJECT;
     }
+}
+
+const MaterialLibrary& materials()
+{
+    static const MaterialLibrary library = MaterialLibrary::ofUser();
+    return library;
+}
+
+ObjectMaterial materialOf(const ObjectSettings& settings)
+{
+    ObjectMaterial made;
+    if (!settings.material.empty())
+    {
+        const HapticMaterial* named = materials().find(settings.material);
+        if (named)
+            made.material = *named;
+        else
+        {
+            made.isUnknown = true;
+            made.problem = "material \"" + settings.material + "\" is unknown" +
+                           base::didYouMean(settings.material, materials().names());
+            return made;
+        }
+    }
+    replaceNumbers(made.material, settings);
+    made.material.isValid(&made.problem);
+    return made;
+}
+
+HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMaterial& material)
+{
+    using S = ObjectSettings;
+    HapticProperties p;
+    p.pressure = settings.pressure;
+    p.pressureInPa = settings.pressureUnit == S::PASCAL;
+    p.spacing_m = settings.spacing;
+    p.sampling = settings.sampling == S::EDGES      ? haptics::Sampling::EDGES
+                 : settings.sampling == S::VERTICES ? haptics::Sampling::VERTICES
+                                                    : haptics::Sampling::SURFACE;
+    p.side = settings.side == S::FRONT  ? Side::FRONT
+             : settings.side == S::BACK ? Side::BACK
+                                        : Side::BOTH;
+    p.priority = settings.priority;
+    p.modulationFrequency_Hz = settings.modulationFrequency;
+    p.modulationDepth = settings.modulationDepth;
+    p.render = settings.render == S::INHERIT
+                   ? Render::INHERIT
+                   : renderOf(static_cast<SceneSettings::Render>(settings.render));
+    p.material = material;
+    return p;
 }
 
 bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places)

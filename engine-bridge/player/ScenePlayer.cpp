@@ -142,7 +142,7 @@ HologramOptions ScenePlayer::options() const
 void ScenePlayer::apply()
 {
     if (!mayPlay() || _wanted.on == PlayedOn()) return;
-    const unsigned effects = effectsOf(*_wanted.settings, *_played.settings);
+    const unsigned effects = sceneTable().effects(*_wanted.settings, *_played.settings);
     const bool isOpen =
         _opening.isOpen && _wanted.on == _played.on && !(effects & base::Effect::REOPEN);
     const bool isSame = isOpen && !(effects & base::Effect::SOLVE) &&
@@ -174,8 +174,8 @@ void ScenePlayer::start(const HologramOptions& options)
     if (_shared.thread)
         _shared.thread->setPipeline(std::move(make), _maker.staleCheck());
     else
-        _shared.thread = std::make_unique<HologramThread>(std::move(make), _maker.staleCheck());
-    _shared.thread->setMuted(_muted);
+        _shared.thread =
+            std::make_unique<HologramThread>(std::move(make), _maker.staleCheck(), _shared.lead);
 }
 
 void ScenePlayer::keepClosed()
@@ -298,14 +298,24 @@ std::shared_ptr<void> ScenePlayer::end()
     const std::lock_guard<std::mutex> lock(_shared.mutex);
     if (_shared.thread) _shared.closed = _shared.thread->latestResult();
     _shared.counts.snapshots = 0; // as those that the next thread will have come to
+    // Nobody leads the thread that ends any more; the next one is muted as this one was.
+    const bool isMuted = _shared.lead->isMuted();
+    _shared.lead = std::make_shared<device::Lead>();
+    _shared.lead->setMuted(isMuted);
     return std::shared_ptr<HologramThread>(std::move(_shared.thread));
 }
 
 void ScenePlayer::setMuted(bool muted)
 {
     const std::lock_guard<std::mutex> lock(_shared.mutex);
-    _muted = muted;
+    _shared.lead->setMuted(muted);
     if (_shared.thread) _shared.thread->setMuted(muted);
+}
+
+bool ScenePlayer::isMuted() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.lead->isMuted();
 }
 
 void ScenePlayer::takeResult()

@@ -14,7 +14,6 @@
 
 #include <Eigen/Geometry>
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -110,7 +109,7 @@ public:
     /// Silences the array at once, with the device open and hands and touches going on, until
     /// setMuted(false). Any thread.
     void setMuted(bool muted);
-    bool isMuted() const { return _muted; } ///< any thread
+    bool isMuted() const; ///< any thread
 
     /// As HandTracker::setNamed().
     std::string openHands(const std::string& uri) { return _hands.setNamed(uri); }
@@ -182,6 +181,8 @@ private:
     struct Shared
     {
         mutable std::mutex mutex;
+        /// the thread's, or that of the next one
+        std::shared_ptr<device::Lead> lead = std::make_shared<device::Lead>();
         std::unique_ptr<HologramThread> thread;
         std::shared_ptr<const HologramResult> closed; ///< that of a thread that ended
         haptics::Medium medium;
@@ -209,7 +210,6 @@ private:
     SceneSnapshot _snapshot; ///< being filled
     SubmittedFrame _submitted;
     Taken _taken;
-    std::atomic<bool> _muted{false};
     Shared _shared;
 };
 

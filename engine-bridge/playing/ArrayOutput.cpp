@@ -22,50 +22,52 @@ Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
     return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
 }
 
-std::vector<device::DriveSignal>
-encoded(const haptics::FieldSequence& sequence, int transducers, const std::vector<int>& dead)
+bool isAnything(const device::DriveSignal& drive)
 {
-    std::vector<device::DriveSignal> signals(sequence.fields.size());
-    for (std::size_t k = 0; k < signals.size(); ++k)
+    return std::any_of(
+        drive.duty.begin(), drive.duty.end(), [](std::uint8_t duty) { return duty > 0; });
+}
+
+} // namespace
+
+std::vector<device::DriveSignal>
+drivesOf(const std::vector<Eigen::VectorXcf>& fields, int transducers, const std::vector<int>& dead)
+{
+    std::vector<device::DriveSignal> drives(fields.size());
+    for (std::size_t k = 0; k < drives.size(); ++k)
     {
-        const Eigen::VectorXcf& q = sequence.fields[k];
+        const Eigen::VectorXcf& q = fields[k];
         if (q.size() != transducers)
             throw std::runtime_error(
                 fmt::format("solver gave {} activations for {} transducers; nothing is played",
                             q.size(),
                             transducers));
-        if (!device::encode(q.data(), transducers, signals[k]))
+        if (!device::encode(q.data(), transducers, drives[k]))
             throw std::runtime_error(
                 "solver gave activations that are not finite; nothing is played");
         for (const int i : dead)
-            signals[k].duty[static_cast<std::size_t>(i)] = 0;
+            drives[k].duty[static_cast<std::size_t>(i)] = 0;
     }
-    return signals;
+    return drives;
 }
 
-} // namespace
-
-ArrayOutput::ArrayOutput(const Open& open,
-                         base::MessageLog& messages,
-                         std::vector<int> dead,
-                         double retry_s) :
-    _messages(messages),
-    _dead(std::move(dead)),
-    _sign_s(base::steadySeconds())
+ArrayOutput::ArrayOutput(const Open& open, base::MessageLog& messages, double retry_s) :
+    _messages(messages)
 {
     _opener = std::make_unique<DeviceOpener>(open, retry_s);
-    _isOpening = !_opener->await();
+    _shared.isOpening = !_opener->await();
     if (takeDevice()) return;
-    if (!_isOpening)
+    if (!_shared.isOpening)
     {
         if (retry_s <= 0.0) _opener.reset();
         return;
     }
-    const std::lock_guard<std::mutex> lock(_telling);
-    _openError =
+    const std::string why =
         fmt::format("device: opening it takes longer than {:g} s; it plays once it is open",
                     DeviceOpener::kPatience_s);
-    _messages.say({base::MessageCode::DEVICE_OPEN, _openError});
+    _messages.say({base::MessageCode::DEVICE_OPEN, why});
+    const base::Lock lock(_shared.mutex);
+    _shared.openError = why;
 }
 
 ArrayOutput::~ArrayOutput()
@@ -73,76 +75,86 @@ ArrayOutput::~ArrayOutput()
     silenceNow();
 }
 
-device::DriveAbility ArrayOutput::ability() const
+void ArrayOutput::follow(const std::shared_ptr<device::Lead>& lead)
 {
-    return _device ? _device->ability() : device::DriveAbility();
+    const base::Lock lock(_sending);
+    lead->setAmplitudeCap(_lead->amplitudeCap());
+    if (_lead->isMuted()) lead->setMuted(true);
+    _lead = lead;
+    if (!_device) return;
+    _device->follow(lead);
+    if (lead->isMuted()) _device->setMuted(true);
 }
 
-void ArrayOutput::play(const haptics::FieldSequence& sequence,
-                       int transducers,
+device::DriveAbility ArrayOutput::ability() const
+{
+    return device() ? device()->ability() : device::DriveAbility();
+}
+
+void ArrayOutput::play(std::vector<device::DriveSignal> drives,
+                       const haptics::ModulatorOptions& modulation,
                        const base::StopToken& stop)
 {
-    _signals = encoded(sequence, transducers, _dead);
-    _modulation = sequence.modulation;
-    _sounds = std::any_of(_signals.begin(),
-                          _signals.end(),
-                          [](const device::DriveSignal& one)
-                          {
-                              return std::any_of(one.duty.begin(),
-                                                 one.duty.end(),
-                                                 [](std::uint8_t duty) { return duty > 0; });
-                          });
-    _playing = true;
-    if (!_device) _isCutOff = false;
-    usePlayer(sequence.changes());
-    if (_player)
+    _given = {std::move(drives), modulation};
+    _shared.sounds = std::any_of(_given.drives.begin(), _given.drives.end(), isAnything);
+    _sent.isPlaying = true;
+    if (!device()) _shared.isCutOff = false;
+    usePlayer(_given.drives.size() > 1 || modulation.amplitudeRate_Hz > 0.0);
+    if (_sent.byPlayer)
         startPlayer(stop);
-    else if (_device && !sendHeld(stop) && !isBlocked() && !isHoldOver())
-        tellRefusal(_device->report());
-    if (_uncapped && !std::exchange(_capTold, true))
+    else if (device() && !sendHeld(stop) && !isBlocked() && !isHoldOver())
+        tellRefusal(device()->report());
+    if (_shared.isUncapped && !std::exchange(_told.uncapped, true))
         _messages.say({base::MessageCode::DEVICE_CAP,
                        "the device can't keep a cap of its amplitude; nothing is played"});
+}
+
+void ArrayOutput::noteSending()
+{
+    _shared.isCutOff = false;
+    _sent.mutes = _lead->mutes();
+    if (_lead->isMuted()) _sent.mutes = kNever;
 }
 
 // The fields are capped already. If the device refuses a step, the next one follows anyway.
 bool ArrayOutput::startPlayer(const base::StopToken& stop)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
+    const base::Lock lock(_sending);
     stop.throwIfRequested();
-    _isCutOff = false;
-    _playing = !isBlocked();
-    _isMutedAway = _muted.load();
-    if (_playing) _player->play(_signals, _modulation);
-    return _playing;
+    noteSending();
+    _sent.isPlaying = !isBlocked();
+    if (_sent.isPlaying) _player->play(_given.drives, _given.modulation);
+    return _sent.isPlaying;
 }
 
 // The player, and so its thread, exists only while fields change with time.
 void ArrayOutput::usePlayer(bool wanted)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
+    const base::Lock lock(_sending);
     if (!wanted)
         _player.reset();
     else if (!_player && _device)
         _player = std::make_unique<FieldPlayer>(*_device);
-    if (_player) _holds = false;
+    _sent.byPlayer = _player != nullptr;
+    if (_player) _sent.isHeld = false;
 }
 
 bool ArrayOutput::sendHeld(const base::StopToken& stop)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
+    const base::Lock lock(_sending);
     stop.throwIfRequested();
-    _isCutOff = false;
-    _before = _device->report();
-    _sent_s = base::steadySeconds();
-    _playing = false;
-    _holds = true; // until it is unmuted, or capped
-    _isMutedAway = _muted.load();
+    noteSending();
+    _sent.before = _device->report();
+    _sent.time_s = base::steadySeconds();
+    _sent.isPlaying = false;
+    _sent.isHeld = true; // until it is unmuted, or capped
     if (isBlocked()) return false;
-    _playing = _device->sendUnled(_signals.front());
+    _sent.isPlaying = _device->sendUnled(_given.drives.front());
     // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
-    _holds = _playing || isHoldOver() || _device->report().state != device::DeviceState::READY;
-    if (!_playing) _device->silence();
-    return _playing;
+    _sent.isHeld =
+        _sent.isPlaying || isHoldOver() || _device->report().state != device::DeviceState::READY;
+    if (!_sent.isPlaying) _device->silence();
+    return _sent.isPlaying;
 }
 
 // The report's message says what happened to the device.
@@ -151,7 +163,7 @@ base::Message ArrayOutput::refusal(const device::DeviceReport& report) const
     using base::MessageCode;
     if (report.state == device::DeviceState::MUTED)
         return {MessageCode::DEVICE_MUTED, "device: muted"};
-    const std::string why = report.message.empty() ? _device->status() : report.message;
+    const std::string why = report.message.empty() ? device()->status() : report.message;
     if (report.state == device::DeviceState::LOST)
         return {MessageCode::DEVICE_LOST, "device: lost: " + why};
     if (report.state == device::DeviceState::HANGING)
@@ -170,18 +182,18 @@ void ArrayOutput::tellRefusal(const device::DeviceReport& report)
     const base::Message why = refusal(report);
     const bool isLoss =
         why.code == base::MessageCode::DEVICE_LOST || why.code == base::MessageCode::DEVICE_HANGS;
-    if (isLoss && _toldLoss == report.reconnects) return;
-    if (isLoss) _toldLoss = report.reconnects;
+    if (isLoss && _told.loss == report.reconnects) return;
+    if (isLoss) _told.loss = report.reconnects;
     _messages.say(why);
 }
 
 void ArrayOutput::tell(ArrayState state)
 {
     if (state != ArrayState::LOST && state != ArrayState::FAULT) return;
-    const device::DeviceReport report = _device->report();
+    const device::DeviceReport report = device()->report();
     if (report.state >= device::DeviceState::HANGING) return tellRefusal(report);
     if (state == ArrayState::LOST) return; // it is back already
-    if (!_playing) return;
+    if (!_sent.isPlaying) return;
     _messages.say(
         {base::MessageCode::DEVICE_FAULT,
          fmt::format("device: takes what it is sent and doesn't play it: of {} fields {} were "
@@ -195,102 +207,103 @@ void ArrayOutput::tell(ArrayState state)
 
 bool ArrayOutput::tellOfDriver()
 {
-    if (!_device) return false;
-    const device::DeviceReport report = _device->report();
+    if (!device()) return false;
+    const device::DeviceReport report = device()->report();
     const auto isNew = [](const std::string& text, bool& isTold)
     { return !std::exchange(isTold, !text.empty()) && isTold; };
-    const bool isQuieted = isNew(report.quieted, _quietedTold);
+    const bool isQuieted = isNew(report.quieted, _told.quieted);
     if (isQuieted) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.quieted});
-    const bool mayPlayOn = isNew(report.unsilenced, _unsilencedTold);
+    const bool mayPlayOn = isNew(report.unsilenced, _told.unsilenced);
     if (mayPlayOn) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.unsilenced});
-    const bool complains = isNew(report.complaint, _complaintTold);
+    const bool complains = isNew(report.complaint, _told.complaint);
     if (complains)
         _messages.say({base::MessageCode::CALLBACK_THREW, "device: " + report.complaint});
     // It may have been at fault before, so that its state doesn't change.
     const bool hangs = report.state == device::DeviceState::HANGING && report.unsilenced.empty() &&
-                       _toldLoss != report.reconnects;
+                       _told.loss != report.reconnects;
     if (hangs) tellRefusal(report);
     return isQuieted || mayPlayOn || complains || hangs;
 }
 
 void ArrayOutput::silence(Silence why)
 {
-    _holds = false;
-    _playing = why == Silence::WANTED;
-    _signals.clear();
-    _sounds = false; // before it is judged anew, a reading would take it as played
+    _sent.isHeld = false;
+    _sent.isPlaying = why == Silence::WANTED;
+    _given.drives.clear();
+    _shared.sounds = false; // before it is judged anew, a reading would take it as played
     silenceNow();
-    _isCutOff = false;
+    _shared.isCutOff = false;
 }
 
 void ArrayOutput::silenceNow()
 {
-    const std::lock_guard<std::mutex> lock(_sending);
-    _isCutOff = true;
+    const base::Lock lock(_sending);
+    _shared.isCutOff = true;
     if (_player) _player->stop(); // or its next step would end the silence
     if (_device) _device->silence();
 }
 
 void ArrayOutput::setAmplitudeCap(double amplitude)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
+    const base::Lock lock(_sending);
     keepCap(amplitude);
 }
 
 void ArrayOutput::lowerAmplitudeCap(double amplitude)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
-    if (!(amplitude >= _cap)) keepCap(amplitude);
+    const base::Lock lock(_sending);
+    if (!(amplitude >= _lead->amplitudeCap())) keepCap(amplitude);
 }
 
 void ArrayOutput::keepCap(double amplitude)
 {
-    _cap = amplitude;
+    _lead->setAmplitudeCap(amplitude);
     if (!_device) return;
-    _uncapped = !_device->setAmplitudeCap(amplitude);
-    if (!_uncapped) return;
+    _shared.isUncapped = !_device->setAmplitudeCap(amplitude);
+    if (!_shared.isUncapped) return;
     if (_player) _player->stop();
     _device->silence();
 }
 
 void ArrayOutput::setMuted(bool muted)
 {
-    const std::lock_guard<std::mutex> lock(_sending);
-    _muted = muted;
-    if (muted) _isMutedAway = true;
+    const base::Lock lock(_sending);
+    _lead->setMuted(muted);
     if (_player && muted) _player->stop(); // it would count refused steps
     if (_device) _device->setMuted(muted);
 }
 
 ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
 {
-    if (!_device || _signals.empty()) return Attention::NOTHING;
-    if (isBlocked() || _isMutedAway) _playing = false;
+    if (!device() || _given.drives.empty()) return Attention::NOTHING;
+    if (isBlocked() || isMutedAway()) _sent.isPlaying = false;
     if (isBlocked() || isHoldOver()) return Attention::NOTHING;
     // The player sends its steps again by itself, unless it was stopped for a mute.
-    if (_player) return !_playing && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
-    if (!_holds) return Attention::NOTHING;
-    const device::DeviceReport now = _device->report();
+    if (_sent.byPlayer)
+        return !_sent.isPlaying && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
+    if (!_sent.isHeld) return Attention::NOTHING;
+    const device::DeviceReport now = device()->report();
+    const device::DeviceReport& before = _sent.before;
     const bool ready = now.state == device::DeviceState::READY;
-    if (isCutShort()) _playing = false;
-    const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
-                      now.reconnects != _before.reconnects;
-    const bool again = ready && now.pending == 0 && (lost || !_playing);
-    if (!again && (ready || !_playing)) return Attention::NOTHING;
-    if (ready && now.lost != _before.lost && now.played == _before.played)
+    if (isCutShort()) _sent.isPlaying = false;
+    const bool lost = now.lost != before.lost || now.faults != before.faults ||
+                      now.reconnects != before.reconnects;
+    const bool again = ready && now.pending == 0 && (lost || !_sent.isPlaying);
+    if (!again && (ready || !_sent.isPlaying)) return Attention::NOTHING;
+    if (ready && now.lost != before.lost && now.played == before.played)
     {
-        _missed = true;
-        _playedAtMiss = now.played;
+        _faithfulness.isMissed = true;
+        _faithfulness.playedAtMiss = now.played;
     }
-    _playing = false;
+    _sent.isPlaying = false;
     if (again && sendHeld(stop)) return Attention::RESENT;
-    tellRefusal(_device->report());
+    tellRefusal(device()->report());
     return Attention::REFUSED;
 }
 
 Eigen::VectorXcf ArrayOutput::wouldPlay(const device::DriveSignal& signal) const
 {
-    if (_device) return vectorOf(_device->wouldPlay(signal));
+    if (device()) return vectorOf(device()->wouldPlay(signal));
     std::vector<std::complex<float>> q;
     device::decode(signal, q);
     return vectorOf(q);
@@ -298,22 +311,26 @@ Eigen::VectorXcf ArrayOutput::wouldPlay(const device::DriveSignal& signal) const
 
 std::vector<Eigen::VectorXcf> ArrayOutput::played() const
 {
-    if (_device && isBlocked())
-        return std::vector<Eigen::VectorXcf>(_signals.size(), vectorOf(_device->played()));
+    const std::size_t count = _given.drives.size();
+    if (device() && isBlocked())
+        return std::vector<Eigen::VectorXcf>(count, vectorOf(device()->played()));
     // What is on its way counts as played, unless the device has just lost the same field.
     const auto comes = [this]
-    { return _playing && (_player || (!_missed && _device->report().pending > 0)); };
-    const bool told = _device && !comes();
-    if (told && _signals.size() == 1) return {vectorOf(_device->played())};
+    {
+        return _sent.isPlaying &&
+               (_sent.byPlayer || (!_faithfulness.isMissed && device()->report().pending > 0));
+    };
+    const bool told = device() && !comes();
+    if (told && count == 1) return {vectorOf(device()->played())};
     return planned();
 }
 
 std::vector<Eigen::VectorXcf> ArrayOutput::planned() const
 {
     std::vector<Eigen::VectorXcf> fields;
-    fields.reserve(_signals.size());
-    for (const device::DriveSignal& signal : _signals)
-        fields.push_back(wouldPlay(signal));
+    fields.reserve(_given.drives.size());
+    for (const device::DriveSignal& drive : _given.drives)
+        fields.push_back(wouldPlay(drive));
     return fields;
 }
 

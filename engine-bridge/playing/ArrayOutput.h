@@ -1,23 +1,25 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/limits/Lead.h"
 #include "engine-bridge/playing/ArrayReading.h"
 #include "engine-bridge/playing/DeviceOpener.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "engine-bridge/playing/PlayedDrives.h"
 #include "engine-bridge/playing/PlayedShare.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
-#include "haptics/sequence/FieldSequence.h"
+#include "haptics/sequence/Modulator.h"
 
 #include <osgMidair/ArrayState>
 
 #include <Eigen/Core>
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,19 +39,20 @@ public:
     /// Has \a open called on a thread of its own, and waits for it at most
     /// DeviceOpener::kPatience_s. If it throws, or takes longer, that is a message and there is no
     /// device yet: fields are then decoded as a device with default levels would play them. \a
-    /// dead: transducers that are never driven, whatever a field says. \a retry_s: pause before \a
-    /// open is called again, and then again with growing pauses; 0: never.
-    ArrayOutput(const Open& open,
-                base::MessageLog& messages,
-                std::vector<int> dead = {},
-                double retry_s = 0.0);
+    /// retry_s: pause before \a open is called again, and then again with growing pauses; 0: never.
+    ArrayOutput(const Open& open, base::MessageLog& messages, double retry_s = 0.0);
     ~ArrayOutput(); ///< silences the device
 
     ArrayOutput(const ArrayOutput&) = delete;
     ArrayOutput& operator=(const ArrayOutput&) = delete;
 
     /// Returns false if the device could not be opened.
-    bool isOpen() const { return _device != nullptr; }
+    bool isOpen() const { return _shared.device != nullptr; }
+
+    /// Follows \a lead from now on in place of its own, with whatever device: its mute and its
+    /// signs of life. The cap of the amplitude is the one that was set here. To be called before
+    /// other threads call anything.
+    void follow(const std::shared_ptr<device::Lead>& lead);
 
     /// To be called at intervals while there is no device. Returns true if it could be opened by
     /// now: it is silent, and isOpen() from now on.
@@ -58,13 +61,14 @@ public:
     /// The ability of the device; the default DriveAbility if there is no device.
     device::DriveAbility ability() const;
 
-    /// Plays \a sequence (K >= 1 fields of \a transducers activations) from now on. If the device
-    /// refuses a field, that is a message and the device is silenced; attend() sends the field
-    /// again once a lost or muted device is ready. Throws std::runtime_error, and goes on playing
-    /// the last field, for activations that are not finite or of another number; throws
-    /// base::Stopped without sending if \a stop was requested, since the thread that requested it
-    /// may have silenced the device.
-    void play(const haptics::FieldSequence& sequence, int transducers, const base::StopToken& stop);
+    /// Plays \a drives (at least one, all of the array's length) in turn from now on, with \a
+    /// modulation: these very bytes, lowered by the device's limits alone. If the device refuses a
+    /// field, that is a message and the device is silenced; attend() sends the field again once a
+    /// lost or muted device is ready. Throws base::Stopped without sending if \a stop was
+    /// requested, since the thread that requested it may have silenced the device.
+    void play(std::vector<device::DriveSignal> drives,
+              const haptics::ModulatorOptions& modulation,
+              const base::StopToken& stop);
 
     /// Why the array is to be silent.
     enum class Silence
@@ -82,7 +86,7 @@ public:
     /// the device can't, it is silenced, and stays so until it has a cap that it can keep. Any
     /// thread.
     void setAmplitudeCap(double amplitude);
-    double amplitudeCap() const { return _cap; } ///< any thread
+    double amplitudeCap() const { return _lead->amplitudeCap(); } ///< any thread
     /// Lowers the cap to \a amplitude if it is higher. Any thread.
     void lowerAmplitudeCap(double amplitude);
 
@@ -94,19 +98,13 @@ public:
     /// it is also true if there is no device.
     /// False once another thread's silenceNow() has cut it off, or the device itself (a hold, a
     /// quieter field that wasn't confirmed).
-    bool isPlaying() const { return _playing && !_isCutOff && !isCutShort(); }
+    bool isPlaying() const { return _sent.isPlaying && !_shared.isCutOff && !isCutShort(); }
 
     /// Returns true if what play() was given last is no silence. Any thread.
-    bool sounds() const { return _sounds && _cap > 0.0; }
+    bool sounds() const { return _shared.sounds && amplitudeCap() > 0.0; }
 
-    /// The sign of life of whoever leads (a frame of a scene): a device with a hold falls silent
-    /// without. What is sent here is none. Comes it again after that, attend() plays the field
-    /// again. Making this object counts as one. Never waits. Any thread.
-    void keepAlive();
-    void noteSign(double at_s); ///< the same for an earlier one, see ArrayDevice
-
-    /// Returns true if the device's hold has silenced it and no sign of life came since. Any
-    /// thread.
+    /// Returns true if the device's hold has silenced it and no sign of life came since: what is
+    /// sent here is none. Comes one after that, attend() plays the field again. Any thread.
     bool isHoldOver() const;
 
     /// What attend() found and did.
@@ -156,52 +154,88 @@ private:
         std::uint64_t played = 0;
     };
 
+    /// What play() was given last.
+    struct Given
+    {
+        std::vector<device::DriveSignal> drives; ///< empty: silence
+        haptics::ModulatorOptions modulation;
+    };
+    /// What has become of that at the device.
+    struct Sent
+    {
+        bool isPlaying = false;
+        bool isHeld = false;     ///< the device should hold the first of the drives
+        bool byPlayer = false;   ///< or else a player sends them
+        std::uint64_t mutes = 0; ///< Lead::mutes() then; kNever: it was muted already
+        double time_s = 0.0;
+        device::DeviceReport before; ///< taken just before
+    };
+    static constexpr std::uint64_t kNever = ~std::uint64_t{0};
+    /// Whether the device plays what it takes, over its last fields.
+    struct Faithfulness
+    {
+        PlayedShare share;
+        bool isMissed = false; ///< a held field was sent and not played; until one is
+        std::uint64_t playedAtMiss = 0;
+    };
+    /// What has been told already, and so isn't told again until it has ended.
+    struct Told
+    {
+        std::optional<std::uint64_t> loss; ///< the device's reconnects at the loss; none: no loss
+        bool unsilenced = false;
+        bool complaint = false;
+        bool quieted = false;
+        bool uncapped = false;
+    };
+    /// What other threads see.
+    struct Shared
+    {
+        std::atomic<device::ArrayDevice*> device{nullptr}; ///< once it is open it stays
+        std::atomic<bool> isOpening{false};                ///< for the first time
+        std::atomic<bool> isUncapped{false};               ///< the device can't keep the lead's cap
+        std::atomic<bool> isCutOff{false}; ///< silenceNow() came after the last field
+        std::atomic<bool> sounds{false};   ///< something of what was given is no silence
+        mutable base::Mutex mutex;
+        std::string openError MIDAIR_GUARDED_BY(mutex);
+        Judgement judged MIDAIR_GUARDED_BY(mutex);
+    };
+
     void usePlayer(bool wanted);
     bool sendHeld(const base::StopToken& stop);
     bool startPlayer(const base::StopToken& stop);
     bool isCutShort() const;
-    bool isBlocked() const { return _muted || _uncapped; }
-    void keepCap(double amplitude);
+    bool isBlocked() const { return _lead->isMuted() || _shared.isUncapped; }
+    bool isMutedAway() const { return _lead->mutes() != _sent.mutes; }
+    void noteSending();
+    void keepCap(double amplitude) MIDAIR_REQUIRES(_sending);
     bool takeDevice();
     base::Message refusal(const device::DeviceReport& report) const;
     void tellRefusal(const device::DeviceReport& report);
     std::string openError() const;
+    device::ArrayDevice* device() const { return _shared.device; }
 
     base::MessageLog& _messages;
-    const std::vector<int> _dead;
-    // Guards sending to the device and to the player, and creating and destroying the player.
-    std::mutex _sending;
-    std::unique_ptr<device::ArrayDevice> _device;
-    // Sends to the device while fields change with time; null else. Destroyed before the device.
-    std::unique_ptr<FieldPlayer> _player;
-    std::atomic<device::ArrayDevice*> _opened{nullptr}; // _device, which stays, for any thread
-    std::unique_ptr<DeviceOpener> _opener;              // while there is no device; null: never
-    std::atomic<bool> _isOpening{false};                // for the first time
-    mutable std::mutex _telling;                        // guards the next two
-    std::string _openError;
-    Judgement _judged;
-    std::atomic<bool> _muted{false};    // written under _sending, as the next two
-    std::atomic<bool> _uncapped{false}; // the device can't keep _cap
-    std::atomic<double> _cap{1.0};      // of setAmplitudeCap()
-    bool _capTold = false;
-    // The device's reconnects when a loss was told that hasn't ended; none: there is no such loss.
-    std::optional<std::uint64_t> _toldLoss;
-    bool _unsilencedTold = false;              // until it is silenced
-    bool _complaintTold = false;               // until there is none
-    bool _quietedTold = false;                 // until it plays again
-    std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
-    haptics::ModulatorOptions _modulation;     // of the last play()
-    bool _playing = false;
-    bool _holds = false;                   // the device should hold _signals.front()
-    std::atomic<bool> _isMutedAway{false}; // a mute came after the last field; under _sending
-    PlayedShare _share;
-    std::atomic<bool> _isCutOff{false}; // silenceNow() came after the last field; under _sending
-    std::atomic<bool> _sounds{false};   // something of _signals is no silence
-    std::atomic<double> _sent_s{0.0};   // time of _before
-    std::atomic<double> _sign_s;        // of life, the last one
-    bool _missed = false;               // a held field was sent and not played; until one is
-    std::uint64_t _playedAtMiss = 0;
-    device::DeviceReport _before; // taken just before that was sent
+    std::shared_ptr<device::Lead> _lead = std::make_shared<device::Lead>();
+
+    /// Guards sending to the device and to the player, and making and destroying the two.
+    base::Mutex _sending;
+    std::unique_ptr<device::ArrayDevice> _device MIDAIR_GUARDED_BY(_sending);
+    /// Sends to the device while fields change with time; null else. Destroyed before the device.
+    std::unique_ptr<FieldPlayer> _player MIDAIR_GUARDED_BY(_sending);
+    std::unique_ptr<DeviceOpener> _opener; ///< while there is no device; null: never
+
+    Given _given;
+    Sent _sent;
+    Faithfulness _faithfulness;
+    Told _told;
+    Shared _shared;
 };
+
+/// Returns \a fields as a device takes them, with all \a dead transducers off. Throws
+/// std::runtime_error for fields that don't have \a transducers activations, and for activations
+/// that are not finite.
+std::vector<device::DriveSignal> drivesOf(const std::vector<Eigen::VectorXcf>& fields,
+                                          int transducers,
+                                          const std::vector<int>& dead = {});
 
 } // namespace midair::bridge

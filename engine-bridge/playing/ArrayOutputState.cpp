@@ -44,110 +44,101 @@ bool ArrayOutput::takeDevice()
     std::uint64_t failed = 0;
     std::string why;
     auto device = _opener->take(failed, why);
-    if (failed > 0) _isOpening = false;
     if (failed > 0)
     {
+        _shared.isOpening = false;
         base::Message again(base::MessageCode::DEVICE_OPEN, why);
         again.count = failed;
         _messages.say(std::move(again));
-        const std::lock_guard<std::mutex> lock(_telling);
-        _openError = why;
+        const base::Lock lock(_shared.mutex);
+        _shared.openError = why;
     }
     if (!device) return false;
     _opener.reset();
-    _isOpening = false;
-    {
-        const std::lock_guard<std::mutex> lock(_sending);
-        _device = std::move(device);
-        if (_muted) _device->setMuted(true);
-        keepCap(_cap);
-        _playing = _holds = false;
-        _share = {};
-        _before = _device->report();
-    }
-    _opened = _device.get();
-    _device->noteSign(_sign_s); // that it was opened is none
+    _shared.isOpening = false;
+    const base::Lock lock(_sending);
+    _device = std::move(device);
+    _device->follow(_lead);
+    if (_lead->isMuted()) _device->setMuted(true);
+    keepCap(_lead->amplitudeCap());
+    _sent.isPlaying = _sent.isHeld = false;
+    _sent.before = _device->report();
+    _faithfulness.share = {};
+    _shared.device = _device.get();
     return true;
 }
 
 ArrayState ArrayOutput::state()
 {
-    if (!_device) return _isOpening ? ArrayState::OPENING : ArrayState::CLOSED;
-    const device::DeviceReport report = _device->report();
-    if (_missed && report.played > _playedAtMiss) _missed = false;
+    if (!device()) return _shared.isOpening ? ArrayState::OPENING : ArrayState::CLOSED;
+    const device::DeviceReport report = device()->report();
+    Faithfulness& faith = _faithfulness;
+    if (faith.isMissed && report.played > faith.playedAtMiss) faith.isMissed = false;
     // What a moving scene's fields became says nothing more once one of them is held.
-    const bool isHeld = !_player && report.pending == 0 && report.played > _before.played;
-    if (isHeld && base::steadySeconds() - _sent_s > kRest_s) _share.forget(report);
-    const bool isFaulty = _share.isFaulty(report) || _missed;
-    if (report.state < device::DeviceState::HANGING) _toldLoss.reset();
+    const bool isHeld =
+        !_sent.byPlayer && report.pending == 0 && report.played > _sent.before.played;
+    if (isHeld && base::steadySeconds() - _sent.time_s > kRest_s) faith.share.forget(report);
+    const bool isFaulty = faith.share.isFaulty(report) || faith.isMissed;
+    if (report.state < device::DeviceState::HANGING) _told.loss.reset();
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
-    if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
+    if (_lead->isMuted() || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
     if (!report.quieted.empty() || !report.unsilenced.empty()) return ArrayState::FAULT;
-    if (_signals.empty() || _isCutOff || isHoldOver() || isCutShort()) return ArrayState::SILENT;
-    const bool isPlayedAgain = !_uncapped && (_holds || _player); // by attend()
-    if (_isMutedAway && isPlayedAgain) return ArrayState::MUTED;
-    return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
-}
-
-void ArrayOutput::keepAlive()
-{
-    noteSign(base::steadySeconds());
-}
-
-void ArrayOutput::noteSign(double at_s)
-{
-    _sign_s = at_s;
-    if (device::ArrayDevice* device = _opened) device->noteSign(at_s);
+    if (_given.drives.empty() || _shared.isCutOff || isHoldOver() || isCutShort())
+        return ArrayState::SILENT;
+    const bool isPlayedAgain =
+        !_shared.isUncapped && (_sent.isHeld || _sent.byPlayer); // by attend()
+    if (isMutedAway() && isPlayedAgain) return ArrayState::MUTED;
+    return _sent.isPlaying && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
 }
 
 bool ArrayOutput::isHoldOver() const
 {
-    const device::ArrayDevice* device = _opened;
-    return device && device->isHoldOver();
+    return device() && device()->isHoldOver();
 }
 
 // By the device itself, which has lost its sign of life or has not confirmed a quieter field.
 bool ArrayOutput::isCutShort() const
 {
-    const bool isOwn = _device && _holds && !_isCutOff && !_isMutedAway && !isBlocked();
-    return isOwn && _device->report().silences != _before.silences;
+    const bool isOwn =
+        device() && _sent.isHeld && !_shared.isCutOff && !isMutedAway() && !isBlocked();
+    return isOwn && device()->report().silences != _sent.before.silences;
 }
 
 void ArrayOutput::judge(ArrayState state)
 {
-    if (!_device) return;
-    const std::uint64_t played = _device->report().played;
-    const std::lock_guard<std::mutex> lock(_telling);
-    _judged = {state, played};
+    if (!device()) return;
+    const std::uint64_t played = device()->report().played;
+    const base::Lock lock(_shared.mutex);
+    _shared.judged = {state, played};
 }
 
 ArrayReading ArrayOutput::reading() const
 {
     ArrayReading now;
-    const device::ArrayDevice* device = _opened;
+    const device::ArrayDevice* device = _shared.device;
     if (!device)
     {
         now.status = "not open: " + openError();
-        if (_isOpening) now.state = ArrayState::OPENING;
+        if (_shared.isOpening) now.state = ArrayState::OPENING;
         return now;
     }
     Judgement judged;
     {
-        const std::lock_guard<std::mutex> lock(_telling);
-        judged = _judged;
+        const base::Lock lock(_shared.mutex);
+        judged = _shared.judged;
     }
     const device::DeviceReport report = device->report();
     now.fields = fieldsOf(report);
     now.status = device->status();
-    const bool isMuted = _muted || report.state == device::DeviceState::MUTED;
+    const bool isMuted = _lead->isMuted() || report.state == device::DeviceState::MUTED;
     // What it has played may be silence.
     const bool hasPlayed =
         sounds() && judged.state != ArrayState::FAULT && report.played > judged.played;
     // Muted or not: it may sound.
     const bool hangs = report.state == device::DeviceState::HANGING || !report.unsilenced.empty();
     // Silenced since it was judged, by another thread or by its hold.
-    const bool isSilenced = _isCutOff || !sounds() || device->isHoldOver();
+    const bool isSilenced = _shared.isCutOff || !sounds() || device->isHoldOver();
     const bool mayPlay = hasPlayed || judged.state == ArrayState::PLAYING;
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
                 : hangs                                   ? ArrayState::FAULT
@@ -161,20 +152,18 @@ ArrayReading ArrayOutput::reading() const
 
 PlayedDrives ArrayOutput::playedOfLate(double duration_s) const
 {
-    const device::ArrayDevice* device = _opened;
-    return device ? playedOf(*device, duration_s) : PlayedDrives();
+    return device() ? playedOf(*device(), duration_s) : PlayedDrives();
 }
 
 std::string ArrayOutput::openError() const
 {
-    const std::lock_guard<std::mutex> lock(_telling);
-    return _openError;
+    const base::Lock lock(_shared.mutex);
+    return _shared.openError;
 }
 
 std::string ArrayOutput::status() const
 {
-    const device::ArrayDevice* device = _opened;
-    return device ? device->status() : "not open: " + openError();
+    return device() ? device()->status() : "not open: " + openError();
 }
 
 } // namespace midair::bridge

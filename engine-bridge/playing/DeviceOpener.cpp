@@ -3,13 +3,11 @@
 #include "device/DeviceLog.h"
 #include "device/limits/DeviceClaim.h"
 #include "haptics/base/ThrownBy.h"
-#include "haptics/base/threads/SteadyClock.h"
+#include "haptics/base/threads/Clock.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,29 +20,30 @@ struct DeviceOpener::Shared
 {
     Shared(Open itsOpen, double itsPause_s) : open(std::move(itsOpen)), pause_s(itsPause_s) {}
 
-    void run();
-    bool awaitTry(std::unique_lock<std::mutex>& lock);
+    void run() MIDAIR_EXCLUDES(mutex);
+    bool awaitTry(base::Lock& lock) MIDAIR_REQUIRES(mutex);
 
     const Open open;
     const double pause_s;
     /// Nobody waits for the thread any more.
     const std::shared_ptr<std::atomic<bool>> isLeft = std::make_shared<std::atomic<bool>>(false);
-    std::mutex mutex; ///< guards what follows
-    std::condition_variable wake;
-    bool stop = false;
-    bool isTrying = true;
-    double began_s = base::steadySeconds(); ///< of the try
-    int tries = 1;
-    std::unique_ptr<device::ArrayDevice> device; ///< open, and not taken yet
-    std::uint64_t failed = 0;
-    std::string why;
+    base::Mutex mutex;
+    base::Condition wake;
+    bool stop MIDAIR_GUARDED_BY(mutex) = false;
+    bool isTrying MIDAIR_GUARDED_BY(mutex) = true;
+    double began_s MIDAIR_GUARDED_BY(mutex) = base::steadySeconds(); ///< of the try
+    int tries MIDAIR_GUARDED_BY(mutex) = 1;
+    /// open, and not taken yet
+    std::unique_ptr<device::ArrayDevice> device MIDAIR_GUARDED_BY(mutex);
+    std::uint64_t failed MIDAIR_GUARDED_BY(mutex) = 0;
+    std::string why MIDAIR_GUARDED_BY(mutex);
 };
 
 void DeviceOpener::Shared::run()
 {
     double rest_s = pause_s;
     device::openFor(isLeft);
-    std::unique_lock<std::mutex> lock(mutex);
+    base::Lock lock(mutex);
     for (;;)
     {
         lock.unlock();
@@ -67,14 +66,16 @@ void DeviceOpener::Shared::run()
             ++failed;
             why = reason.empty() ? "no device was given" : std::move(reason);
         }
-        wake.notify_all();
+        wake.notifyAll();
         if (isOpen || stop || rest_s <= 0.0)
         {
             lock.unlock();
             return; // closes what nobody wants any more
         }
-        if (wake.wait_for(lock, std::chrono::duration<double>(rest_s), [this] { return stop; }))
-            return;
+        const double until_s = base::steadySeconds() + rest_s;
+        while (!stop && base::steadySeconds() < until_s)
+            base::steadyClock().wait(wake, lock, until_s);
+        if (stop) return;
         rest_s = std::min(2.0 * rest_s, kMostPause_s);
         isTrying = true;
         began_s = base::steadySeconds();
@@ -83,11 +84,12 @@ void DeviceOpener::Shared::run()
 }
 
 // Returns false if the try that is under way hasn't ended when nobody should wait any more.
-bool DeviceOpener::Shared::awaitTry(std::unique_lock<std::mutex>& lock)
+bool DeviceOpener::Shared::awaitTry(base::Lock& lock)
 {
-    const double rest_s = began_s + kPatience_s - base::steadySeconds();
-    return wake.wait_for(
-        lock, std::chrono::duration<double>(std::max(rest_s, 0.0)), [this] { return !isTrying; });
+    const double until_s = began_s + kPatience_s;
+    while (isTrying && base::steadySeconds() < until_s)
+        base::steadyClock().wait(wake, lock, until_s);
+    return !isTrying;
 }
 
 DeviceOpener::DeviceOpener(Open open, double pause_s) :
@@ -100,9 +102,9 @@ DeviceOpener::~DeviceOpener()
 {
     bool ended = false;
     {
-        std::unique_lock<std::mutex> lock(_shared->mutex);
+        base::Lock lock(_shared->mutex);
         _shared->stop = true;
-        _shared->wake.notify_all();
+        _shared->wake.notifyAll();
         ended = _shared->awaitTry(lock);
         *_shared->isLeft = !ended;
     }
@@ -120,19 +122,19 @@ DeviceOpener::~DeviceOpener()
 
 bool DeviceOpener::await()
 {
-    std::unique_lock<std::mutex> lock(_shared->mutex);
+    base::Lock lock(_shared->mutex);
     return _shared->tries > 1 || _shared->awaitTry(lock);
 }
 
 bool DeviceOpener::isFirstTry() const
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     return _shared->tries == 1 && _shared->isTrying;
 }
 
 std::unique_ptr<device::ArrayDevice> DeviceOpener::take(std::uint64_t& failed, std::string& why)
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     failed = std::exchange(_shared->failed, 0);
     if (failed > 0) why = _shared->why;
     return std::move(_shared->device);

@@ -3,11 +3,10 @@
 #include "device/DeviceLog.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,8 +17,9 @@ namespace midair::bridge
 namespace
 {
 
-constexpr std::chrono::milliseconds kWatch(50); // interval of watchSequence()'s checks
-constexpr double kRetry_s = 0.02;               // pause before a refused sequence is sent again
+constexpr double kWatch_s = 0.05; // interval of watchSequence()'s checks
+constexpr double kForever_s = std::numeric_limits<double>::infinity();
+constexpr double kRetry_s = 0.02; // pause before a refused sequence is sent again
 
 // Whether the device's clock has the modulator's rate.
 bool keepsTime(const device::DriveAbility& ability, const haptics::Modulator& modulator)
@@ -40,26 +40,22 @@ std::string whyStreamed(const device::DriveAbility& ability, const haptics::Modu
     return fmt::format("it doesn't repeat within {} steps", ability.sequenceFields);
 }
 
-std::chrono::steady_clock::time_point instant(double time_s)
-{
-    using namespace std::chrono;
-    return steady_clock::time_point(
-        duration_cast<steady_clock::duration>(duration<double>(time_s)));
-}
-
 } // namespace
 
-FieldPlayer::FieldPlayer(device::ArrayDevice& device) : _device(device), _thread([this] { run(); })
+FieldPlayer::FieldPlayer(device::ArrayDevice& device, const base::Clock& clock) :
+    _device(device),
+    _clock(clock),
+    _thread([this] { run(); })
 {
 }
 
 FieldPlayer::~FieldPlayer()
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _quit = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     _thread.join();
 }
 
@@ -87,29 +83,31 @@ void FieldPlayer::play(std::vector<device::DriveSignal> signals,
         tellStreamed(isStreamed ? whyStreamed(ability, modulator) : "");
     }
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        const bool goesOn = !_cycle.empty() && _modulator.changes(_cycle.size()) &&
-                            modulator.changes(signals.size()) && modulation == _modulator.options();
-        const double now_s = base::steadySeconds();
-        _cycle.swap(signals);
-        _whole = std::move(whole);
-        ++_generation;
-        if (goesOn && _byItself) // the thread didn't count the steps that the device played
-            _step = nextStep(now_s);
-        _byItself = false;
+        const base::Lock lock(_mutex);
+        Playing& now = _playing;
+        const bool goesOn = !now.cycle.empty() && now.modulator.changes(now.cycle.size()) &&
+                            modulator.changes(signals.size()) &&
+                            modulation == now.modulator.options();
+        const double now_s = _clock.now_s();
+        now.cycle.swap(signals);
+        now.whole = std::move(whole);
+        ++now.generation;
+        if (goesOn && now.byItself) // the thread didn't count the steps that the device played
+            now.step = now.nextStep(now_s);
+        now.byItself = false;
         if (!goesOn)
         {
-            _modulator = modulator;
-            _start_s = now_s;
-            _step = 0;
+            now.modulator = modulator;
+            now.start_s = now_s;
+            now.step = 0;
         }
     }
-    _wake.notify_all();
+    _wake.notifyAll();
 }
 
 void FieldPlayer::tellStreamed(std::string why)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (why == _counters.streamed) return;
     if (!why.empty())
         device::logDeviceNote("fields in turn are sent one by one, since the device can't play "
@@ -120,26 +118,34 @@ void FieldPlayer::tellStreamed(std::string why)
 
 void FieldPlayer::stop()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
-    _cycle.clear();
-    _whole.reset();
-    _byItself = false;
-    ++_generation;
-    _wake.notify_all();
-    _idle.wait(lock, [this] { return !_sending; });
+    base::Lock lock(_mutex);
+    _playing.cycle.clear();
+    _playing.whole.reset();
+    _playing.byItself = false;
+    ++_playing.generation;
+    _wake.notifyAll();
+    while (_sending)
+        _idle.wait(lock);
 }
 
 FieldPlayer::Counters FieldPlayer::counters() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _counters;
 }
 
-bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step)
+bool FieldPlayer::awaitAnother(base::Lock& lock, std::uint64_t generation, double until_s)
 {
-    if (whole == nullptr) signalOfStep(_cycle, _modulator, step, _out);
+    while (!isReplaced(generation) && _clock.now_s() < until_s)
+        _clock.wait(_wake, lock, until_s);
+    return isReplaced(generation);
+}
+
+bool FieldPlayer::handOver(Whole* whole, std::int64_t step)
+{
+    if (whole == nullptr) signalOfStep(_playing.cycle, _playing.modulator, step, _out);
     _sending = true;
-    lock.unlock();
+    _mutex.unlock();
     if (whole != nullptr)
     {
         std::vector<device::DriveSignal>& signals = whole->sequence.signals;
@@ -150,86 +156,87 @@ bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std
     }
     const bool taken =
         whole != nullptr ? _device.sendSequence(whole->sequence) : _device.sendUnled(_out);
-    lock.lock();
+    _mutex.lock();
     _sending = false;
     ++(taken ? _counters.sent : _counters.refused);
-    _idle.notify_all();
+    _idle.notifyAll();
     return taken;
 }
 
 // Steps sent one by one play again after a mute by themselves; a sequence has to be sent again.
-void FieldPlayer::watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences)
+void FieldPlayer::watchSequence(base::Lock& lock, std::uint64_t silences)
 {
-    const std::uint64_t generation = _generation;
-    const auto isReplaced = [&] { return _quit || _generation != generation; };
-    while (!_wake.wait_for(lock, kWatch, isReplaced))
+    const std::uint64_t generation = _playing.generation;
+    while (!awaitAnother(lock, generation, _clock.now_s() + kWatch_s))
     {
-        lock.unlock();
+        _mutex.unlock();
         const device::DeviceReport report = _device.report();
-        lock.lock();
-        if (isReplaced()) return;
+        _mutex.lock();
+        if (isReplaced(generation)) return;
         if (report.silences == silences && report.state == device::DeviceState::READY) continue;
-        _byItself = false;
-        _step = nextStep(base::steadySeconds());
+        _playing.byItself = false;
+        _playing.step = _playing.nextStep(_clock.now_s());
         return;
     }
 }
 
 // A device may refuse a sequence that it can't time after all, such as one that lasts too long. Its
 // line may carry the fields.
-bool FieldPlayer::isStreamedInstead(std::unique_lock<std::mutex>& lock)
+bool FieldPlayer::isStreamedInstead()
 {
-    const std::uint64_t generation = _generation;
-    lock.unlock();
+    const std::uint64_t generation = _playing.generation;
+    _mutex.unlock();
     const bool isReady = _device.report().state == device::DeviceState::READY;
     const double carried_Hz = _device.ability().fieldsPerSecond;
-    lock.lock();
-    if (_generation != generation || !isReady) return _generation != generation;
-    if (carried_Hz <= 0.0 || _modulator.options().fieldRate_Hz > carried_Hz) return false;
-    _whole.reset();
-    lock.unlock();
+    _mutex.lock();
+    if (_playing.generation != generation || !isReady) return _playing.generation != generation;
+    if (carried_Hz <= 0.0 || _playing.modulator.options().fieldRate_Hz > carried_Hz) return false;
+    _playing.whole.reset();
+    _mutex.unlock();
     tellStreamed("it refuses them");
-    lock.lock();
+    _mutex.lock();
     return true;
 }
 
-bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
+bool FieldPlayer::sendStep(base::Lock& lock)
 {
-    const std::uint64_t generation = _generation;
-    const auto isReplaced = [&] { return _quit || _generation != generation; };
-    const double due_s = _start_s + static_cast<double>(_step) * period_s();
-    if (_wake.wait_until(lock, instant(due_s), isReplaced)) return !_quit;
-    const auto reached = static_cast<std::int64_t>((base::steadySeconds() - _start_s) / period_s());
-    if (reached > _step)
+    Playing& now = _playing;
+    const std::uint64_t generation = now.generation;
+    const double period_s = now.period_s();
+    const double due_s = now.start_s + static_cast<double>(now.step) * period_s;
+    if (awaitAnother(lock, generation, due_s)) return !_quit;
+    const auto reached = static_cast<std::int64_t>((_clock.now_s() - now.start_s) / period_s);
+    if (reached > now.step)
     {
-        _counters.leftOut += static_cast<std::uint64_t>(reached - _step);
-        _step = reached;
+        _counters.leftOut += static_cast<std::uint64_t>(reached - now.step);
+        now.step = reached;
     }
-    const double time_s = static_cast<double>(_step) * period_s();
+    const double time_s = static_cast<double>(now.step) * period_s;
     _counters.worstLateness_s =
-        std::max(_counters.worstLateness_s, base::steadySeconds() - _start_s - time_s);
-    const std::shared_ptr<Whole> whole = _whole;
-    const bool changes = _modulator.changes(_cycle.size());
-    const std::int64_t step = _step++;
+        std::max(_counters.worstLateness_s, _clock.now_s() - now.start_s - time_s);
+    const std::shared_ptr<Whole> whole = now.whole;
+    const bool changes = now.modulator.changes(now.cycle.size());
+    const std::int64_t step = now.step++;
     const std::uint64_t silences = whole ? _device.report().silences : 0;
-    const bool taken = handOver(lock, whole.get(), step);
-    if (isReplaced()) return !_quit;
-    if (whole) _byItself = taken;
-    if (whole && !taken && isStreamedInstead(lock)) return !_quit;
-    if (whole && !taken) _step += static_cast<std::int64_t>(kRetry_s / period_s());
+    const bool taken = handOver(whole.get(), step);
+    if (isReplaced(generation)) return !_quit;
+    if (whole) now.byItself = taken;
+    if (whole && !taken && isStreamedInstead()) return !_quit;
+    if (whole && !taken) now.step += static_cast<std::int64_t>(kRetry_s / period_s);
     if (taken && whole)
         watchSequence(lock, silences);
     else if (taken && !changes) // the device holds it
-        _wake.wait(lock, isReplaced);
+        awaitAnother(lock, generation, kForever_s);
     return !_quit;
 }
 
 void FieldPlayer::run()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     for (;;)
     {
-        _wake.wait(lock, [this] { return _quit || !_cycle.empty(); });
+        while (!_quit && _playing.cycle.empty())
+            _clock.wait(_wake, lock, kForever_s);
         if (_quit || !sendStep(lock)) return;
     }
 }

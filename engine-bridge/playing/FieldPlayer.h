@@ -1,12 +1,12 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "haptics/base/threads/Clock.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/sequence/Modulator.h"
 
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -26,9 +26,10 @@ namespace midair::bridge
 class FieldPlayer
 {
 public:
-    /// \a device must outlive the player; others may send to it and silence it while the player
-    /// plays nothing.
-    explicit FieldPlayer(device::ArrayDevice& device);
+    /// \a device and \a clock must outlive the player; others may send to the device and silence it
+    /// while the player plays nothing.
+    explicit FieldPlayer(device::ArrayDevice& device,
+                         const base::Clock& clock = base::steadyClock());
     ~FieldPlayer(); ///< stops sending; the device goes on with its last field or sequence
 
     FieldPlayer(const FieldPlayer&) = delete;
@@ -67,42 +68,59 @@ private:
         std::int64_t first = 0; ///< the step number of its first signal
     };
 
-    void run();
-    void tellStreamed(std::string why);
+    /// What is played, and where in it the player is.
+    struct Playing
+    {
+        std::vector<device::DriveSignal> cycle; ///< empty: nothing is played
+        /// null: sent step by step; only the thread touches its contents
+        std::shared_ptr<Whole> whole;
+        bool byItself = false; ///< the device plays the whole
+        haptics::Modulator modulator;
+        std::uint64_t generation = 0; ///< grows with each play() and stop()
+        double start_s = 0.0;         ///< of step 0, by the clock
+        std::int64_t step = 0;        ///< number of the next step
+
+        double period_s() const { return 1.0 / modulator.options().fieldRate_Hz; }
+        /// The number of the first step after \a now_s.
+        std::int64_t nextStep(double now_s) const
+        {
+            return static_cast<std::int64_t>((now_s - start_s) / period_s()) + 1;
+        }
+    };
+
+    void run() MIDAIR_EXCLUDES(_mutex);
+    void tellStreamed(std::string why) MIDAIR_EXCLUDES(_mutex);
+    bool isReplaced(std::uint64_t generation) const MIDAIR_REQUIRES(_mutex)
+    {
+        return _quit || _playing.generation != generation;
+    }
+    /// Waits until \a until_s, or until something else than that \a generation is to be played;
+    /// returns true then.
+    bool awaitAnother(base::Lock& lock, std::uint64_t generation, double until_s)
+        MIDAIR_REQUIRES(_mutex);
     /// Waits until the next step is due and sends it; returns false once the player ends.
-    bool sendStep(std::unique_lock<std::mutex>& lock);
+    bool sendStep(base::Lock& lock) MIDAIR_REQUIRES(_mutex);
     /// Waits while the device plays its sequence; returns when something else is to be played or
     /// the device was silenced (its count differs from \a silences) or isn't READY.
-    void watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences);
+    void watchSequence(base::Lock& lock, std::uint64_t silences) MIDAIR_REQUIRES(_mutex);
     /// Sends \a whole, or the step if that is null, to the device with the lock released; returns
     /// true if the device took it.
-    bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    bool handOver(Whole* whole, std::int64_t step) MIDAIR_REQUIRES(_mutex);
     /// Sends step by step from now on what the device refused as a whole, if its line carries that;
     /// true, too, if something else is to be played by now.
-    bool isStreamedInstead(std::unique_lock<std::mutex>& lock);
-    /// The number of the first step after \a now_s.
-    std::int64_t nextStep(double now_s) const
-    {
-        return static_cast<std::int64_t>((now_s - _start_s) / period_s()) + 1;
-    }
-    double period_s() const { return 1.0 / _modulator.options().fieldRate_Hz; }
+    bool isStreamedInstead() MIDAIR_REQUIRES(_mutex);
 
     device::ArrayDevice& _device;
-    /// Guards all that follows except _out; not held while the device takes a field.
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;
-    std::condition_variable _idle;           ///< a send has ended
-    std::vector<device::DriveSignal> _cycle; ///< empty: nothing is played
-    /// null: sent step by step; only the thread touches its contents
-    std::shared_ptr<Whole> _whole;
-    bool _byItself = false; ///< the device plays _whole
-    haptics::Modulator _modulator;
-    std::uint64_t _generation = 0; ///< grows with each play() and stop()
-    double _start_s = 0.0;         ///< steady clock at step 0
-    std::int64_t _step = 0;        ///< number of the next step
-    bool _sending = false;
-    bool _quit = false;
-    Counters _counters;
+    const base::Clock& _clock;
+
+    mutable base::Mutex _mutex; ///< not held while the device takes a field
+    base::Condition _wake;
+    base::Condition _idle; ///< a send has ended
+    Playing _playing MIDAIR_GUARDED_BY(_mutex);
+    bool _sending MIDAIR_GUARDED_BY(_mutex) = false;
+    bool _quit MIDAIR_GUARDED_BY(_mutex) = false;
+    Counters _counters MIDAIR_GUARDED_BY(_mutex);
+
     device::DriveSignal _out; ///< used by the thread only
     std::thread _thread;      ///< last member: it uses all others
 };

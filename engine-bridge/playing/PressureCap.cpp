@@ -67,13 +67,31 @@ double largest(const std::vector<Eigen::VectorXcf>& fields)
     return static_cast<double>(most);
 }
 
-std::vector<device::DriveSignal> signalsOf(const std::vector<Eigen::VectorXcf>& fields)
+// As they are sent: whatever a field says, the dead transducers of the array are off.
+bool encodeFor(const CappedPlaces& where, const Eigen::VectorXcf& q, device::DriveSignal& signal)
+{
+    if (!device::encode(q.data(), static_cast<int>(q.size()), signal)) return false;
+    for (const int i : where.arrays.front()->dead)
+        if (i < signal.size()) signal.duty[static_cast<std::size_t>(i)] = 0;
+    return true;
+}
+
+std::vector<device::DriveSignal> signalsOf(const CappedPlaces& where,
+                                           const std::vector<Eigen::VectorXcf>& fields)
 {
     std::vector<device::DriveSignal> signals(fields.size());
     for (std::size_t k = 0; k < fields.size(); ++k)
-        if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
+        if (!encodeFor(where, fields[k], signals[k]))
             throw base::InputError("field in turn has an activation that is not finite");
     return signals;
+}
+
+// What lowering has turned off has phase 0, as silence always has: bytes that are proven are those
+// that are sent, of the transducers that nobody hears as well.
+void restPhases(device::DriveSignal& signal)
+{
+    for (std::size_t i = 0; i < signal.duty.size(); ++i)
+        if (signal.duty[i] == 0) signal.phase[i] = 0;
 }
 
 double power(const std::vector<Eigen::VectorXcf>& fields)
@@ -149,6 +167,7 @@ PressureCap::hold(const Where& where, device::DriveSignal& signal, CappedField k
         factor *= kHeadroom * std::min(_max_Pa / most_Pa.front(), std::pow(0.8, step));
         if (!std::isfinite(factor)) break;
         device::scaleDuties(wanted, factor, signal);
+        restPhases(signal);
     }
     std::vector<CappedField> fields(1);
     std::vector<device::DriveSignal> signals = {wanted};
@@ -176,6 +195,7 @@ firstOf(const device::DriveSignal& all, const std::vector<int>& order, std::size
     device::DriveSignal some = all;
     for (std::size_t k = count; k < order.size(); ++k)
         some.duty[static_cast<std::size_t>(order[k])] = 0;
+    restPhases(some);
     return some;
 }
 
@@ -235,9 +255,12 @@ double PressureCap::thinOut(const FieldBounds& bounds,
     return before > 0.0 ? after / before : 0.0;
 }
 
-double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const
+double PressureCap::holdAll(const Where& where,
+                            std::vector<Eigen::VectorXcf>& fields,
+                            std::vector<device::DriveSignal>* drives) const
 {
     const std::vector<Eigen::VectorXcf> wanted = fields;
+    std::vector<device::DriveSignal> signals; // those of the last step
     const FieldBounds bounds(where, _ability);
     bool sounds = false; // anything of the fields at the last step
     // The factor that brings the loudest field down to the cap, as far as one step can tell; 1: all
@@ -247,7 +270,8 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
         double least = 1.0;
         sounds = false;
         std::vector<double> most_Pa;
-        for (const CappedField& field : playedOf(bounds, signalsOf(fields), most_Pa))
+        signals = signalsOf(where, fields);
+        for (const CappedField& field : playedOf(bounds, signals, most_Pa))
             sounds = sounds || !field.played.isZero(0.0f);
         for (const double one_Pa : most_Pa)
         {
@@ -263,11 +287,16 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
         for (Eigen::VectorXcf& q : fields)
             haptics::scaleField(q, static_cast<float>(whole), where.arrays.front()->drive);
     };
+    const auto kept = [&](double factor)
+    {
+        if (drives) *drives = std::move(signals);
+        return factor;
+    };
     double whole = 1.0;
     for (int step = 0; step < kMostSteps && whole > 0.0; ++step)
     {
         const double factor = nextFactor();
-        if (factor >= 1.0 && (step == 0 || sounds)) return whole;
+        if (factor >= 1.0 && (step == 0 || sounds)) return kept(whole);
         if (factor >= 1.0) break; // past the lowest level
         // With steps that grow, since rounding may raise the pressure again.
         whole *= factor * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
@@ -278,46 +307,49 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
     if (lowestShare > 0.0 && lowestShare < 1.0)
     {
         scaleTo(lowestShare);
-        if (nextFactor() >= 1.0 && sounds) return lowestShare;
+        if (nextFactor() >= 1.0 && sounds) return kept(lowestShare);
     }
     if (mayThinOut(wanted))
     {
-        std::vector<device::DriveSignal> signals = signalsOf(wanted);
+        signals = signalsOf(where, wanted);
         std::vector<CappedField> thinned(wanted.size());
         const double share = thinOut(bounds, signals, thinned);
         for (std::size_t k = 0; k < fields.size() && share > 0.0; ++k)
             fields[k] = decoded(signals[k]);
-        if (share > 0.0) return std::min(share, kThinned);
+        if (share > 0.0) return kept(std::min(share, kThinned));
     }
     for (Eigen::VectorXcf& q : fields)
         q.setZero();
-    return 0.0;
+    signals = signalsOf(where, fields);
+    return kept(0.0);
 }
 
 // Levels are rounded down, so the factor that was asked for is not the one that is played.
 double
-PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedField* held) const
+PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedDrives* capped) const
 {
     const double before = power(sequence.fields);
-    CappedField one;
-    const double factor =
-        sequence.isHeld() ? holdHeld(where, sequence, one) : holdAll(where, sequence.fields);
+    CappedDrives made;
+    const double factor = sequence.isHeld() ? holdHeld(where, sequence, made)
+                                            : holdAll(where, sequence.fields, &made.drives);
     if (factor < 1.0) sequence.achieved_Pa.resize(0);
-    if (held) *held = std::move(one);
+    if (capped) *capped = std::move(made);
     if (factor >= 1.0 || factor <= 0.0 || before <= 0.0) return factor;
     return std::min(1.0, std::sqrt(power(sequence.fields) / before));
 }
 
-double
-PressureCap::holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedField& held) const
+double PressureCap::holdHeld(const Where& where,
+                             haptics::FieldSequence& sequence,
+                             CappedDrives& capped) const
 {
     Eigen::VectorXcf& q = sequence.fields.front();
     device::DriveSignal signal;
-    if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
+    if (!encodeFor(where, q, signal))
         throw base::InputError("solver gave activations that are not finite; nothing is played");
-    held = hold(where, signal, {1.0, q, sequence.achieved_Pa});
-    if (held.factor < 1.0) q = decoded(signal);
-    return held.factor;
+    capped.held = hold(where, signal, {1.0, q, sequence.achieved_Pa});
+    if (capped.held.factor < 1.0) q = decoded(signal);
+    capped.drives = {std::move(signal)};
+    return capped.held.factor;
 }
 
 bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const
@@ -325,8 +357,7 @@ bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorX
     if (!where.ears) return false;
     std::vector<device::DriveSignal> signals(fields.size());
     for (std::size_t k = 0; k < fields.size(); ++k)
-        if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
-            return false;
+        if (!encodeFor(where, fields[k], signals[k])) return false;
     std::vector<double> most_Pa;
     std::vector<double> ears;
     playedOf(FieldBounds(where, _ability), signals, most_Pa, &ears);

@@ -42,6 +42,14 @@ struct CappedField
     Eigen::VectorXf achieved_Pa; ///< n, |G q| of played, for the first of Where::arrays
 };
 
+/// What PressureCap::hold() makes of a sequence.
+struct CappedDrives
+{
+    /// The very bytes that keep to the cap, to be sent as they are; all silent if nothing does.
+    std::vector<device::DriveSignal> drives;
+    CappedField held; ///< what a sequence of one field plays; else empty
+};
+
 /// Returns true if nothing sounds in any of \a fields.
 bool isSilent(const std::vector<Eigen::VectorXcf>& fields);
 
@@ -95,14 +103,17 @@ public:
 
     /// Lowers all of \a fields, which are played in turn, by one common factor, so that their
     /// ratios stay. Returns the factor; 0: silenced. Throws base::InputError for an activation that
-    /// is not finite.
-    double holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const;
+    /// is not finite. \a drives: set to the bytes that keep to the cap; may be null.
+    double holdAll(const Where& where,
+                   std::vector<Eigen::VectorXcf>& fields,
+                   std::vector<device::DriveSignal>* drives = nullptr) const;
 
     /// The same for a sequence of one field or several. Returns the factor as played, between the
     /// root mean squares of the amplitudes: levels are coarser than factors. Throws as holdAll()
-    /// does. \a held: set to what a sequence of one field plays, else empty; may be null.
-    double
-    hold(const Where& where, haptics::FieldSequence& sequence, CappedField* held = nullptr) const;
+    /// does. \a capped may be null.
+    double hold(const Where& where,
+                haptics::FieldSequence& sequence,
+                CappedDrives* capped = nullptr) const;
     /// Returns true if \a fields are nearer to the ear limit of \a where than to this cap.
     bool isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
     /// The message for the user when all amplitudes were lowered by a factor < 1 that isn't 0.
@@ -124,7 +135,8 @@ public:
                        bool alone = false) const;
 
 private:
-    double holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedField& held) const;
+    double
+    holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedDrives& capped) const;
     int lowestDuty(int transducers) const;
     void setToLowest(int duty, device::DriveSignal& signal) const;
     static bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields);

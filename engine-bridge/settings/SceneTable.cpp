@@ -12,6 +12,10 @@ template struct Setting<bridge::SceneSettings>;
 template bool isSame(const Member<bridge::SceneSettings>&,
                      const bridge::SceneSettings&,
                      const bridge::SceneSettings&);
+template struct Setting<bridge::ObjectSettings>;
+template bool isSame(const Member<bridge::ObjectSettings>&,
+                     const bridge::ObjectSettings&,
+                     const bridge::ObjectSettings&);
 
 } // namespace midair::base
 
@@ -31,14 +35,11 @@ const base::SettingTable<SceneSettings>& sceneTable()
     return table;
 }
 
-unsigned effectsOf(const SceneSettings& a, const SceneSettings& b)
+const base::SettingTable<ObjectSettings>& objectTable()
 {
-    unsigned effects = base::Effect::NOTHING;
-    if (&a == &b) return effects;
-    for (const base::Setting<S>& row : sceneTable().rows())
-        if (row.effect != base::Effect::NOTHING && !base::isSame<S>(row.member, a, b))
-            effects |= row.effect;
-    return effects;
+    using P = ObjectSettings;
+    static const base::SettingTable<P> table(base::joined<P>({strengthRows<P>(), touchRows<P>()}));
+    return table;
 }
 
 } // namespace midair::bridge

@@ -2,6 +2,7 @@
 
 #include "haptics/base/settings/SettingTable.h"
 
+#include <osgMidair/ObjectSettings>
 #include <osgMidair/SceneSettings>
 
 namespace midair::bridge
@@ -10,8 +11,7 @@ namespace midair::bridge
 /// All rows of SceneSettings.
 const base::SettingTable<SceneSettings>& sceneTable();
 
-/// What follows from the settings that differ between \a a and \a b: values of base::Effect, joined
-/// by |.
-unsigned effectsOf(const SceneSettings& a, const SceneSettings& b);
+/// All rows of ObjectSettings.
+const base::SettingTable<ObjectSettings>& objectTable();
 
 } // namespace midair::bridge

@@ -10,12 +10,21 @@
 #include <vector>
 
 // Settings and properties that scenes of files and those of the C interface both have, with the
-// same names, ranges, words and help. The structs differ, and so may the numbers of their
-// enumerators, which are given.
+// same names, ranges, words and help: rows of SceneSettings and ObjectSettings, for structs that
+// inherit from them.
 namespace midair::bridge
 {
 
-/// Rows of SceneSettings: those of hands and ears, for a struct \a S that inherits from it.
+/// What is wrong with the listening places of \a settings; empty: nothing.
+template<typename S>
+std::string problemOfEarPoints(const S& settings)
+{
+    std::vector<std::array<double, 3>> places;
+    if (base::parsePlaces(settings.earPoints, places)) return {};
+    return "earPoints is \"" + settings.earPoints + "\", should be " + base::kPlacesExpected;
+}
+
+/// Rows of SceneSettings \a S: those of hands and ears.
 template<typename S>
 std::vector<base::Setting<S>> handRows()
 {
@@ -30,13 +39,14 @@ std::vector<base::Setting<S>> handRows()
                      &S::shadows,
                      "hands and obstacles block sound, which the solver takes into account")
             .effect(Effect::NOTHING),
-        // Whoever reads the text judges it.
         base::Row<S>(
             "earPoints",
             &S::earPoints,
-            "listening places besides those around the array: x y z; x y z .. in m, array frame")
+            std::string("listening places besides those around the array, in its frame: ") +
+                base::kPlacesExpected)
             .variable("EAR_POINTS")
-            .safety(),
+            .safety()
+            .judgedBy(problemOfEarPoints<S>),
         base::Row<S>("prediction",
                      base::choiceOf<S, &S::prediction>(),
                      "who predicts hands to when the sound arrives: nobody, the tracker, or the "
@@ -88,10 +98,16 @@ std::vector<base::Setting<S>> contactRows()
                      "file or pipe of a thermometer, a reading in C a line, that the temperature "
                      "follows, or a name from the user's grants")
             .variable("TEMPERATURE_SOURCE")
-            .effect(Effect::NOTHING)};
+            .effect(Effect::NOTHING)
+            .wish(),
+        // More would outlast the frames that a scene hands over once hands are gone.
+        base::Row<S>("contactHold",
+                     &S::contactHold,
+                     "how long contacts of a hand that the tracker lost go on")
+            .range(0.0, 0.3, "s")};
 }
 
-/// All rows of SceneSettings that are no FieldSettings, for a struct \a S that inherits from it.
+/// All rows of SceneSettings \a S that are no FieldSettings.
 template<typename S>
 std::vector<base::Setting<S>> sceneRows()
 {
@@ -118,11 +134,9 @@ bool setPressure(P& property, const std::string& text)
     return true;
 }
 
-/// How strongly an object is felt. \a sampling: the numbers of surface, edges and vertices;
-/// \a side: of both, front and back.
+/// Rows of ObjectSettings \a P: how strongly an object is felt.
 template<typename P>
-std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
-                                           const std::array<int, 3>& side)
+std::vector<base::Setting<P>> strengthRows()
 {
     return {
         base::Row<P>("enabled", &P::enabled, "false: the object is not felt").safety(),
@@ -145,17 +159,17 @@ std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
             "sampling",
             base::choiceOf<P, &P::sampling>(),
             "where control points are placed: on the faces, along edges, or at the mesh's vertices")
-            .words({{"surface", "SURFACE", sampling[0]},
-                    {"edges", "EDGES", sampling[1]},
-                    {"vertices", "VERTICES", sampling[2]}}),
+            .words({{"surface", "SURFACE", P::SURFACE},
+                    {"edges", "EDGES", P::EDGES},
+                    {"vertices", "VERTICES", P::VERTICES}}),
         base::Row<P>(
             "side",
             base::choiceOf<P, &P::side>(),
             "side of the faces that is felt; front: towards where most of the array's sound "
             "comes from")
-            .words({{"both", "BOTH", side[0]},
-                    {"front", "FRONT", side[1]},
-                    {"back", "BACK", side[2]}}),
+            .words({{"both", "BOTH", P::BOTH},
+                    {"front", "FRONT", P::FRONT},
+                    {"back", "BACK", P::BACK}}),
         base::Row<P>(
             "priority",
             &P::priority,
@@ -172,20 +186,21 @@ std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
             .range(0.0, 1.0)};
 }
 
-/// How an object is felt where it is touched. \a render: the numbers of inherit, object, contact
-/// and auto.
+/// Rows of ObjectSettings \a P: how an object is felt where it is touched.
 template<typename P>
-std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
+std::vector<base::Setting<P>> touchRows()
 {
     return {
+        base::Row<P>(
+            "touchEvents", &P::touchEvents, "report hands that begin and end to touch the object"),
         base::Row<P>("render",
                      base::choiceOf<P, &P::render>(),
                      "what is played of the object: as the scene says, the whole, foci on the skin "
                      "where hands touch it, or auto")
-            .words({{"inherit", "INHERIT", render[0]},
-                    {"object", "OBJECT", render[1]},
-                    {"contact", "CONTACT", render[2]},
-                    {"auto", "AUTO", render[3]}}),
+            .words({{"inherit", "INHERIT", P::INHERIT},
+                    {"object", "OBJECT", P::OBJECT},
+                    {"contact", "CONTACT", P::CONTACT},
+                    {"auto", "AUTO", P::AUTO}}),
         base::Row<P>(
             "material",
             &P::material,

@@ -18,8 +18,4 @@ std::optional<std::string> variableNow(const std::string& name);
 /// Returns the names of all variables that are set now and begin with \a prefix, without it.
 std::vector<std::string> variablesNow(const std::string& prefix);
 
-/// From now on userVariable() returns current values. For programs that read no files which set
-/// variables, and for tests.
-void trustVariablesOfProgram();
-
 } // namespace midair::base

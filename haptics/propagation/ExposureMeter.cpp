@@ -79,6 +79,8 @@ ExposureFigures ExposureMeter::read(double now_s) const
     Eigen::Index at = 0;
     const double mean_Pa2 = figures.time_s > 0.0 ? state.sum.maxCoeff(&at) / figures.time_s : 0.0;
     if (mean_Pa2 > 0.0) figures.eq_dB = soundLevel_dB(mean_Pa2);
+    constexpr double kDay_s = 8.0 * 3600.0;
+    figures.day_dB = soundLevel_dB(mean_Pa2 * figures.time_s / kDay_s);
     // Before the first second is over, its mean so far is the highest.
     if (figures.time_s < kBins * kBin_s && mean_Pa2 > state.most_Pa2)
     {

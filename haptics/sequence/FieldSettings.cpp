@@ -1,8 +1,11 @@
 #include "haptics/sequence/FieldSettings.h"
 
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/settings/Row.h"
 #include "haptics/base/settings/SettingText.h"
+#include "haptics/base/text/IndexList.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/SolverSettings.h"
@@ -40,7 +43,8 @@ std::vector<Setting<S>> air()
 std::vector<Setting<S>> solver()
 {
     const std::string names = fmt::format("{}", fmt::join(solverNames(), ", "));
-    return {Row<S>("solver", &S::solver, names + "; empty: the first").variable("SOLVER")};
+    return {
+        Row<S>("solver", &S::solver, "method: " + names + "; empty: the first").variable("SOLVER")};
 }
 
 std::vector<Setting<S>> points()
@@ -48,7 +52,8 @@ std::vector<Setting<S>> points()
     const int most = SelectorOptions().maxPoints;
     return {
         Row<S>("motionTolerance", &S::motionTolerance, "objects that move by less keep their field")
-            .range(0.0, 1e3, "wavelengths"),
+            .range(0.0, 1e3, "wavelengths")
+            .use(Use::POINTS),
         Row<S>("maxPoints",
                &S::maxPoints,
                fmt::format("limit of control points, shared by all objects; 0: {}", most))
@@ -62,40 +67,49 @@ std::vector<Setting<S>> playing()
             "maxPressure", &S::maxPressure, "cap on the peak pressure at control points; 0: no cap")
             .range(0.0, kMostPressure_Pa, "Pa")
             .variable("MAX_PRESSURE")
-            .safety(),
+            .safety()
+            .use(Use::STILL),
         Row<S>("cycle",
                &S::cycle,
                "number of fields with shifted points, played in turn to smooth objects at rest")
             .range(1, kMostCycle)
-            .variable("CYCLE"),
+            .variable("CYCLE")
+            .use(Use::STILL),
         Row<S>("cycleSteps",
                &S::cycleSteps,
-               "intermediate steps from one field of the cycle to the next")
-            .range(0, kMostCycleSteps),
+               "intermediate steps from one field of the cycle to the next, which make it less "
+               "audible")
+            .range(0, kMostCycleSteps)
+            .use(Use::STILL),
         Row<S>("subsets",
                &S::subsets,
                "number of subsets of the points, played in turn: each stronger, but less often")
             .range(1, kMostSubsets)
-            .variable("SUBSETS"),
+            .variable("SUBSETS")
+            .use(Use::STILL),
         Row<S>("fieldRate", &S::fieldRate, "rate of fields that are played in turn, steps included")
             .range(1.0, kMostFieldRate_Hz, "Hz"),
-        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field"),
+        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field")
+            .use(Use::PLAYED),
         Row<S>("monitorInterval",
                &S::monitorInterval,
-               "shortest time between two measurements; 0: never")
+               "shortest time between two measurements of what is played; 0: never")
             .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
             .orZero()
             .variable("MONITOR")
-            .noIdentity(),
+            .noIdentity()
+            .use(Use::PLAYED),
         Row<S>(
             "maxAmplitude", &S::maxAmplitude, "cap on each transducer's amplitude; 1: full drive")
             .range(0.0, 1.0)
             .variable("MAX_AMPLITUDE")
-            .safety(),
+            .safety()
+            .use(Use::PLAYED), // devices keep it
         Row<S>("even",
                &S::even,
                "passes that even a cycle's fields out together where objects rest; 0: none")
-            .range(0, kMostEven),
+            .range(0, kMostEven)
+            .use(Use::STILL),
         Row<S>(
             "earLimit",
             &S::earLimit,
@@ -105,21 +119,44 @@ std::vector<Setting<S>> playing()
             .orZero()
             .zeroIs("none")
             .variable("EAR_LIMIT")
-            .safety()};
+            .safety()
+            .use(Use::STILL)};
+}
+
+/// Returns what the InputError of \a read says, or an empty text.
+template<typename Read>
+std::string refusalOf(const Read& read)
+{
+    try
+    {
+        read();
+    }
+    catch (const InputError& error)
+    {
+        return error.what();
+    }
+    return {};
 }
 
 std::vector<Setting<S>> transducers()
 {
-    return {Row<S>("dead",
-                   &S::dead,
-                   "transducers that are never driven, besides the array's own: 17, 400-410")
-                .safety()
-                .effect(Effect::REOPEN),
-            Row<S>("weak",
-                   &S::weak,
-                   "gains of transducers in place of the array's: 17:0.5, 400-410:0.8")
-                .safety()
-                .effect(Effect::REOPEN)};
+    return {
+        Row<S>("dead",
+               &S::dead,
+               "transducers that are never driven, besides the array's own: 17, 400-410")
+            .safety()
+            .effect(Effect::REOPEN)
+            .judgedBy([](const S& s) { return refusalOf([&s] { parseIndices(s.dead, "dead"); }); }),
+        Row<S>("weak",
+               &S::weak,
+               fmt::format("gains of transducers, above 0 and at most {:g}, in place of the "
+                           "array's: 17:0.5, 400-410:0.8",
+                           kMostGain))
+            .safety()
+            .effect(Effect::REOPEN)
+            .judgedBy(
+                [](const S& s)
+                { return refusalOf([&s] { parseIndexedNumbers(s.weak, "weak", kMostGain); }); })};
 }
 
 } // namespace

@@ -35,19 +35,21 @@ const base::SettingTable<SolverSettings>& solverSettings()
              .noIdentity(),
          Row<S>("rmsTolerance", &S::rmsTolerance, "relative rms error at which the solver stops")
              .range(0.0, 1.0),
-         Row<S>("deadline", &S::deadline_ms, "time limit of a solve; 0: none")
+         Row<S>("deadline",
+                &S::deadline_ms,
+                "time limit of a solve, which then ends with its best field so far; 0: none")
              .range(0.0, 1e6, "ms")
              .noIdentity(),
          Row<S>("lambda", &S::lambda, "Tikhonov regularisation, relative to trace(K)/n")
              .range(0.0, base::kNoEnd),
-         Row<S>(
-             "loudness",
-             &S::loudness,
-             "1: as loud as the field stays accurate; below: quieter; above: louder, less accurate")
+         Row<S>("loudness",
+                &S::loudness,
+                "how loud; 1: as loud as the field stays accurate; below: quieter; above: louder, "
+                "less accurate")
              .range(1e-6, base::kMostLoudness)
              .safety(),
          Row<S>("phaseOnly", &S::phaseOnly, "play all transducers at one amplitude"),
-         Row<S>("threads", &S::threads, "threads of the solver")
+         Row<S>("threads", &S::threads, "threads of the solver; at most one per core is used")
              .range(1, base::kMostThreads)
              .noIdentity()});
     return table;

@@ -6,6 +6,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/Rehearsal.h"
 #include "plugin/extending/ArrayConversion.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
 
@@ -27,6 +28,24 @@ namespace
 // As calibrate() allows it of a tracker (CalibrationOptions::scaleTolerance); told in
 // HapticSettings.
 constexpr double kCalibrationTolerance = 0.02;
+
+/// Whether what is opened is a wish in both or in none, as its setting's row says, and asks for the
+/// same beside the same file.
+bool haveSameWishes(const HapticWishes& a, const HapticWishes& b)
+{
+    bool isAny = false;
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    {
+        if (!row.isWish || !(row.effect & midair::base::Effect::REOPEN)) continue;
+        const auto own = a.asked.find(row.name);
+        const auto theirs = b.asked.find(row.name);
+        const bool isOwn = own != a.asked.end();
+        if (isOwn != (theirs != b.asked.end())) return false;
+        if (isOwn && own->second != theirs->second) return false;
+        isAny = isAny || isOwn;
+    }
+    return !isAny || a.folder == b.folder;
+}
 
 } // namespace
 
@@ -84,11 +103,9 @@ bool HapticEngine::suits(const HapticEngine& other) const
     if (!alive || !_given->enabled || isRehearsed() != other.isRehearsed()) return false;
     const HapticSettings& a = *_given;
     const HapticSettings& b = *other._given;
-    return a.array == b.array && a.device == b.device && a.dead == b.dead && a.weak == b.weak &&
-           a.arrayDescription == b.arrayDescription && a.calibration == b.calibration &&
-           a.metresPerUnit == b.metresPerUnit && a.wishes.array == b.wishes.array &&
-           a.wishes.device == b.wishes.device &&
-           (!(a.wishes.array || a.wishes.device) || a.wishes.folder == b.wishes.folder) &&
+    if (sceneSettings().effects(a, b) & (midair::base::Effect::REOPEN | midair::base::Effect::MOVE))
+        return false;
+    return a.arrayDescription == b.arrayDescription && haveSameWishes(a.wishes, b.wishes) &&
            _owner.outer().empty();
 }
 

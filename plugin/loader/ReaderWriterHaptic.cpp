@@ -25,6 +25,7 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 
 namespace osgMidair
 {
@@ -46,7 +47,7 @@ struct LoaderOptions
     osg::Vec3d position;
     osg::Vec3d rotation_deg;
     bool isSizeSet = false;
-    bool overlays = false;
+    osg::ref_ptr<HapticOverlays> overlays; ///< null: none
 
     /// True for a viewer's device, which plays the viewer's scene in its place: options that place
     /// a model give a warning.
@@ -73,6 +74,7 @@ private:
     static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error);
     static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error);
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
+    void setOverlays(const std::string& value, std::string& error);
 };
 
 /// If the value of \a row in \a object, given as \a value, is out of range, puts the default in its
@@ -80,11 +82,29 @@ private:
 template<class T>
 bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
 {
+    const std::string problem = row.problem(object, value);
     std::string what;
     if (!row.repair(object, what)) return true;
-    error = row.name + " is \"" + value + "\", should be " + row.expected() +
+    error = row.name + " " + problem +
             (row.isSafety ? "; nothing is played" : "; " + row.defaultText() + " is used");
     return false;
+}
+
+// Yes, no, or the words of those that are shown.
+void LoaderOptions::setOverlays(const std::string& value, std::string& error)
+{
+    bool isYes = false;
+    const bool isYesOrNo = midair::base::parseYesNo(value, isYes);
+    overlays = isYesOrNo && !isYes ? nullptr : new HapticOverlays;
+    if (isYesOrNo) return;
+    std::vector<std::string> words;
+    std::istringstream in(value);
+    for (std::string word; in >> word;)
+        words.push_back(word);
+    error = words.empty() ? "there is no name" : overlays->showOnly(words);
+    if (error.empty()) return;
+    overlays = nullptr;
+    error = "overlays is \"" + value + "\", should be true, false or names of overlays: " + error;
 }
 
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
@@ -109,8 +129,7 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
     }
     if (name == "overlays")
     {
-        if (!midair::base::parseYesNo(value, overlays))
-            error = "overlays is \"" + value + "\", should be true or false";
+        setOverlays(value, error);
         return true;
     }
     if (name != "position" && name != "rotation") return false;
@@ -278,8 +297,12 @@ public:
                        "(default: as it is)");
         supportsOption("position=<x y z>", "metres, or with a unit: 0 0 12 cm (default 0 0 0)");
         supportsOption("rotation=<x y z>", "degrees about x, then y, then z (default 0 0 0)");
-        supportsOption("overlays=<true/false>",
-                       "show points, field and figures (default false; F7 in a viewer)");
+        std::string words;
+        for (const OverlayDescription& one : HapticOverlays::describe())
+            words += (words.empty() ? "" : ", ") + one.word;
+        supportsOption("overlays=<true/false/names>",
+                       "show what is played: all of it, or some of " + words +
+                           " with blanks between (default false; F7 in a viewer)");
         for (const auto& [name, help] : HapticProperty::describe())
             if (name != "enabled") supportsOption(name + "=", help);
         for (const auto& [name, help] : HapticSettings::describe())
@@ -361,7 +384,7 @@ public:
         scene->setSettings(loader.settings);
         scene->setJoined(true); // osgviewer shows several files beside each other
         scene->addChild(object);
-        if (loader.overlays) scene->addChild(new HapticOverlays);
+        if (loader.overlays) scene->addChild(loader.overlays);
         return scene.get();
     }
 

@@ -26,14 +26,16 @@ namespace
 const OverlayNumber kArrayGhostOpacity =
     overlayNumber<ArrayGhost, &ArrayGhost::setOpacity, &ArrayGhost::getOpacity>(
         "arrayOpacity", "opacity of transducers that face the eye", {0.0, 1.0});
-const OverlayRegistration kArrayGhostRegistration({3,
-                                                   "Array",
-                                                   "array",
-                                                   "the array",
-                                                   osgGA::GUIEventAdapter::KEY_F4,
-                                                   10,
-                                                   makeOverlay<ArrayGhost>,
-                                                   {kArrayGhostOpacity}});
+const OverlayRegistration
+    kArrayGhostRegistration({3,
+                             "Array",
+                             "array",
+                             "the array",
+                             "the transducers: hue is phase, strength amplitude",
+                             osgGA::GUIEventAdapter::KEY_F4,
+                             10,
+                             makeOverlay<ArrayGhost>,
+                             {kArrayGhostOpacity}});
 
 using midair::haptics::TransducerArray;
 

@@ -25,13 +25,15 @@ namespace
 using midair::bridge::ContactScene;
 using midair::bridge::ContactView;
 
-const OverlayRegistration kContactRegistration({9,
-                                                "Contacts",
-                                                "contacts",
-                                                "what is played where hands touch",
-                                                osgGA::GUIEventAdapter::KEY_F12,
-                                                70,
-                                                makeOverlay<ContactOverlay>});
+const OverlayRegistration kContactRegistration(
+    {9,
+     "Contacts",
+     "contacts",
+     "what is played where hands touch",
+     "where hands touch: the patch of the object, the path of the foci on the skin, the foci",
+     osgGA::GUIEventAdapter::KEY_F12,
+     70,
+     makeOverlay<ContactOverlay>});
 
 constexpr int kCorners = 48; ///< of an ellipse
 constexpr float kLineWidth = 3.0F;

@@ -19,14 +19,16 @@ const OverlayNumber kControlPointRadius = overlayNumber<ControlPointOverlay,
                                                         &ControlPointOverlay::setRadius,
                                                         &ControlPointOverlay::getRadius>(
     "pointRadius", "outer radius of the control points' rings", {1e-5, 1.0}, "m");
-const OverlayRegistration kControlPointRegistration({1,
-                                                     "ControlPoints",
-                                                     "points",
-                                                     "the control points",
-                                                     osgGA::GUIEventAdapter::KEY_F2,
-                                                     60,
-                                                     makeOverlay<ControlPointOverlay>,
-                                                     {kControlPointRadius}});
+const OverlayRegistration kControlPointRegistration(
+    {1,
+     "ControlPoints",
+     "points",
+     "the control points",
+     "a ring a point, by achieved over wanted pressure; left out ones grey",
+     osgGA::GUIEventAdapter::KEY_F2,
+     60,
+     makeOverlay<ControlPointOverlay>,
+     {kControlPointRadius}});
 
 // Each disc faces the eye and is moved towards it by its radius, so that a surface through the
 // point doesn't cut the ring.

@@ -34,15 +34,17 @@ const OverlayNumber kExposureOpacity =
         "earsOpacity",
         "opacity of the map of levels around the array, between its lines",
         {0.0, 1.0});
-const OverlayRegistration kExposureRegistration({8,
-                                                 "Exposure",
-                                                 "ears",
-                                                 "the level around the array",
-                                                 osgGA::GUIEventAdapter::KEY_F11,
-                                                 15,
-                                                 makeOverlay<ExposureOverlay>,
-                                                 {kExposureOpacity},
-                                                 true});
+const OverlayRegistration
+    kExposureRegistration({8,
+                           "Exposure",
+                           "ears",
+                           "the level around the array",
+                           "the level of the ultrasound around the array, in dB",
+                           osgGA::GUIEventAdapter::KEY_F11,
+                           15,
+                           makeOverlay<ExposureOverlay>,
+                           {kExposureOpacity},
+                           true});
 
 constexpr float kMostLines = 16.0F; // of equal level
 constexpr float kText_px = 22.0F;   // its digits are half as high

@@ -47,14 +47,16 @@ const OverlayNumber kRange = overlayNumber<FieldSliceOverlay,
     {0.0, midair::base::kMostPressure_Pa},
     "Pa");
 
-const OverlayRegistration kFieldSliceRegistration({2,
-                                                   "FieldSlice",
-                                                   "slice",
-                                                   "the slice of the field",
-                                                   osgGA::GUIEventAdapter::KEY_F3,
-                                                   30,
-                                                   makeOverlay<FieldSliceOverlay>,
-                                                   {kFieldSliceRadius, kRange}});
+const OverlayRegistration kFieldSliceRegistration(
+    {2,
+     "FieldSlice",
+     "slice",
+     "the slice of the field",
+     "a slice of the pressure through the points or a plane of your own, in Pa (peak)",
+     osgGA::GUIEventAdapter::KEY_F3,
+     30,
+     makeOverlay<FieldSliceOverlay>,
+     {kFieldSliceRadius, kRange}});
 
 /// Ratio of the smallest to the second largest spread below which points count as flat, and above
 /// which they no longer do. The two differ so that a moving object doesn't flicker between the

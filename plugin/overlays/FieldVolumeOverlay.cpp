@@ -31,14 +31,16 @@ const OverlayNumber kThreshold = overlayNumber<FieldVolumeOverlay,
     "share of the strongest point's radiation pressure below which nothing is drawn",
     {0.0, 1.0});
 
-const OverlayRegistration kFieldVolumeRegistration({6,
-                                                    "FieldVolume",
-                                                    "volume",
-                                                    "the field in space",
-                                                    osgGA::GUIEventAdapter::KEY_F9,
-                                                    40,
-                                                    makeOverlay<FieldVolumeOverlay>,
-                                                    {kFieldVolumeMargin, kThreshold}});
+const OverlayRegistration
+    kFieldVolumeRegistration({6,
+                              "FieldVolume",
+                              "volume",
+                              "the field in space",
+                              "the radiation pressure round the object, in Pa",
+                              osgGA::GUIEventAdapter::KEY_F9,
+                              40,
+                              makeOverlay<FieldVolumeOverlay>,
+                              {kFieldVolumeMargin, kThreshold}});
 
 // Each puff is a soft disc in a triangle that always faces the eye.
 const char* const kFieldVolumeVertexSource = R"(#version 120

@@ -30,6 +30,7 @@ const OverlayRegistration kHandsRegistration({7,
                                               "Hands",
                                               "hands",
                                               "hands and touches",
+                                              "hands as capsules, touches with their force in mN",
                                               osgGA::GUIEventAdapter::KEY_F10,
                                               50,
                                               makeOverlay<HandsOverlay>});
@@ -149,6 +150,7 @@ public:
 
     explicit Part(osg::Group& owner);
 
+    bool followsHands() const override { return true; }
     void setHands(const std::vector<midair::bridge::HandCapsule>& hands,
                   const std::vector<midair::bridge::HandContact>& contacts,
                   double time_s) override;

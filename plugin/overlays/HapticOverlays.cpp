@@ -4,9 +4,14 @@
 #include "plugin/overlays/HudPart.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "plugin/settings/Grants.h"
 
+#include <osgMidair/FieldSliceOverlay>
+#include <osgMidair/FieldVolumeOverlay>
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/Hud>
 
+#include <osg/Notify>
 #include <osg/Transform>
 #include <osgGA/EventVisitor>
 
@@ -26,14 +31,6 @@ using Keys = osgGA::GUIEventAdapter;
 
 } // namespace
 
-template<class O>
-osg::ref_ptr<O> HapticOverlays::part() const
-{
-    for (const Part& each : _parts)
-        if (auto* found = dynamic_cast<O*>(each.overlay.get())) return found;
-    return new O; // the kind was refused: never added to the scene
-}
-
 HapticOverlays::HapticOverlays() :
     _feed(std::make_unique<OverlayFeed>(*this)),
     _frame(new osg::MatrixTransform)
@@ -43,16 +40,10 @@ HapticOverlays::HapticOverlays() :
         _parts.push_back({&kind, kind.make()});
         if (kind.isHidden) _parts.back().overlay->setShown(false);
     }
-    _points = part<ControlPointOverlay>();
-    _slice = part<FieldSliceOverlay>();
-    _array = part<ArrayGhost>();
-    _workspace = part<WorkspaceBox>();
-    _hud = part<Hud>();
-    _volume = part<FieldVolumeOverlay>();
-    _hands = part<HandsOverlay>();
-    _exposure = part<ExposureOverlay>();
-    _hud->setFieldSlice(_slice);
-    _hud->setFieldVolume(_volume);
+    _hud = get<Hud>();
+    if (!_hud) _hud = new Hud; // the kind was refused: never added to the scene
+    _hud->setFieldSlice(get<FieldSliceOverlay>());
+    _hud->setFieldVolume(get<FieldVolumeOverlay>());
     _banner = new HudBanner(_hud);
 
     std::vector<Part> layers = _parts;
@@ -90,8 +81,39 @@ HapticOverlays::~HapticOverlays() = default;
 Overlay* HapticOverlays::getOverlay(const std::string& name) const
 {
     for (const Part& each : _parts)
-        if (each.kind->name == name || each.kind->word == name) return each.overlay.get();
+        if (each.kind->isNamed(name)) return each.overlay.get();
     return nullptr;
+}
+
+bool HapticOverlays::setShown(const std::string& name, bool shown)
+{
+    Overlay* overlay = getOverlay(name);
+    if (overlay) overlay->setShown(shown);
+    std::string error;
+    if (!overlay && !findOverlayKind(name, error))
+        OSG_WARN << "osgMidair: " << printable(error) << std::endl;
+    return overlay != nullptr;
+}
+
+bool HapticOverlays::isShown(const std::string& name) const
+{
+    const Overlay* overlay = getOverlay(name);
+    return overlay && overlay->isShown();
+}
+
+std::string HapticOverlays::showOnly(const std::vector<std::string>& names)
+{
+    std::string error;
+    std::vector<const OverlayKind*> shown;
+    for (const std::string& name : names)
+    {
+        if (name == "none") continue;
+        shown.push_back(findOverlayKind(name, error));
+        if (!shown.back()) return error;
+    }
+    for (const Part& each : _parts)
+        each.overlay->setShown(std::count(shown.begin(), shown.end(), each.kind) > 0);
+    return {};
 }
 
 bool HapticOverlays::setNumber(const std::string& name, double value)
@@ -115,9 +137,10 @@ std::vector<OverlayDescription> HapticOverlays::describe()
         one.name = kind.name;
         one.word = kind.word;
         one.help = kind.what;
+        one.seen = kind.seen;
         one.key = kind.keyName();
-        if (kind.numbers.empty()) continue;
         const osg::ref_ptr<Overlay> fresh = kind.make(); // has the defaults
+        one.node = fresh->className();
         for (const OverlayNumber& number : kind.numbers)
         {
             SettingDescription& said = one.numbers.emplace_back();
@@ -190,7 +213,7 @@ OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
         const osg::ref_ptr<osg::Node> root = engine.root();
         const std::string of = !root || root->getName().empty() ? "" : root->getName() + " in ";
         const std::string& name = settings.array.empty() ? array->name : settings.array;
-        _overlays.getHud()->setTitle(fmt::format("{}{} ({} transducers)", of, name, array->size()));
+        _overlays._hud->setTitle(fmt::format("{}{} ({} transducers)", of, name, array->size()));
     }
     // With a length that is none nothing is played, and the pictures stay where they are.
     const double unitsPerMetre = 1.0 / settings.metresPerUnit;
@@ -198,20 +221,19 @@ OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
         _overlays.setArrayToParent(osg::Matrix::inverse(settings.calibration) *
                                    osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
                                    osg::computeWorldToLocal(path));
-    if (_overlays.getHands()->isShown())
-    {
-        const midair::bridge::HandTracker& tracker = engine.hands();
-        OverlayPart::of(*_overlays.getHands())
-            .setHands(midair::bridge::handCapsules(tracker.frame()),
-                      tracker.proximity().contacts(),
-                      tracker.frame().time_s);
-    }
+    const midair::bridge::HandTracker& tracker = engine.hands();
+    for (const HapticOverlays::Part& each : _overlays._parts)
+        if (OverlayPart& part = OverlayPart::of(*each.overlay);
+            each.overlay->isShown() && part.followsHands())
+            part.setHands(midair::bridge::handCapsules(tracker.frame()),
+                          tracker.proximity().contacts(),
+                          tracker.frame().time_s);
     return engine.latestResult();
 }
 
 void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!result || _overlays.getHud()->getPlain()) return;
+    if (!result || _overlays._hud->getPlain()) return;
     if (result != _shown) _shownMask = 0;
     _shown = result;
     unsigned int bit = 1;
@@ -232,7 +254,7 @@ void OverlayFeed::update(const osg::NodePath& path, double time_s)
 {
     const osg::ref_ptr<HapticEngine> engine = SceneAccess::playing(path);
     show(engine ? follow(*engine, path) : _shown);
-    HudPart::of(*_overlays.getHud()).update(_overlays, engine, time_s);
+    HudPart::of(*_overlays._hud).update(_overlays, engine, time_s);
 }
 
 void HapticOverlays::handleKeys(osg::NodeVisitor& visitor)

@@ -27,14 +27,17 @@ const OverlayNumber kPlain = overlayNumber<Hud, &Hud::setPlain, &Hud::getPlain>(
     "plain",
     "1: for visitors: no overlay is drawn and no key shows one; F8 mutes, and MUTED is seen",
     {1.0, 1.0, true});
-const OverlayRegistration kHudRegistration({5,
-                                            "Figures",
-                                            "figures",
-                                            "the figures",
-                                            osgGA::GUIEventAdapter::KEY_F6,
-                                            0,
-                                            makeOverlay<Hud>,
-                                            {kScale, kInterval, kKeyTime, kPlain}});
+const OverlayRegistration
+    kHudRegistration({5,
+                      "Figures",
+                      "figures",
+                      "the figures",
+                      "figures and messages, the course of error and latency, the scales of what "
+                      "is shown; as much as there is room for",
+                      osgGA::GUIEventAdapter::KEY_F6,
+                      0,
+                      makeOverlay<Hud>,
+                      {kScale, kInterval, kKeyTime, kPlain}});
 
 } // namespace
 

@@ -92,7 +92,7 @@ void HudPart::update(const HapticOverlays& overlays, const HapticEngine* engine,
     drawKeys(overlays, time_s);
     const double now_s = midair::base::steadySeconds();
     const bool isMuted = engine && engine->isMuted();
-    const bool isShown = overlays.getShowFigures() && !isPlain;
+    const bool isShown = overlays.isShown("figures") && !isPlain;
     if (now_s - _lastUpdate_s < updateInterval_s && isMuted == _news.isMuted) return;
     if (_lastUpdate_s > 0.0) frameRate = _frames / std::max(1e-9, now_s - _lastUpdate_s);
     _frames = 0;
@@ -138,9 +138,9 @@ void HudPart::drawFigures(const HapticOverlays& overlays,
         sheets.drawMessages(messages);
         sheets.drawScales(hasSlice ? fieldSlice->getRange() : 0.0F,
                           hasVolume ? fieldVolume->getRange() : 0.0F,
-                          overlays.getShowControlPoints(),
-                          overlays.getShowArray(),
-                          overlays.getShowExposure());
+                          overlays.isShown("points"),
+                          overlays.isShown("array"),
+                          overlays.isShown("ears"));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "plugin/overlays/OverlayKinds.h"
 
+#include "haptics/base/text/NearestWord.h"
+
 #include <osg/Notify>
 #include <osgGA/GUIEventAdapter>
 
@@ -48,6 +50,22 @@ std::string OverlayKind::keyName() const
 const std::map<int, OverlayKind>& overlayKinds()
 {
     return kinds();
+}
+
+const OverlayKind* findOverlayKind(const std::string& name, std::string& error)
+{
+    std::vector<std::string> known;
+    for (const auto& [place, kind] : kinds())
+    {
+        if (kind.isNamed(name)) return &kind;
+        known.push_back(kind.word);
+    }
+    const std::string meant = midair::base::didYouMean(name, known);
+    error =
+        fmt::format("there is no overlay \"{}\"{}",
+                    name,
+                    meant.empty() ? fmt::format("; there are {}", fmt::join(known, ", ")) : meant);
+    return nullptr;
 }
 
 OverlayRegistration::OverlayRegistration(const OverlayKind& kind)

@@ -48,6 +48,7 @@ struct OSGMIDAIR_FOR_TESTS OverlayKind
     std::string name; ///< name of its switch in files, after "Show": "FieldSlice"
     std::string word; ///< word on command lines: "slice"
     std::string what; ///< text in a viewer's help, after "show or hide": "the slice of the field"
+    std::string seen; ///< what is seen, in the documents' words
     int key = 0;      ///< key that shows and hides it, of osgGA::GUIEventAdapter
     /// Overlays in the array's frame are drawn in this order; 0: drawn in the window instead.
     int layer = 0;
@@ -55,11 +56,16 @@ struct OSGMIDAIR_FOR_TESTS OverlayKind
     std::vector<OverlayNumber> numbers = {};
     bool isHidden = false; ///< until it is asked for
 
+    bool isNamed(const std::string& text) const { return text == name || text == word; }
     std::string keyName() const; ///< "F3"
 };
 
-/// Returns all kinds by their place.
+/// Returns all kinds by their place. Keys, files, options and documents have their names from here.
 OSGMIDAIR_FOR_TESTS const std::map<int, OverlayKind>& overlayKinds();
+
+/// Returns the kind of that name in files or word on command lines; null: there is none, and \a
+/// error says so, with the nearest.
+OSGMIDAIR_FOR_TESTS const OverlayKind* findOverlayKind(const std::string& name, std::string& error);
 
 /// Registers a kind of overlay: define a static object of this class in the overlay's source. A
 /// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused

@@ -40,6 +40,9 @@ public:
     /// Called with the newest field; never null.
     virtual void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
+    /// True: setHands() is called while the overlay is shown.
+    virtual bool followsHands() const { return false; }
+
     /// Called with hands and contacts (array frame) at \a time_s, the frame's simulation time, one
     /// frame after they were tracked.
     virtual void setHands(const std::vector<midair::bridge::HandCapsule>& capsules,

@@ -21,6 +21,7 @@ const OverlayRegistration kWorkspaceBoxRegistration({4,
                                                      "Workspace",
                                                      "workspace",
                                                      "the workspace",
+                                                     "the workspace as a box with its axes, in mm",
                                                      osgGA::GUIEventAdapter::KEY_F5,
                                                      20,
                                                      makeOverlay<WorkspaceBox>});

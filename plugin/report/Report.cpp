@@ -51,6 +51,14 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
     return json;
 }
 
+nlohmann::ordered_json fieldsJson(const ArrayFields& fields)
+{
+    nlohmann::ordered_json json;
+    for (const ArrayFieldsRow& row : kArrayFields)
+        json[row.name] = fields.*row.value;
+    return json;
+}
+
 nlohmann::ordered_json exposureJson(const HapticStatistics& s)
 {
     nlohmann::ordered_json json = {{"what", midair::haptics::kExposureMeaning}};
@@ -128,15 +136,7 @@ toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticFi
         {"device", settings.device},
         {"deviceStatus", s.device},
         {"state", midair::bridge::stateName(s.state)},
-        {"fields",
-         {{"sent", s.fields.sent},
-          {"played", s.fields.played},
-          {"dropped", s.fields.dropped},
-          {"lost", s.fields.lost},
-          {"refused", s.fields.refused},
-          {"waiting", s.fields.waiting},
-          {"faults", s.fields.faults},
-          {"reconnects", s.fields.reconnects}}},
+        {"fields", fieldsJson(s.fields)},
         {"counters", countersJson(s)},
         {"hands", {{"known", s.hands}, {"touching", s.touching}, {"predicted_ms", s.predicted_ms}}},
         {"field", fieldJson(s)},

@@ -131,10 +131,11 @@ private:
             text = reader.readValue();
         if (_setting.assign(all, text))
         {
+            const std::string problem = _setting.problem(all, text);
             std::string what;
             if (_setting.repair(all, what))
                 reader.complain(
-                    _name + " is \"" + text + "\", should be " + _setting.expected() +
+                    _name + " " + problem +
                         (_setting.isSafety ? "" : "; " + _setting.defaultText() + " is used"),
                     _setting.isSafety);
             return;
@@ -165,8 +166,8 @@ private:
     void noteWish(T& all) const
     {
         if constexpr (std::is_same_v<T, HapticSettings>)
-            if (const auto wish = wishOf(_setting.name))
-                all.wishes.*wish = all.*std::get<std::string T::*>(_setting.member);
+            if (_setting.isWish)
+                all.wishes.asked[_setting.name] = all.*std::get<std::string T::*>(_setting.member);
     }
 
     static void keepSilence(const T& node, T& all)

@@ -1,5 +1,5 @@
-// The tables of settings. To add one, add its member to HapticSettings or HapticProperty and its
-// row here, where the C interface has it too in engine-bridge/settings, or where FieldSettings are.
+// The tables of settings. To add one that needs the scene graph, add its member to HapticSettings
+// or HapticProperty and its row here; others: CONTRIBUTING.md.
 // Rows are stored in this order; .osgb is positional, so a stored row must keep its place.
 #include "plugin/settings/AllSettings.h"
 
@@ -59,11 +59,14 @@ std::vector<Setting<S>> place()
             .safety()
             .effect(Effect::NOTHING),
         Row<S>(
-            "array", &S::array, "octagon, board, the name of another shipped array, or a JSON file")
+            "array",
+            &S::array,
+            "what is played on: octagon, board, the name of another shipped array, or a JSON file")
             .variable("ARRAY")
             .safety()
             .effect(Effect::REOPEN)
-            .noIdentity(),
+            .noIdentity()
+            .wish(),
         Row<S>("device",
                &S::device,
                "what plays: the URI of a device (sim:, record:FILE, null:, ..) or a name from the "
@@ -71,16 +74,17 @@ std::vector<Setting<S>> place()
             .variable("DEVICE")
             .safety()
             .effect(Effect::REOPEN)
-            .noIdentity(),
+            .noIdentity()
+            .wish(),
         Row<S>("calibration",
                &S::calibration,
                "rigid transform from the world in m to the array; row by row, translation last")
             .safety()
-            .effect(Effect::NOTHING),
+            .effect(Effect::MOVE),
         Row<S>("metresPerUnit", &S::metresPerUnit, "length of a scene unit")
             .range(1e-9, 1e9, "m")
             .safety()
-            .effect(Effect::NOTHING)};
+            .effect(Effect::MOVE)};
 }
 
 std::vector<Setting<S>> hands()
@@ -91,7 +95,8 @@ std::vector<Setting<S>> hands()
                    "openxr:, osc:, or a name from the user's grants")
                 .variable("HANDS")
                 .effect(Effect::NOTHING)
-                .noIdentity()};
+                .noIdentity()
+                .wish()};
 }
 
 std::vector<Setting<S>> head()
@@ -104,7 +109,7 @@ std::vector<Setting<S>> head()
                 .noIdentity()};
 }
 
-std::vector<Setting<P>> paintAndTouch()
+std::vector<Setting<P>> paint()
 {
     return {Row<P>("intensity",
                    choiceOf<P, &P::intensity>(),
@@ -128,10 +133,7 @@ std::vector<Setting<P>> paintAndTouch()
             Row<P>("intensityHigh",
                    &P::intensityHigh,
                    "factor where the channel is full; below intensityLow: inverted")
-                .range(0.0, 1.0),
-            Row<P>("touchEvents",
-                   &P::touchEvents,
-                   "report hands that begin and end to touch the object")};
+                .range(0.0, 1.0)};
 }
 
 } // namespace
@@ -149,20 +151,9 @@ const SettingTable<HapticSettings>& sceneSettings()
 
 const SettingTable<HapticProperty>& surfaceProperties()
 {
-    static const SettingTable<P> table(joined<P>(
-        {bridge::strengthRows<P>({P::SURFACE, P::EDGES, P::VERTICES}, {P::BOTH, P::FRONT, P::BACK}),
-         paintAndTouch(),
-         bridge::touchRows<P>({P::INHERIT, P::OBJECT, P::CONTACT, P::AUTO})}));
+    static const SettingTable<P> table(
+        joined<P>({bridge::strengthRows<P>(), paint(), bridge::touchRows<P>()}));
     return table;
-}
-
-std::optional<std::string> HapticWishes::*wishOf(const std::string& setting)
-{
-    if (setting == "array") return &HapticWishes::array;
-    if (setting == "device") return &HapticWishes::device;
-    if (setting == "hands") return &HapticWishes::hands;
-    if (setting == "temperatureSource") return &HapticWishes::temperatureSource;
-    return nullptr;
 }
 
 } // namespace osgMidair

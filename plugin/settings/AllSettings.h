@@ -31,8 +31,4 @@ OSGMIDAIR_FOR_TESTS const SettingTable<HapticSettings>& sceneSettings();
 /// The properties of a HapticSurface or a tag.
 OSGMIDAIR_FOR_TESTS const SettingTable<HapticProperty>& surfaceProperties();
 
-/// Where the value of \a setting is noted as a wish if a file names it, which needs the user's
-/// grant; null: it needs none.
-OSGMIDAIR_FOR_TESTS std::optional<std::string> HapticWishes::*wishOf(const std::string& setting);
-
 } // namespace osgMidair

@@ -29,6 +29,7 @@ std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<
         for (const midair::base::Word& word : row.words)
             one.words.push_back(word.text);
         one.isFlag = std::holds_alternative<bool T::*>(row.member);
+        one.isSafety = row.isSafety;
         one.low = row.range.low;
         one.high = row.range.high;
     }
@@ -43,7 +44,7 @@ std::string problemOf(const midair::base::SettingTable<T>& table,
 {
     T scratch;
     const midair::base::Setting<T>* row = table.find(name);
-    if (row && row->assign(scratch, value) && row->holds(scratch)) return {};
+    if (row && row->assign(scratch, value)) return row->problem(scratch, value);
     if (row) return "is \"" + value + "\", should be " + row->expected();
     std::string error;
     table.set(scratch, name, value, error);

@@ -128,7 +128,7 @@ void restrictBy(HapticSettings& settings,
     const bool takesHands = setting == "hands" && (asked.hands.empty() || asked.hands == "none");
     if (setting == "enabled")
         settings.enabled = settings.enabled && asked.enabled;
-    else if (!wishOf(setting) || takesHands)
+    else if (!variable.setting->isWish || takesHands)
         settings = asked;
     else
         errors.push_back(variable.name +
@@ -204,11 +204,6 @@ HapticSettings Environment::restrict(HapticSettings settings)
 std::string Environment::reportFile()
 {
     return midair::base::userVariable("OSG_MIDAIR_REPORT").value_or("");
-}
-
-void Environment::trustVariablesOfProgram()
-{
-    midair::base::trustVariablesOfProgram();
 }
 
 } // namespace osgMidair

@@ -21,11 +21,6 @@ struct OSGMIDAIR_FOR_TESTS Environment
 
     /// Returns the file named by OSG_MIDAIR_REPORT; empty: no report.
     static std::string reportFile();
-
-    /// Makes the kit read the variables as they are now, not as they were when the program began.
-    /// For tests: the kit has a copy of midair_base of its own, which base's function doesn't
-    /// reach.
-    static void trustVariablesOfProgram();
 };
 
 } // namespace osgMidair

@@ -73,6 +73,13 @@ bool isName(const std::string& text)
                        [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
 }
 
+/// True where \a value of the setting \a name is what a file asked for.
+bool isWish(const HapticSettings& settings, const std::string& name, const std::string& value)
+{
+    const auto wish = settings.wishes.asked.find(name);
+    return wish != settings.wishes.asked.end() && wish->second == value;
+}
+
 /// Returns the path of the regular file \a name in the folder of the scene or below it; throws
 /// std::runtime_error if there is none.
 std::string besideScene(const HapticWishes& wishes, const std::string& name)
@@ -262,7 +269,7 @@ void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
         settings.temperatureSource = *granted;
         return;
     }
-    if (settings.wishes.temperatureSource != asked) return;
+    if (!isWish(settings, "temperatureSource", asked)) return;
     try
     {
         settings.temperatureSource = besideScene(settings.wishes, asked);
@@ -283,7 +290,7 @@ void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
 
 void Grants::applyDevice(HapticSettings& settings, const Told& told) const
 {
-    const bool wish = settings.wishes.device == settings.device;
+    const bool wish = isWish(settings, "device", settings.device);
     if (const std::string* granted = find(settings.device))
         settings.device = *granted;
     else if (wish)
@@ -311,7 +318,7 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
 void Grants::applyArray(HapticSettings& settings, const Told& told) const
 {
     const std::string asked = settings.array;
-    const bool wish = settings.wishes.array == asked;
+    const bool wish = isWish(settings, "array", asked);
     if (asked == "octagon" || asked == "board") return;
     const std::vector<std::string> known = midair::haptics::TransducerArray::names();
     if (std::find(known.begin(), known.end(), asked) != known.end()) return;
@@ -338,7 +345,7 @@ void Grants::applyArray(HapticSettings& settings, const Told& told) const
 void Grants::applyHands(HapticSettings& settings, const Told& told) const
 {
     const std::string asked = settings.hands;
-    const bool wish = settings.wishes.hands == asked;
+    const bool wish = isWish(settings, "hands", asked);
     // The mouse belongs to whoever sits at the viewer, and opens nothing.
     if (asked.empty() || asked == "none" || asked == "mouse" || asked == "mouse:") return;
     if (const std::string* granted = find(asked))

@@ -30,7 +30,7 @@ void notePropertyChange()
     ++changes;
 }
 
-void HapticPropertyHolder::noteChange()
+void HapticProperty::noteChange()
 {
     notePropertyChange();
 }

@@ -1,7 +1,3 @@
-#include "haptics/array/TransducerArray.h"
-#include "haptics/base/InputError.h"
-#include "haptics/base/Limits.h"
-#include "haptics/base/text/IndexList.h"
 #include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
@@ -10,30 +6,9 @@
 #include <osgMidair/HapticSettings>
 
 #include <algorithm>
-#include <array>
 
 namespace osgMidair
 {
-
-namespace
-{
-
-/// Returns what the InputError of \a read says, or an empty text.
-template<typename Read>
-std::string refusalOf(const Read& read)
-{
-    try
-    {
-        read();
-    }
-    catch (const midair::base::InputError& error)
-    {
-        return error.what();
-    }
-    return {};
-}
-
-} // namespace
 
 bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
 {
@@ -47,18 +22,18 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
         whySilenced.push_back(error);
         return false;
     }
-    if (const auto wish = wishOf(row->name))
-        (wishes.*wish).reset(); // set by the user, not by a file
+    wishes.asked.erase(row->name); // set by the user, not by a file
     return true;
 }
 
 bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude, double earLimit_dB)
 {
-    using namespace midair::base;
-    const bool isForEars =
-        earLimit_dB == 0.0 || (earLimit_dB >= kLeastEarLimit_dB && earLimit_dB <= kMostEarLimit_dB);
-    return isForEars && maxPressure_Pa >= 0.0 && maxPressure_Pa <= kMostPressure_Pa &&
-           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // also false for NaN
+    HapticSettings asked;
+    asked.maxPressure = maxPressure_Pa;
+    asked.maxAmplitude = maxAmplitude;
+    asked.earLimit = earLimit_dB;
+    const auto& rows = sceneSettings().rows();
+    return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return row.holds(asked); });
 }
 
 // A safety value's default isn't used: silence takes its place.
@@ -79,25 +54,6 @@ std::vector<std::string> HapticSettings::repair()
         }
         said.push_back(std::move(what));
     }
-    // No row judges a text.
-    const auto refuse = [&](const std::string& why, std::string& text)
-    {
-        const std::string what = why + "; nothing is played";
-        isSilenced = true;
-        if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
-            whySilenced.push_back(what);
-        said.push_back(what);
-        text.clear();
-    };
-    using namespace midair::base;
-    if (std::vector<std::array<double, 3>> places; !parsePlaces(earPoints, places))
-        refuse("earPoints is \"" + earPoints + "\", should be " + kPlacesExpected, earPoints);
-    if (const std::string why = refusalOf([&] { parseIndices(dead, "dead"); }); !why.empty())
-        refuse(why, dead);
-    if (const std::string why =
-            refusalOf([&] { parseIndexedNumbers(weak, "weak", midair::haptics::kMostGain); });
-        !why.empty())
-        refuse(why, weak);
     return said;
 }
 

@@ -86,15 +86,12 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
     const HapticSettings none;
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
     {
-        const auto wish = wishOf(row.name);
-        if (!wish) continue;
+        if (!row.isWish) continue;
         const auto member = std::get<std::string HapticSettings::*>(row.member);
         const std::string& value = settings.*member;
-        if (value != none.*member && !isUsers(row, value)) settings.wishes.*wish = value;
+        if (value != none.*member && !isUsers(row, value)) settings.wishes.asked[row.name] = value;
     }
-    const HapticWishes& wishes = settings.wishes;
-    if (wishes.array || wishes.device || wishes.hands || wishes.temperatureSource)
-        settings.wishes.folder = folder;
+    if (!settings.wishes.asked.empty()) settings.wishes.folder = folder;
 }
 
 std::string cutListWarning(const std::string& word)

@@ -69,22 +69,21 @@ set(MIDAIR_WHAT "osgMidair makes meshes touchable in mid-air: a phased array of 
 midair_package(osgmidair-data SECTION misc ANY_MACHINE SUMMARY "arrays, materials, models and scenes of osgMidair"
     TEXT ${MIDAIR_WHAT} "This package has the files of arrays and materials that its libraries read,"
          "and the models, scenes and recorded hands that its programs show.")
-midair_package(libosgmidair NAME libosgmidair${MIDAIR_SOVERSION} SECTION libs LIBRARY libosgMidair OWN osgmidair-data RECOMMENDS libgl1-mesa-dri
+midair_package(libmidair NAME libmidair${MIDAIR_SOVERSION} SECTION libs LIBRARY libmidair OWN osgmidair-data
+    SUMMARY "touch in mid-air by ultrasound, without a scene graph"
+    TEXT ${MIDAIR_WHAT} "This package has its solver, devices, contacts and hands, with an interface in C.")
+midair_package(libosgmidair NAME libosgmidair${MIDAIR_SOVERSION} SECTION libs LIBRARY libosgMidair OWN libmidair osgmidair-data RECOMMENDS libgl1-mesa-dri
     SUMMARY "OpenSceneGraph node kit for touch in mid-air by ultrasound"
     TEXT ${MIDAIR_WHAT} "This package has the node kit and the plugins by which any program that uses"
          "OpenSceneGraph, such as osgviewer, plays its scene files.")
-midair_package(libmidair NAME libmidair${MIDAIR_SOVERSION} SECTION libs LIBRARY libmidair OWN osgmidair-data
-    SUMMARY "touch in mid-air by ultrasound, without a scene graph"
-    TEXT ${MIDAIR_WHAT} "This package has the C interface of its solver, devices, contacts and hands.")
 midair_package(libmidair-dev SECTION libdevel OWN libmidair
     SUMMARY "touch in mid-air by ultrasound, in C: development files"
     TEXT ${MIDAIR_WHAT} "This package has the headers of the C interface, for CMake and pkg-config.")
 midair_package(libosgmidair-dev SECTION libdevel OWN libosgmidair libmidair-dev
-    DEPENDS libopenscenegraph-dev libeigen3-dev nlohmann-json3-dev libfmt-dev libspdlog-dev libtinyobjloader-dev
-            libusb-1.0-0-dev libftdi1-dev pkg-config
+    DEPENDS libopenscenegraph-dev libeigen3-dev nlohmann-json3-dev libfmt-dev pkg-config
     SUMMARY "OpenSceneGraph node kit for touch in mid-air: development files"
     TEXT ${MIDAIR_WHAT} "This package has the headers of the node kit, its files for CMake and"
-         "pkg-config, and the static libraries of solver and devices with their headers.")
+         "pkg-config, and the headers of libmidair for C++.")
 midair_package(osgmidair-tools SECTION science OWN libosgmidair osgmidair-data RECOMMENDS fonts-dejavu-core python3-matplotlib
     SUMMARY "programs for touch in mid-air by ultrasound"
     TEXT ${MIDAIR_WHAT} "This package has a demonstration, midair-demo; programs that solve, check,"

@@ -2,7 +2,6 @@
 
 #include "samples/views/SampleFiles.h"
 #include "samples/views/ShownObject.h"
-#include "samples/views/ShownOverlays.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticSurface>
@@ -83,7 +82,7 @@ DemoScene::DemoScene(const DemoOptions& options) :
     _haptics->addChild(_overlays);
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
-    showOverlays(*_overlays, options.overlays);
+    if (!options.overlays.empty()) _overlays->showOnly(options.overlays); // known words
 }
 
 void DemoScene::wrap(const DemoOptions& options)

@@ -1,6 +1,7 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
@@ -9,6 +10,10 @@
 #include "samples/views/PictureTaker.h"
 #include "samples/views/ShownObject.h"
 #include "samples/views/Signals.h"
+
+#include <osgMidair/FieldSliceOverlay>
+#include <osgMidair/FieldVolumeOverlay>
+#include <osgMidair/Hud>
 
 #include <osg/Timer>
 #include <osgDB/WriteFile>
@@ -96,7 +101,7 @@ double nearestPoint_mm(const osgMidair::HapticField& field, const osg::Vec3d& pl
 DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
     DemoPicture picture;
-    osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
+    osgMidair::FieldSliceOverlay& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
     picture.frame = viewer.getFrameStamp()->getFrameNumber();
     const double start = seconds();
     // Fields of contacts go on by themselves and are of no frame.
@@ -119,8 +124,9 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     picture.latency_ms = scene.haptics().getStatistics().latency_ms;
     frame(viewer, scene, time_s, draw); // hands the field to the overlays
     if (slice.isShown()) slice.waitFor(field->getFrameNumber(), 20.0);
-    if (scene.overlays().getShowFieldVolume())
-        scene.overlays().getFieldVolume()->waitFor(field->getFrameNumber(), 20.0);
+    if (scene.overlays().isShown("volume"))
+        scene.overlays().get<osgMidair::FieldVolumeOverlay>()->waitFor(field->getFrameNumber(),
+                                                                       20.0);
     picture.fieldFrame = slice.getShownFrame();
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
@@ -139,8 +145,9 @@ void finish(DemoScene& scene, DemoReport& report)
     report.statistics = scene.haptics().getStatistics();
     report.array = scene.haptics().getArray();
     report.temperature_C = scene.haptics().getTemperature();
-    report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
-    report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
+    report.slice_ms = scene.overlays().get<osgMidair::FieldSliceOverlay>()->getComputeTime_ms();
+    report.slicesPerSecond =
+        scene.overlays().get<osgMidair::FieldSliceOverlay>()->getSlicesPerSecond();
     report.transducers = report.statistics.transducers;
 }
 
@@ -165,7 +172,7 @@ int runHeadless(const DemoOptions& options)
     const bool areKeysAsked = std::any_of(options.numbers.begin(),
                                           options.numbers.end(),
                                           [](const auto& each) { return each.first == "keyTime"; });
-    if (!areKeysAsked) scene.overlays().getHud()->setKeyTime(0.0);
+    if (!areKeysAsked) scene.overlays().get<osgMidair::Hud>()->setKeyTime(0.0);
 
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -202,7 +209,7 @@ int runHeadless(const DemoOptions& options)
         report.seconds += spent;
         report.addFrame(1e3 * spent, scene.haptics().getStatistics());
         if (!draw || i % between != between - 1) continue;
-        osgMidair::Hud& figures = *scene.overlays().getHud();
+        osgMidair::Hud& figures = *scene.overlays().get<osgMidair::Hud>();
         const double interval_s = figures.getUpdateInterval();
         figures.setUpdateInterval(0.0);
         DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
@@ -268,8 +275,8 @@ int runBenchmark(const DemoOptions& options)
     std::printf("slice       %.1f/s, %.1f ms each; volume %.1f/s, %.1f ms each\n",
                 report.slicesPerSecond,
                 report.slice_ms,
-                scene.overlays().getFieldVolume()->getVolumesPerSecond(),
-                scene.overlays().getFieldVolume()->getComputeTime_ms());
+                scene.overlays().get<osgMidair::FieldVolumeOverlay>()->getVolumesPerSecond(),
+                scene.overlays().get<osgMidair::FieldVolumeOverlay>()->getComputeTime_ms());
     const double thread_ms = (after.thread_ms - before.thread_ms) / std::max(1, done);
     std::printf("cpu         %.1f ms a frame in all threads; of these %.1f ms update, %.1f ms cull "
                 "and draw in the viewer's thread\n",
@@ -336,6 +343,7 @@ int main(int argc, char** argv)
     if (!parseDemoOptions(argc, argv, options, status)) return status;
     catchStopSignals();
     catchMuteSignals();
+    midair::device::registerRehearsedAutd3();
     try
     {
         if (options.benchmark) return runBenchmark(options);

@@ -1,9 +1,11 @@
 // To look at the field: one node anywhere under the scene draws points, slice, array and figures,
 // and brings the keys F2 to F12 along.
 
+#include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
+#include <osgMidair/Hud>
 
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
@@ -18,17 +20,18 @@ int main()
         new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F))));
 
     const osg::ref_ptr<osgMidair::HapticOverlays> overlays = new osgMidair::HapticOverlays;
-    overlays->setShowFieldVolume(false);
-    overlays->setShowWorkspace(false);
-    overlays->getHud()->setTitle("a ball of 40 mm");
-    overlays->getFieldSlice()->setPlane(osg::Vec3d(), osg::Y_AXIS); // else through the points
-    if (!overlays->setNumber("sliceRadius", 0.06)) return 1;        // m
+    overlays->setShown("volume", false);
+    overlays->setShown("workspace", false);
+    overlays->get<osgMidair::Hud>()->setTitle("a ball of 40 mm");
+    osgMidair::FieldSliceOverlay& slice = *overlays->get<osgMidair::FieldSliceOverlay>();
+    slice.setPlane(osg::Vec3d(), osg::Y_AXIS);               // else through the points
+    if (!overlays->setNumber("sliceRadius", 0.06)) return 1; // m
     scene->addChild(overlays);
     for (const osgMidair::OverlayDescription& each : osgMidair::HapticOverlays::describe())
         std::printf("%-3s %s%s\n",
                     each.key.c_str(),
                     each.help.c_str(),
-                    overlays->getOverlay(each.name)->isShown() ? "" : " (hidden)");
+                    overlays->isShown(each.name) ? "" : " (hidden)");
 
     osgViewer::Viewer viewer;
     viewer.setSceneData(scene);

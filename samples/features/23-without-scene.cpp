@@ -1,4 +1,4 @@
-// Sample without a scene graph, on the libraries osgMidair::haptics and osgMidair::device alone:
+// Sample without a scene graph, on libmidair alone:
 // solves for one point over a board, plays it in the simulator and prints what is there.
 
 #include "device/ArrayDevice.h"

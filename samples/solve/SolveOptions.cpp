@@ -17,18 +17,15 @@ namespace midair::samples
 namespace
 {
 
-// What a single field of a model at rest has no use for, and the amplitudes' cap, which devices
-// keep.
-const std::vector<std::string> kNotHere = {
-    "motionTolerance", "denseOutlines", "monitorInterval", "maxAmplitude"};
-
-/// Returns the settings of a field as options, with the values in \a defaults as the defaults.
+/// Returns the settings of a field at rest as options, with the values in \a defaults as the
+/// defaults.
 std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
 {
     using Setting = base::Setting<haptics::FieldSettings>;
     std::vector<SettingOption> options;
     for (const Setting& row : haptics::fieldSettings().rows())
     {
+        if (!(row.use & base::Use::STILL)) continue;
         SettingOption& option = options.emplace_back();
         option.name = row.name;
         option.summary = row.summary(defaults);
@@ -37,7 +34,7 @@ std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
         option.problemOf = [&row](const std::string& text) -> std::string
         {
             haptics::FieldSettings scratch;
-            if (row.assign(scratch, text) && row.holds(scratch)) return {};
+            if (row.assign(scratch, text)) return row.problem(scratch, text);
             return "is \"" + text + "\", should be " + row.expected();
         };
     }
@@ -47,7 +44,7 @@ std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
 void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 {
     const auto given = std::make_shared<Given>();
-    addSettings(app, fieldOptions(arguments.settings), "The field", kNotHere, *given);
+    addSettings(app, fieldOptions(arguments.settings), "The field", {}, *given);
     app.parse_complete_callback(
         [given, &arguments]
         {

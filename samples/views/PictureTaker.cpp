@@ -1,5 +1,7 @@
 #include "samples/views/PictureTaker.h"
 
+#include <osgMidair/Hud>
+
 namespace midair::samples
 {
 
@@ -24,7 +26,7 @@ PictureTaker::PictureTaker(osg::Node& scene,
 osg::ref_ptr<osg::Image> PictureTaker::take()
 {
     if (!_ready) return nullptr;
-    osgMidair::Hud& figures = *_overlays->getHud();
+    osgMidair::Hud& figures = *_overlays->get<osgMidair::Hud>();
     const float scale = figures.getScale();
     const osg::Viewport& viewport = *_viewer.getCamera()->getViewport();
     const float own =

@@ -8,7 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . tests/packages/root.sh
 [ "$(id -u)" = 0 ] || { echo "tests/arm64/run.sh makes a root of its own, which only root can" >&2; exit 1; }
 midair_install git "${midair_root_packages[@]}"
-[ $# -gt 0 ] || set -- midair_haptics_tests midair_device_tests midair_engine_bridge_c_tests midair_bridge osgMidair osgdb_serializers_osgmidair osgdb_haptic osgdb_gltf osgdb_glb midair
+[ $# -gt 0 ] || set -- midair_haptics_tests midair_device_tests midair_engine_bridge_c_tests osgMidair osgdb_serializers_osgmidair osgdb_haptic osgdb_gltf osgdb_glb midair
 kept=$PWD/build-packages/root root=$PWD/build-arm64/root
 mkdir -p "$kept"
 root_clean "$kept/clean.tar"

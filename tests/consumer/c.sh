@@ -19,12 +19,17 @@ library=$(find "$prefix" -name 'libmidair.so')
 libraries=$(dirname "$library")
 readelf -d "$library" | grep -q 'SONAME.*libmidair\.so\.[0-9]*\.[0-9]' || fail "the SONAME has no version"
 ! ldd "$library" | grep -iE 'libosg|libOpenThreads|not found' || fail "libmidair links a scene graph, or what isn't there"
-others=$(nm -D --defined-only "$library" | awk '$2 != "A" { print $3 }' | grep -v '^midair_' || true)
-[ -z "$others" ] || fail "libmidair exports $others"
+# What C finds is what has the public version; the rest is C++ of this very version.
+inC()
+{
+    nm -D --with-symbol-versions --defined-only "$library" | sed -n 's/^[0-9a-f]* T \([^@]*\)@@MIDAIR_0\.1$/\1/p'
+}
+others=$(inC | grep -v '^midair_' || true)
+[ -z "$others" ] || fail "libmidair exports to C $others"
 # Each function of the headers, and no other.
 sed 's,//.*,,' "$prefix"/include/midair/*.h | tr '\n' ' ' | grep -oE 'MIDAIR_API [^;(]*\(' | grep -oE 'midair_[a-z_]+\(' |
     tr -d '(' | sort -u >"$folder/declared"
-nm -D --defined-only "$library" | awk '$2 == "T" { print $3 }' | sed 's/@.*//' | sort -u >"$folder/exported"
+inC | sort -u >"$folder/exported"
 diff "$folder/declared" "$folder/exported" || fail "the headers and the library differ"
 [ "$(wc -l <"$folder/declared")" -ge 50 ] || fail "only $(wc -l <"$folder/declared") functions are declared"
 

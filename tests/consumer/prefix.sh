@@ -17,7 +17,7 @@ unset OSG_LIBRARY_PATH LD_LIBRARY_PATH OSG_MIDAIR_ARRAYS
 export HOME="$folder/home"
 mkdir -p "$HOME"
 
-for component in kit libraries tools; do cmake --install "$build" --component $component --prefix "$folder/first" >/dev/null; done
+for component in c kit libraries tools; do cmake --install "$build" --component $component --prefix "$folder/first" >/dev/null; done
 mv "$build"/install_manifest*.txt "$folder/lists"
 mv "$folder/first" "$folder/moved"
 prefix=$folder/moved
@@ -60,10 +60,10 @@ components()
 }
 
 # A component that isn't there is named; an optional one does no harm. So is one that another needs, if its file isn't there.
-components 'haptics nosuch' 'haptics OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, field, haptics, device, emulator, playing, c'
-needed=$(find "$prefix" -name osgMidair-field.cmake)
+components 'midair nosuch' 'midair OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, midair, emulator, c'
+needed=$(find "$prefix" -name osgMidair-midair.cmake)
 mv "$needed" "$needed.away"
-components playing 'device OPTIONAL_COMPONENTS playing' 'installed without its component "field", which "playing" needs'
+components emulator 'c OPTIONAL_COMPONENTS emulator' 'installed without its component "midair", which "emulator" needs'
 mv "$needed.away" "$needed"
 
 # A scene file is read by the kit's serializers, found beside the library that the program has linked.

@@ -43,7 +43,7 @@ if [ -z "$preload" ]; then
     built "$here" "$folder/build" -DCMAKE_PREFIX_PATH="$folder/usr" -DWITH_LIBRARIES=ON -- consumer both
     runs "$folder/build/both" "$folder/owned.hfr"
     # The libraries alone, where neither the kit nor its scene graph is installed.
-    cmake --install "$build" --component libraries --prefix "$folder/alone" >/dev/null
+    for component in c libraries; do cmake --install "$build" --component $component --prefix "$folder/alone" >/dev/null; done
     built "$here/without-scene" "$folder/without-scene" -DCMAKE_PREFIX_PATH="$folder/alone" -DMIDAIR_SAMPLES="$samples"
     runs "$folder/without-scene/without-scene"
     ! ldd "$folder/without-scene/without-scene" | grep -i 'libosg\|libOpenThreads' || fail "the libraries link a scene graph"

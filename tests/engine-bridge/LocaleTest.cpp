@@ -36,7 +36,7 @@ TEST(BridgeLocale, ChangesNoNumberOfAMessage)
     options.motionTolerance = -0.5;
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "motionTolerance is -0.5 wavelengths; it must be at least 0");
+    EXPECT_EQ(error, "motionTolerance is -0.5 wavelengths; it must be within 0 .. 1000");
     options.motionTolerance = 0.0;
     HologramPipeline pipeline(options);
     SceneSnapshot snapshot = squareSnapshot();

@@ -2,6 +2,7 @@
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
+#include "tests/TrustedVariables.h"
 
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
@@ -63,7 +64,7 @@ void fuzzOptions(const std::uint8_t* data, std::size_t size)
 
 void fuzzEnvironment(const std::uint8_t* data, std::size_t size)
 {
-    Environment::trustVariablesOfProgram(); // as if they had been there when it began
+    midair::base::trustVariablesOfProgram(); // as if they had been there when it began
     std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
     std::vector<std::string> names;
     for (std::string line; std::getline(lines, line);)

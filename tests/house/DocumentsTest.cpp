@@ -72,6 +72,8 @@ TEST(Documents, EachSettingHasItsSetter)
     const fs::path root = MIDAIR_ROOT;
     const std::string headers = textOf(root / "plugin/include/osgMidair/HapticSettings") +
                                 textOf(root / "plugin/include/osgMidair/HapticProperty") +
+                                textOf(root / "engine-bridge/include/osgMidair/SceneSettings") +
+                                textOf(root / "engine-bridge/include/osgMidair/ObjectSettings") +
                                 textOf(root / "haptics/include/osgMidair/FieldSettings");
     const std::string text = textOf(root / "plugin/SCENES.md");
     const std::string tables =

@@ -238,20 +238,25 @@ TEST(House, OnlyTheUpperStoreysKnowTheSceneGraph)
 TEST(House, ClassesHaveFewMembers)
 {
     constexpr int kMost = 15;
-    const std::map<std::string, int> known = {
-        {"Autd3Device", 35},       {"BankPlayer", 36},      {"BoardDevice", 37},
-        {"HologramPipeline", 32},  {"EmulatedUnit", 32},    {"ArrayOutput", 32},
-        {"GuardedDevice", 31},     {"SceneCollector", 24},  {"UsbConnection", 23},
-        {"InstallationShell", 23}, {"Gallery", 22},         {"PropagationMatrix", 22},
-        {"CycleEqualizer", 22},    {"HapticEngine", 21},    {"SimulatedArray", 20},
-        {"EmulatedChain", 20},     {"VirtualFirmware", 18}, {"SolverBase", 18},
-        {"ShapedRounding", 18},    {"PointAssembler", 18},  {"InstallationRecord", 17},
-        {"HologramThread", 17},    {"RestRefiner", 16},     {"FieldPlayer", 17},
-        {"ContactPath", 16}};
+    const std::map<std::string, int> known = {{"HologramPipeline", 32},
+                                              {"SceneCollector", 24},
+                                              {"InstallationShell", 23},
+                                              {"Gallery", 22},
+                                              {"PropagationMatrix", 22},
+                                              {"CycleEqualizer", 22},
+                                              {"HapticEngine", 21},
+                                              {"SolverBase", 18},
+                                              {"ShapedRounding", 18},
+                                              {"PointAssembler", 18},
+                                              {"InstallationRecord", 17},
+                                              {"RestRefiner", 16},
+                                              {"ContactPath", 16}};
     static const std::regex opens(
         R"(^ *(?:class|struct) (?:alignas\(\d+\) )?(?:OSGMIDAIR_\w+ )?(\w+)[^;]*$)");
     static const std::regex member(
         R"(^ +(?!return|using|friend|static)[^()=]*[ *&>]_\w+( = [^;]*|\{[^;]*\})?;.*)");
+    // What is guarded counts as well, and may stand on a line of its own.
+    static const std::regex guard(R"(\s*MIDAIR_(PT_)?GUARDED_BY\([^()]*\))");
     struct Open
     {
         std::string name;
@@ -262,7 +267,7 @@ TEST(House, ClassesHaveFewMembers)
     for (const fs::path& file : allFiles())
     {
         if (!isSource(file) || *file.begin() == "tests") continue;
-        std::istringstream lines(textOf(kRoot / file));
+        std::istringstream lines(std::regex_replace(textOf(kRoot / file), guard, ""));
         std::vector<Open> open;
         long depth = 0;
         std::smatch match;
@@ -388,8 +393,12 @@ TEST(House, EachMessageCodeIsSaid)
 
 TEST(House, TheTopLevelIsAsItIs)
 {
-    const std::set<std::string> files = {
-        "CMakeLists.txt", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md"};
+    const std::set<std::string> files = {"CMakeLists.txt",
+                                         "CMakePresets.json",
+                                         "README.md",
+                                         "LICENSE",
+                                         "CHANGELOG.md",
+                                         "CONTRIBUTING.md"};
     for (const auto& entry : fs::directory_iterator(kRoot))
     {
         const std::string name = entry.path().filename().string();

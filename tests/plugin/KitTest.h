@@ -1,9 +1,9 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/base/UserEnvironment.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/settings/EnvironmentVariables.h"
+#include "tests/TrustedVariables.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -24,9 +24,7 @@
 #include <gtest/gtest.h>
 
 /// Tests set variables as the user would before the program begins.
-inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(),
-                                   osgMidair::Environment::trustVariablesOfProgram(),
-                                   true);
+inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(), true);
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
 void findPlugins();

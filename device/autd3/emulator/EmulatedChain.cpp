@@ -35,9 +35,7 @@ EmulatedChain::EmulatedChain(const ChainOptions& options, Time_ns now_ns) :
     _began_ns(now_ns),
     _random(options.faults.seed),
     _watch(options.units, options.tolerance_ns),
-    _syncLost(static_cast<std::size_t>(options.units)),
-    _heardMaster_ns(static_cast<std::size_t>(options.units)),
-    _syncBackAt_ns(static_cast<std::size_t>(options.units)),
+    _places(static_cast<std::size_t>(options.units)),
     _now_ns(now_ns)
 {
     for (int place = 0; place < options.units; ++place)
@@ -53,11 +51,12 @@ EmulatedChain::EmulatedChain(const ChainOptions& options, Time_ns now_ns) :
         unit.rate_ppm = place % 2 == 0 ? options.drift_ppm : -options.drift_ppm / 2;
         unit.started_ns = place * 1'737'113;
         unit.hasNext = place + 1 < options.units;
-        _units.push_back(std::make_unique<EmulatedUnit>(place, unit, _watch, now_ns));
-        _unitNext_ns.push_back(_units.back()->nextEvent_ns());
+        Place& here = _places[static_cast<std::size_t>(place)];
+        here.unit = std::make_unique<EmulatedUnit>(place, unit, _watch, now_ns);
+        touched(place);
         const Time_ns error_ns = options.clockError_ns;
-        _clockErrors_ns.push_back(
-            error_ns == 0 ? 0 : static_cast<Time_ns>(_random() % (2 * error_ns + 1)) - error_ns);
+        if (error_ns > 0)
+            here.clockError_ns = static_cast<Time_ns>(_random() % (2 * error_ns + 1)) - error_ns;
     }
 }
 
@@ -79,8 +78,8 @@ Time_ns EmulatedChain::late(Time_ns at_ns)
 
 void EmulatedChain::launch(Time_ns at_ns, Flight flight)
 {
-    if (_flights.size() < kMostFlights)
-        _flights.emplace(at_ns, std::move(flight));
+    if (_cable.flights.size() < kMostFlights)
+        _cable.flights.emplace(at_ns, std::move(flight));
     else
         ++_counts.tooMany;
 }
@@ -90,14 +89,14 @@ void EmulatedChain::send(
 {
     advance(now_ns);
     ++_counts.fromHost;
-    _wireFree_ns = std::max(_wireFree_ns, now_ns) + wire_ns(size);
-    const bool lost = _unplugged || _hangs || chance(_options.faults.drop);
+    _cable.free_ns = std::max(_cable.free_ns, now_ns) + wire_ns(size);
+    const bool lost = _cable.isUnplugged || _cable.hangs || chance(_options.faults.drop);
     if (lost) ++_counts.dropped;
     if (lost || size > kUnitDatagramBytes) return;
     const int copies = chance(_options.faults.duplicate) ? 2 : 1;
     for (int copy = 0; copy < copies; ++copy)
     {
-        const Time_ns start_ns = late(_wireFree_ns);
+        const Time_ns start_ns = late(_cable.free_ns);
         Flight flight{false, to, 0, peer, {bytes, bytes + size}};
         launch(start_ns, std::move(flight)); // units pass it on from one to the next
     }
@@ -112,14 +111,14 @@ Time_ns EmulatedChain::wire_ns(std::size_t size) const
 int EmulatedChain::reach(Time_ns now_ns) const
 {
     int reached = 1;
-    while (reached < units() && _units[reached - 1]->passesOn(now_ns))
+    while (reached < units() && _places[reached - 1].unit->passesOn(now_ns))
         ++reached;
     return reached;
 }
 
 void EmulatedChain::arrive(int place, Flight& flight, Time_ns now_ns)
 {
-    EmulatedUnit& unit = *_units[place];
+    EmulatedUnit& unit = *_places[place].unit;
     const bool toGroup = flight.address == kGroup;
     if (!toGroup && flight.bytes.size() > 4 && flight.bytes[1] == 0 &&
         chance(_options.faults.error))
@@ -134,15 +133,15 @@ void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
 {
     if (flight.toHost)
     {
-        if (_unplugged || _arrived.size() >= kMostArrived) return;
+        if (_cable.isUnplugged || _cable.arrived.size() >= kMostArrived) return;
         ++_counts.toHost;
-        _arrived.push_back({flight.address, flight.peer, std::move(flight.bytes)});
+        _cable.arrived.push_back({flight.address, flight.peer, std::move(flight.bytes)});
         return;
     }
     if (flight.address == kGroup)
     {
-        if (!_units[flight.place]->isOn(now_ns)) return;
-        const bool passes = _units[flight.place]->passesOn(now_ns);
+        if (!_places[flight.place].unit->isOn(now_ns)) return;
+        const bool passes = _places[flight.place].unit->passesOn(now_ns);
         arrive(flight.place, flight, now_ns);
         if (!passes || flight.place + 1 == units()) return;
         ++flight.place;
@@ -151,13 +150,13 @@ void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
     }
     if (flight.place > 0) // it has come there
     {
-        if (within(flight.place, now_ns) && _units[flight.place]->id() == flight.address)
+        if (within(flight.place, now_ns) && _places[flight.place].unit->id() == flight.address)
             arrive(flight.place, flight, now_ns);
         return;
     }
     const int reached = reach(now_ns);
     int place = 0;
-    while (place < reached && _units[place]->id() != flight.address)
+    while (place < reached && _places[place].unit->id() != flight.address)
         ++place;
     if (place == reached)
         ++_counts.unheard;
@@ -225,9 +224,9 @@ void EmulatedChain::inject(int from,
 bool EmulatedChain::receive(Answer& answer, Time_ns now_ns)
 {
     advance(now_ns);
-    if (_arrived.empty()) return false;
-    answer = std::move(_arrived.front());
-    _arrived.pop_front();
+    if (_cable.arrived.empty()) return false;
+    answer = std::move(_cable.arrived.front());
+    _cable.arrived.pop_front();
     return true;
 }
 

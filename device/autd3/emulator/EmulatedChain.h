@@ -57,7 +57,10 @@ public:
     void advance(Time_ns now_ns); ///< times never decrease
     Time_ns nextEvent_ns() const;
     /// How long what was sent already keeps the first cable busy.
-    Time_ns backlog_ns(Time_ns now_ns) const { return std::max<Time_ns>(0, _wireFree_ns - now_ns); }
+    Time_ns backlog_ns(Time_ns now_ns) const
+    {
+        return std::max<Time_ns>(0, _cable.free_ns - now_ns);
+    }
 
     /// Faults, by calls.
     void happen(ChainFaults::Kind kind, int unit, Time_ns now_ns);
@@ -67,8 +70,8 @@ public:
     void
     inject(int from, std::uint64_t peer, const std::vector<std::uint8_t>& bytes, Time_ns now_ns);
 
-    int units() const { return static_cast<int>(_units.size()); }
-    const EmulatedUnit& unit(int place) const { return *_units[place]; }
+    int units() const { return static_cast<int>(_places.size()); }
+    const EmulatedUnit& unit(int place) const { return *_places[place].unit; }
     FieldWatch& watch() { return _watch; }
     /// What all transducers put out, one unit after the other, relative to full drive.
     std::vector<std::complex<float>> output(Time_ns now_ns);
@@ -87,11 +90,31 @@ private:
         std::vector<std::uint8_t> bytes;
     };
 
+    /// A place on the cable, its unit, and how that hears the grandmaster.
+    struct Place
+    {
+        std::unique_ptr<EmulatedUnit> unit;
+        Time_ns next_ns = 0;       ///< the unit's next event
+        Time_ns clockError_ns = 0; ///< of a clock that follows
+        bool isSyncLost = false;
+        Time_ns syncBackAt_ns = 0;
+        Time_ns heardMaster_ns = 0; ///< last
+    };
+    /// The cable, and the host at its end.
+    struct Cable
+    {
+        std::multimap<Time_ns, Flight> flights;
+        std::deque<Answer> arrived;
+        Time_ns free_ns = 0; ///< what was sent keeps it busy until then
+        bool isUnplugged = false;
+        bool hangs = false; ///< towards the units
+    };
+
     int reach(Time_ns now_ns) const; ///< how many units are within reach: all before them pass on
     bool within(int place, Time_ns now_ns) const { return place < reach(now_ns); }
     void arrive(int place, Flight& flight, Time_ns now_ns);
     Time_ns wire_ns(std::size_t size) const; ///< how long a payload keeps a cable busy
-    void touched(int place) { _unitNext_ns[place] = _units[place]->nextEvent_ns(); }
+    void touched(int place) { _places[place].next_ns = _places[place].unit->nextEvent_ns(); }
     int grandmaster() const;
     /// Of the first \a reached units; \a master < 0: there is none.
     bool hears(int place, int master, int reached, Time_ns now_ns) const;
@@ -111,21 +134,12 @@ private:
     const Time_ns _began_ns;
     std::minstd_rand _random;
     FieldWatch _watch;
-    std::vector<std::unique_ptr<EmulatedUnit>> _units;
-    std::vector<Time_ns> _unitNext_ns; ///< each unit's next event
-    std::vector<Time_ns> _clockErrors_ns;
-    std::vector<bool> _syncLost;
-    std::vector<Time_ns> _heardMaster_ns; ///< when each unit last heard the grandmaster
-    std::vector<Time_ns> _syncBackAt_ns;
+    std::vector<Place> _places;
+    Cable _cable;
+    std::vector<UnitAnswer> _answers; ///< kept for its memory
     Time_ns _masterSetAt_ns = -1;
-    std::multimap<Time_ns, Flight> _flights;
-    std::deque<Answer> _arrived;
-    std::vector<UnitAnswer> _answers;
-    Time_ns _wireFree_ns = 0;
     Time_ns _now_ns = 0;
     std::size_t _eventsDone = 0;
-    bool _unplugged = false;
-    bool _hangs = false;
     ChainReport _counts;
 };
 

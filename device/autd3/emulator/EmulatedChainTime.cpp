@@ -17,50 +17,50 @@ constexpr Time_ns kHoldover_ns = 1000 * kMillisecond_ns;
 int EmulatedChain::grandmaster() const
 {
     for (int place = 0; place < units(); ++place)
-        if (_units[place]->isOn(_now_ns) && _units[place]->isGrandmaster() &&
-            _units[place]->timeSetAt_ns() >= 0)
+        if (_places[place].unit->isOn(_now_ns) && _places[place].unit->isGrandmaster() &&
+            _places[place].unit->timeSetAt_ns() >= 0)
             return place;
     return -1;
 }
 
 bool EmulatedChain::hears(int place, int master, int reached, Time_ns now_ns) const
 {
-    const EmulatedUnit& unit = *_units[place];
-    return master >= 0 && !_syncLost[place] && unit.isOn(now_ns) && unit.id() != kNoId &&
+    const EmulatedUnit& unit = *_places[place].unit;
+    return master >= 0 && !_places[place].isSyncLost && unit.isOn(now_ns) && unit.id() != kNoId &&
            std::max(place, master) < reached;
 }
 
 Time_ns EmulatedChain::lockAt_ns(int place, int master) const
 {
-    return std::max({_units[master]->timeSetAt_ns(),
-                     _units[place]->assignedAt_ns(),
-                     _syncBackAt_ns[place]}) +
+    return std::max({_places[master].unit->timeSetAt_ns(),
+                     _places[place].unit->assignedAt_ns(),
+                     _places[place].syncBackAt_ns}) +
            _options.settle_ns;
 }
 
 void EmulatedChain::updateClocks(Time_ns now_ns)
 {
     const int master = grandmaster();
-    const Time_ns setAt_ns = master < 0 ? -1 : _units[master]->timeSetAt_ns();
+    const Time_ns setAt_ns = master < 0 ? -1 : _places[master].unit->timeSetAt_ns();
     const bool setAnew = setAt_ns != _masterSetAt_ns && setAt_ns >= 0;
     _masterSetAt_ns = setAt_ns;
     const int reached = reach(now_ns);
     for (int place = 0; place < units(); ++place)
     {
-        EmulatedUnit& unit = *_units[place];
+        EmulatedUnit& unit = *_places[place].unit;
         const bool wasLocked = unit.isLocked();
-        if (setAnew || _syncLost[place]) unit.unlock(now_ns);
+        if (setAnew || _places[place].isSyncLost) unit.unlock(now_ns);
         if (hears(place, master, reached, now_ns))
         {
-            _heardMaster_ns[place] = now_ns;
+            _places[place].heardMaster_ns = now_ns;
             if (!unit.isLocked() && now_ns >= lockAt_ns(place, master))
             {
-                EmulatedClock clock = _units[master]->clock();
-                if (place != master) clock.reading_ns += _clockErrors_ns[place];
+                EmulatedClock clock = _places[master].unit->clock();
+                if (place != master) clock.reading_ns += _places[place].clockError_ns;
                 unit.lock(clock, now_ns);
             }
         }
-        else if (now_ns >= _heardMaster_ns[place] + kHoldover_ns)
+        else if (now_ns >= _places[place].heardMaster_ns + kHoldover_ns)
             unit.unlock(now_ns);
         if (setAnew || unit.isLocked() != wasLocked) touched(place);
     }
@@ -73,10 +73,11 @@ Time_ns EmulatedChain::clockEvent_ns() const
     const int reached = reach(_now_ns);
     for (int place = 0; place < units(); ++place)
     {
-        const bool locked = _units[place]->isLocked();
+        const bool locked = _places[place].unit->isLocked();
         const bool heard = hears(place, master, reached, _now_ns);
         if (heard && !locked) next_ns = std::min(next_ns, lockAt_ns(place, master));
-        if (!heard && locked) next_ns = std::min(next_ns, _heardMaster_ns[place] + kHoldover_ns);
+        if (!heard && locked)
+            next_ns = std::min(next_ns, _places[place].heardMaster_ns + kHoldover_ns);
     }
     return next_ns;
 }
@@ -84,11 +85,11 @@ Time_ns EmulatedChain::clockEvent_ns() const
 Time_ns EmulatedChain::nextEvent_ns() const
 {
     Time_ns next_ns = clockEvent_ns();
-    if (!_flights.empty()) next_ns = std::min(next_ns, _flights.begin()->first);
+    if (!_cable.flights.empty()) next_ns = std::min(next_ns, _cable.flights.begin()->first);
     if (_eventsDone < _options.faults.events.size())
         next_ns = std::min(next_ns, _began_ns + _options.faults.events[_eventsDone].at_ns);
-    for (const Time_ns unit_ns : _unitNext_ns)
-        next_ns = std::min(next_ns, unit_ns);
+    for (const Place& place : _places)
+        next_ns = std::min(next_ns, place.next_ns);
     return next_ns;
 }
 
@@ -109,15 +110,15 @@ void EmulatedChain::step(Time_ns now_ns)
         happen(event.kind, event.unit, now_ns);
     }
     for (int place = 0; place < units(); ++place)
-        if (_unitNext_ns[place] <= now_ns)
+        if (_places[place].next_ns <= now_ns)
         {
-            _units[place]->advance(now_ns);
+            _places[place].unit->advance(now_ns);
             touched(place);
         }
-    if (!_flights.empty() && _flights.begin()->first <= now_ns)
+    if (!_cable.flights.empty() && _cable.flights.begin()->first <= now_ns)
     {
-        Flight flight = std::move(_flights.begin()->second);
-        _flights.erase(_flights.begin());
+        Flight flight = std::move(_cable.flights.begin()->second);
+        _cable.flights.erase(_cable.flights.begin());
         deliver(flight, now_ns);
     }
     collect(now_ns);
@@ -129,9 +130,9 @@ void EmulatedChain::collect(Time_ns now_ns)
     for (int place = 0; place < units(); ++place)
     {
         _answers.clear();
-        _units[place]->takeAnswers(_answers);
+        _places[place].unit->takeAnswers(_answers);
         for (UnitAnswer& answer : _answers)
-            if (_units[place]->isOn(now_ns)) launchAnswer(place, answer);
+            if (_places[place].unit->isOn(now_ns)) launchAnswer(place, answer);
     }
 }
 
@@ -141,30 +142,30 @@ void EmulatedChain::happen(ChainFaults::Kind kind, int unit, Time_ns now_ns)
     switch (kind)
     {
     case ChainFaults::Kind::REBOOT:
-        _units[unit]->reboot(now_ns);
+        _places[unit].unit->reboot(now_ns);
         break;
     case ChainFaults::Kind::SYNC_LOST:
-        _syncLost[unit] = true;
-        _units[unit]->unlock(now_ns);
+        _places[unit].isSyncLost = true;
+        _places[unit].unit->unlock(now_ns);
         break;
     case ChainFaults::Kind::SYNC_BACK:
-        _syncLost[unit] = false;
-        _syncBackAt_ns[unit] = now_ns;
+        _places[unit].isSyncLost = false;
+        _places[unit].syncBackAt_ns = now_ns;
         break;
     case ChainFaults::Kind::FAILSAFE:
-        _units[unit]->tripFailsafe(now_ns);
+        _places[unit].unit->tripFailsafe(now_ns);
         break;
     case ChainFaults::Kind::HOT:
-        _units[unit]->setHot(true);
+        _places[unit].unit->setHot(true);
         break;
     case ChainFaults::Kind::UNPLUG:
-        _unplugged = true;
+        _cable.isUnplugged = true;
         break;
     case ChainFaults::Kind::REPLUG:
-        _unplugged = false;
+        _cable.isUnplugged = false;
         break;
     case ChainFaults::Kind::HANG:
-        _hangs = true;
+        _cable.hangs = true;
         break;
     }
     touched(unit);
@@ -172,17 +173,17 @@ void EmulatedChain::happen(ChainFaults::Kind kind, int unit, Time_ns now_ns)
 
 void EmulatedChain::failCommands(int unit, std::uint8_t result, int count)
 {
-    _units[unit]->failCommands(result, count);
+    _places[unit].unit->failCommands(result, count);
 }
 
 std::vector<std::complex<float>> EmulatedChain::output(Time_ns now_ns)
 {
     advance(now_ns);
     std::vector<std::complex<float>> q;
-    q.reserve(_units.size() * kUnitTransducers);
-    for (const auto& unit : _units)
+    q.reserve(_places.size() * kUnitTransducers);
+    for (const Place& place : _places)
     {
-        const std::vector<std::complex<float>> part = unit->output(now_ns);
+        const std::vector<std::complex<float>> part = place.unit->output(now_ns);
         q.insert(q.end(), part.begin(), part.end());
     }
     return q;
@@ -192,8 +193,9 @@ DriveSignal EmulatedChain::field(Time_ns now_ns)
 {
     advance(now_ns);
     DriveSignal all;
-    for (const auto& unit : _units)
+    for (const Place& place : _places)
     {
+        const auto& unit = place.unit;
         const bool sounds = unit->isOn(now_ns) && !unit->fpga().gated();
         const DriveSignal part =
             sounds ? unit->fpga().field(unit->fpgaTime(now_ns)) : silentSignal(kUnitTransducers);
@@ -207,8 +209,9 @@ ChainReport EmulatedChain::report(Time_ns now_ns) const
 {
     ChainReport report = _counts;
     report.fields = _watch.report(now_ns);
-    for (const auto& unit : _units)
+    for (const Place& place : _places)
     {
+        const auto& unit = place.unit;
         const UnitTelemetry& one = unit->cpu().telemetry;
         UnitTelemetry& all = report.telemetry;
         all.queueFull += one.queueFull;

@@ -43,17 +43,16 @@ autd3::Endpoint EmulatedLink::addressOf(int id)
 
 bool EmulatedLink::send(int to, const std::vector<std::uint8_t>& bytes)
 {
-    return _units->with(
-        [&](EmulatedChain& chain, Time_ns now_ns)
-        {
-            if (chain.backlog_ns(now_ns) > kMostBacklog_ns)
-            {
-                _refused = true;
-                return false;
-            }
-            chain.send(to, bytes.data(), bytes.size(), 0, now_ns);
-            return true;
-        });
+    const base::Lock lock(_units->_mutex);
+    EmulatedChain& chain = _units->_chain;
+    const Time_ns now_ns = _units->advance();
+    if (chain.backlog_ns(now_ns) > kMostBacklog_ns)
+    {
+        _refused = true;
+        return false;
+    }
+    chain.send(to, bytes.data(), bytes.size(), 0, now_ns);
+    return true;
 }
 
 bool EmulatedLink::send(const autd3::Endpoint& to, const std::vector<std::uint8_t>& bytes)
@@ -70,7 +69,7 @@ bool EmulatedLink::sendToGroup(const std::vector<std::uint8_t>& bytes)
 bool EmulatedLink::receive(double until_s, autd3::Endpoint& from, std::vector<std::uint8_t>& bytes)
 {
     const auto until_ns = static_cast<Time_ns>(std::clamp(until_s, 0.0, 9e9) * 1e9);
-    std::unique_lock<std::mutex> lock(_units->_mutex);
+    base::Lock lock(_units->_mutex);
     EmulatedChain& chain = _units->_chain;
     for (;;)
     {
@@ -92,24 +91,24 @@ bool EmulatedLink::receive(double until_s, autd3::Endpoint& from, std::vector<st
         Time_ns next_ns = std::min(until_ns, chain.nextEvent_ns());
         if (_refused)
             next_ns = std::min(next_ns, now_ns + chain.backlog_ns(now_ns) - kMostBacklog_ns / 2);
-        _units->_time->wait(lock, _units->_changed, next_ns);
+        _units->_time->wait(_units->_mutex, lock, _units->_changed, next_ns);
     }
 }
 
 void EmulatedLink::rest(double until_s)
 {
     const auto until_ns = static_cast<Time_ns>(std::clamp(until_s, 0.0, 9e9) * 1e9);
-    std::unique_lock<std::mutex> lock(_units->_mutex);
+    base::Lock lock(_units->_mutex);
     while (!_woken && _units->_time->now_ns() < until_ns)
-        _units->_time->wait(lock, _units->_changed, until_ns);
+        _units->_time->wait(_units->_mutex, lock, _units->_changed, until_ns);
     _woken = false;
 }
 
 void EmulatedLink::wake()
 {
-    const std::lock_guard<std::mutex> lock(_units->_mutex);
+    const base::Lock lock(_units->_mutex);
     _woken = true;
-    _units->_changed.notify_all();
+    _units->_changed.notifyAll();
 }
 
 } // namespace midair::device::emulation

@@ -3,11 +3,10 @@
 #include "device/autd3/DatagramLink.h"
 #include "device/autd3/emulator/EmulatedChain.h"
 #include "device/autd3/emulator/EmulatedTime.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 
 namespace midair::device::emulation
 {
@@ -26,22 +25,28 @@ public:
 
     /// Calls \a use with the chain, up to date, and the time, and wakes who waits for answers.
     template<typename Use>
-    auto with(const Use& use)
+    auto with(const Use& use) MIDAIR_EXCLUDES(_mutex)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        const Time_ns now_ns = _time->now_ns();
-        _chain.advance(now_ns);
-        _changed.notify_all();
+        const base::Lock lock(_mutex);
+        const Time_ns now_ns = advance();
         return use(_chain, now_ns);
     }
 
 private:
     friend class EmulatedLink;
 
+    Time_ns advance() MIDAIR_REQUIRES(_mutex)
+    {
+        const Time_ns now_ns = _time->now_ns();
+        _chain.advance(now_ns);
+        _changed.notifyAll();
+        return now_ns;
+    }
+
     const std::shared_ptr<EmulatedTime> _time;
-    std::mutex _mutex;
-    std::condition_variable _changed;
-    EmulatedChain _chain;
+    base::Mutex _mutex;
+    base::Condition _changed;
+    EmulatedChain _chain MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// A link to units in this program. Their addresses are those of real ones.
@@ -63,9 +68,9 @@ public:
 private:
     bool send(int to, const std::vector<std::uint8_t>& bytes);
 
-    std::shared_ptr<EmulatedUnits> _units;
-    bool _woken = false;   ///< with the units' mutex
-    bool _refused = false; ///< a send() found no room
+    const std::shared_ptr<EmulatedUnits> _units;
+    bool _woken MIDAIR_GUARDED_BY(_units->_mutex) = false;
+    bool _refused MIDAIR_GUARDED_BY(_units->_mutex) = false; ///< a send() found no room
 };
 
 } // namespace midair::device::emulation

@@ -1,7 +1,8 @@
 #include "device/autd3/emulator/EmulatedTime.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -10,27 +11,21 @@ namespace midair::device::emulation
 
 Time_ns EmulatedTime::now_ns()
 {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
+    return static_cast<Time_ns>(base::steadySeconds() * 1e9);
 }
 
-void EmulatedTime::wait(std::unique_lock<std::mutex>& lock,
-                        std::condition_variable& changed,
-                        Time_ns until_ns)
+void EmulatedTime::wait(base::Mutex&, base::Lock& lock, base::Condition& changed, Time_ns until_ns)
 {
-    changed.wait_until(lock,
-                       std::chrono::steady_clock::time_point(std::chrono::nanoseconds(until_ns)));
+    changed.waitUntil_s(lock, static_cast<double>(until_ns) * 1e-9);
 }
 
 VirtualTime::VirtualTime(const Host& host, Time_ns period_ns, Call call) :
     _host(host),
     _period_ns(period_ns),
     _call(std::move(call)),
-    _random(host.seed),
-    _nextPause_ns(kNever_ns),
-    _nextCall_ns(_now_ns + period_ns)
+    _random(host.seed)
 {
+    _nextCall_ns = _now_ns + period_ns;
     if (_host.pausesPerSecond > 0)
         _nextPause_ns = _now_ns + exponential(1e9 / _host.pausesPerSecond);
 }
@@ -43,7 +38,7 @@ Time_ns VirtualTime::exponential(double mean_ns)
 
 Time_ns VirtualTime::now_ns()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _now_ns += _host.look_ns;
     while (_now_ns >= _nextPause_ns)
     {
@@ -53,21 +48,18 @@ Time_ns VirtualTime::now_ns()
     return _now_ns;
 }
 
-void VirtualTime::wait(std::unique_lock<std::mutex>& lock,
-                       std::condition_variable&,
-                       Time_ns until_ns)
+void VirtualTime::wait(base::Mutex& mutex, base::Lock&, base::Condition&, Time_ns until_ns)
 {
     const bool isCall = _nextCall_ns <= until_ns;
     const Time_ns wanted_ns = isCall ? _nextCall_ns : until_ns + _host.wake_ns;
     {
-        const std::lock_guard<std::mutex> own(_mutex);
+        const base::Lock own(_mutex);
         _now_ns = std::max(_now_ns, wanted_ns);
     }
     if (!isCall) return;
     _nextCall_ns += _period_ns;
-    lock.unlock();
+    const base::Unlocked unlocked(mutex);
     _call(wanted_ns);
-    lock.lock();
 }
 
 } // namespace midair::device::emulation

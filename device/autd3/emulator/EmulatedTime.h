@@ -1,10 +1,9 @@
 #pragma once
 
 #include "device/autd3/emulator/unit/EmulatedClock.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <random>
 
 namespace midair::device::emulation
@@ -16,9 +15,11 @@ class EmulatedTime
 public:
     virtual ~EmulatedTime() = default;
     virtual Time_ns now_ns();
-    /// Waits until \a until_ns, \a changed, or sooner.
+    /// Waits until \a until_ns, \a changed, or sooner; \a lock holds \a mutex, which is released
+    /// meanwhile.
     virtual void
-    wait(std::unique_lock<std::mutex>& lock, std::condition_variable& changed, Time_ns until_ns);
+    wait(base::Mutex& mutex, base::Lock& lock, base::Condition& changed, Time_ns until_ns)
+        MIDAIR_REQUIRES(mutex);
 };
 
 /// Time that passes only where somebody waits or looks at it: as fast as the processor plays it,
@@ -40,22 +41,22 @@ public:
     /// Calls \a call every \a period_ns > 0, where somebody waits.
     VirtualTime(const Host& host, Time_ns period_ns, Call call);
 
-    Time_ns now_ns() override;
-    void wait(std::unique_lock<std::mutex>& lock,
-              std::condition_variable& changed,
-              Time_ns until_ns) override;
+    Time_ns now_ns() override MIDAIR_EXCLUDES(_mutex);
+    void
+    wait(base::Mutex& mutex, base::Lock& lock, base::Condition& changed, Time_ns until_ns) override
+        MIDAIR_REQUIRES(mutex);
 
 private:
-    Time_ns exponential(double mean_ns);
+    Time_ns exponential(double mean_ns) MIDAIR_REQUIRES(_mutex);
 
     const Host _host;
     const Time_ns _period_ns;
     const Call _call;
-    std::mt19937 _random;
-    std::mutex _mutex; ///< guards what follows
-    Time_ns _now_ns = 1'000'000'000;
-    Time_ns _nextPause_ns;
-    Time_ns _nextCall_ns; ///< but for this, which the host's thread has
+    Time_ns _nextCall_ns; ///< used by the host's thread
+    base::Mutex _mutex;
+    std::mt19937 _random MIDAIR_GUARDED_BY(_mutex);
+    Time_ns _now_ns MIDAIR_GUARDED_BY(_mutex) = 1'000'000'000;
+    Time_ns _nextPause_ns MIDAIR_GUARDED_BY(_mutex) = kNever_ns;
 };
 
 } // namespace midair::device::emulation

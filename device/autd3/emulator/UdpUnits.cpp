@@ -1,10 +1,10 @@
 #include "device/autd3/emulator/UdpUnits.h"
 
 #include "device/ArrayDevice.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <system_error>
 
@@ -28,9 +28,7 @@ constexpr int kBufferBytes = 1 << 20;
 
 Time_ns UdpUnits::now_ns()
 {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
+    return static_cast<Time_ns>(base::steadySeconds() * 1e9);
 }
 
 UdpUnits::UdpUnits(const ChainOptions& options, std::uint16_t port) : _chain(options, now_ns())

@@ -86,8 +86,7 @@ void setPressures(const double* pressures,
                   SceneObject& object,
                   haptics::TriangleMesh& mesh)
 {
-    object.properties.pressureUnit =
-        inPascal ? ObjectProperties::PASCAL : ObjectProperties::RELATIVE;
+    object.properties.pressureUnit = inPascal ? ObjectSettings::PASCAL : ObjectSettings::RELATIVE;
     if (!pressures) return;
     double largest = 0.0;
     for (std::size_t i = 0; i < count; ++i)

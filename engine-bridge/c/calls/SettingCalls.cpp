@@ -16,15 +16,6 @@ namespace
 
 constexpr std::size_t kMostText = 65536;
 
-/// What is wrong with a value that no row judges; empty: nothing.
-std::string problemOf(const SceneSettings& settings)
-{
-    Eigen::Matrix3Xd places;
-    return readPlaces(settings.earPoints, places)
-               ? ""
-               : "earPoints is \"" + settings.earPoints + "\", should be " + base::kPlacesExpected;
-}
-
 /// What is wrong with the transducers that the settings of \a scene name; empty: nothing.
 std::string problemOfMarks(const Scene& scene)
 {
@@ -39,12 +30,6 @@ std::string problemOfMarks(const Scene& scene)
     }
 }
 
-std::string problemOf(const ObjectProperties& properties)
-{
-    (void)properties;
-    return {};
-}
-
 /// Sets \a name in \a object from \a value. Returns what is wrong, with \a object unchanged; empty:
 /// nothing.
 template<typename T>
@@ -57,8 +42,7 @@ std::string assigned(const base::SettingTable<T>& table,
     std::string error;
     if (!table.set(changed, name, value, error)) return error;
     const base::Setting<T>& row = *table.find(name);
-    if (!row.holds(changed)) return name + " is \"" + value + "\", should be " + row.expected();
-    if (std::string problem = problemOf(changed); !problem.empty()) return problem;
+    if (!row.holds(changed)) return name + " " + row.problem(changed, value);
     object = std::move(changed);
     return {};
 }
@@ -197,7 +181,7 @@ midair_object_set(midair_scene* scene, midair_object object, const char* name, c
             if (one.isPoints && isGiven)
                 fail(MIDAIR_INVALID,
                      property + " of points can't be set: they are solved for as they were given");
-            ObjectProperties changed = one.properties;
+            ObjectSettings changed = one.properties;
             const std::string error = assigned(objectTable(), changed, property, text);
             if (!error.empty()) refuse(objectTable(), property, error, *of, one.misunderstood);
             bridge::HapticProperties felt = forPipeline(changed);

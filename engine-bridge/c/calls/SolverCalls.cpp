@@ -45,28 +45,22 @@ std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
     return solvers().find(handle);
 }
 
+// What is of no use for one set of points after the other, caps among it.
 void refuseUnused(const SceneSettings& settings)
 {
-    if (settings.maxPressure > 0.0 || settings.maxAmplitude < 1.0 || settings.earLimit > 0.0)
-        fail(MIDAIR_REFUSED,
-             fmt::format("a midair_solver keeps no caps, and the scene has one (maxPressure {:g} "
-                         "Pa, maxAmplitude {:g}, earLimit {:g} dB): use midair_solve()",
-                         settings.maxPressure,
-                         settings.maxAmplitude,
-                         settings.earLimit));
-    // What is of no use for one set of points after the other.
     static const haptics::FieldSettings kDefaults;
-    for (const char* unused :
-         {"cycle", "cycleSteps", "even", "subsets", "denseOutlines", "monitorInterval"})
+    for (const auto& row : haptics::fieldSettings().rows())
     {
-        const auto* row = haptics::fieldSettings().find(unused);
-        if (!row || base::isSame<haptics::FieldSettings>(row->member, settings, kDefaults))
-            continue;
-        fail(MIDAIR_REFUSED,
-             fmt::format("a midair_solver solves for one set of points and knows no {}, which is "
-                         "{}: use midair_solve()",
-                         unused,
-                         row->defaultText(settings)));
+        if (row.use & base::Use::POINTS) continue;
+        if (base::isSame<haptics::FieldSettings>(row.member, settings, kDefaults)) continue;
+        fail(
+            MIDAIR_REFUSED,
+            fmt::format("a midair_solver solves for one set of points and {} no {}, which is {}{}: "
+                        "use midair_solve()",
+                        row.isSafety ? "keeps" : "knows",
+                        row.name,
+                        row.defaultText(settings),
+                        row.unit.empty() ? "" : " " + row.unit));
     }
 }
 

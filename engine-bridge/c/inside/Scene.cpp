@@ -1,5 +1,6 @@
 #include "engine-bridge/c/inside/Scene.h"
 
+#include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
@@ -12,6 +13,13 @@
 
 namespace midair::capi
 {
+
+bridge::HapticProperties forPipeline(const ObjectSettings& properties)
+{
+    const bridge::ObjectMaterial made = bridge::materialOf(properties);
+    if (!made.problem.empty()) fail(made.isUnknown ? MIDAIR_UNKNOWN : MIDAIR_INVALID, made.problem);
+    return bridge::propertiesOf(properties, made.material);
+}
 
 void Misunderstood::note(std::vector<std::string> names, std::string why)
 {

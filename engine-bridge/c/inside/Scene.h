@@ -2,7 +2,6 @@
 
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/c/inside/Handles.h"
-#include "engine-bridge/c/inside/ObjectProperties.h"
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/player/ScenePlayer.h"
@@ -20,6 +19,8 @@
 namespace midair::capi
 {
 
+using bridge::ObjectSettings;
+using bridge::objectTable;
 using bridge::readPlaces;
 using bridge::SceneSettings;
 using bridge::sceneTable;
@@ -62,11 +63,15 @@ struct SceneObject
     std::uint64_t meshId = 0;
     std::uint64_t topologyId = 0;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    ObjectProperties properties;
+    bridge::ObjectSettings properties;
     bridge::HapticProperties felt; ///< of the properties
     bool isPoints = false;
     Misunderstood misunderstood;
 };
+
+/// The part of \a properties that goes to the pipeline with each object. Fails, with the known
+/// names, for an unknown material, and for one whose numbers don't go together.
+bridge::HapticProperties forPipeline(const ObjectSettings& properties);
 
 /// Hands that the application sets; they are gone 0.2 s after they were set last.
 class SetHands : public bridge::InjectedHandSource

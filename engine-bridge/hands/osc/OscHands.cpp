@@ -238,6 +238,8 @@ void takeBundle(const osc::ReceivedBundle& bundle,
 
 } // namespace
 
+void requireOsc() {}
+
 OscContent decodeOsc(const char* data, std::size_t size)
 {
     if (size > kMostOscBytes)

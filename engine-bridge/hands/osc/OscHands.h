@@ -21,6 +21,9 @@ constexpr std::size_t kMostOscBytes = 8192;
 constexpr double kOldestOscHand_s = 10.0;     ///< the largest age that a sender may tell
 constexpr double kFarthestOscHorizon_s = 1.0; ///< how far ahead hands may be asked for
 
+/// Throws base::InputError in a build without OSC. All that sends or receives asks first.
+void requireOsc();
+
 /// What one datagram says.
 struct OscContent
 {

@@ -34,7 +34,7 @@ public:
     static constexpr double kLost_s = 0.1;
 
     /// \a name begins each message: "osc: port 9000".
-    explicit OscInbox(std::string name) : _name(std::move(name)) {}
+    explicit OscInbox(std::string name) : _name(std::move(name)) { requireOsc(); }
 
     /// Takes a datagram that came at \a now_s (steady clock) from \a sender, any bytes that tell
     /// senders apart. As long as a side's hand isn't lost, it is that of the sender that had it

@@ -16,6 +16,7 @@ namespace midair::bridge
 
 OscSender::OscSender(const OscOptions& to)
 {
+    requireOsc();
     const SocketAddress address = SocketAddress::parse(to.address, to.port);
     _socket = ::socket(address.family(), SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (_socket < 0 || ::connect(_socket, address.get(), address.size()) != 0)
@@ -27,7 +28,7 @@ OscSender::OscSender(const OscOptions& to)
     }
 }
 
-OscSender::OscSender(int socket) : _socket(socket) {}
+OscSender::OscSender(int socket) : _socket((requireOsc(), socket)) {}
 
 OscSender::~OscSender()
 {

@@ -6,10 +6,10 @@
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 #include <array>
-#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -56,7 +56,7 @@ public:
     }
     bool sendUnled(const DriveSignal& signal) override
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         DriveSignal held = signal;
         const double factor = hold(held);
         _factor = std::min(_factor, factor);
@@ -75,7 +75,7 @@ public:
     }
     std::string status() const override
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         std::string text = _device->status();
         if (_factor < 1.0)
             text += fmt::format("; held down to the ear limit of {:g} dB, at the least to {:.3g} "
@@ -87,7 +87,7 @@ public:
     device::DeviceReport report() const override
     {
         device::DeviceReport report = _device->report();
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         report.sent += _refused;
         report.refused += _refused;
         if (_refused > 0 && report.message.empty())
@@ -111,18 +111,19 @@ public:
     }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         DriveSignal held = signal;
         hold(held);
         return _device->wouldPlay(held);
     }
-    void noteSign(double at_s) override { _device->noteSign(at_s); }
+    void keepAlive() override { _device->keepAlive(); }
+    void follow(const std::shared_ptr<device::Lead>& lead) override { _device->follow(lead); }
     bool isHoldOver() const override { return _device->isHoldOver(); }
     double confirmed_s() const override { return _device->confirmed_s(); }
 
 private:
-    /// Lowers \a signal to the limit; returns the factor, 0: nothing is left. Under _mutex.
-    double hold(DriveSignal& signal) const
+    /// Lowers \a signal to the limit; returns the factor, 0: nothing is left.
+    double hold(DriveSignal& signal) const MIDAIR_REQUIRES(_mutex)
     {
         // Anything but the array's fields is refused by the device.
         if (signal.size() != _array.size()) return 1.0;
@@ -143,10 +144,10 @@ private:
     const std::unique_ptr<device::ArrayDevice> _device;
     const haptics::TransducerArray _array;
     const haptics::Medium _medium;
-    mutable std::mutex _mutex; ///< guards what follows
-    mutable EarWatch _ears;
-    double _factor = 1.0; ///< the smallest so far
-    std::uint64_t _refused = 0;
+    mutable base::Mutex _mutex;
+    mutable EarWatch _ears MIDAIR_GUARDED_BY(_mutex);
+    double _factor MIDAIR_GUARDED_BY(_mutex) = 1.0; ///< the smallest so far
+    std::uint64_t _refused MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
 } // namespace

@@ -67,9 +67,24 @@ public:
         _setting.isIdentity = false;
         return *this;
     }
+    Row& wish()
+    {
+        _setting.isWish = true;
+        return *this;
+    }
+    Row& use(unsigned use)
+    {
+        _setting.use = use;
+        return *this;
+    }
     Row& parsedBy(bool (*parse)(T&, const std::string&))
     {
         _setting.parse = parse;
+        return *this;
+    }
+    Row& judgedBy(std::string (*judge)(const T&))
+    {
+        _setting.judge = judge;
         return *this;
     }
     operator Setting<T>() const { return _setting; } // NOLINT(google-explicit-constructor)
@@ -90,6 +105,7 @@ V T::*asMemberOf(V B::*member)
 
 /// Returns \a rows of the struct \a B as rows of \a T, which inherits from it. Throws
 /// std::logic_error for settings of an enum type, and for those with a parser of their own.
+/// Which texts hold stays as it is.
 template<typename T, typename B>
 std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
 {
@@ -107,6 +123,7 @@ std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
         };
         std::visit(convert, row.member);
         assignPart<SettingFacts>(own, row);
+        if (row.judge) own.judge = [judge = row.judge](const T& object) { return judge(object); };
     }
     return all;
 }

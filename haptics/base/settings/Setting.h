@@ -53,7 +53,16 @@ enum Effect : unsigned
 {
     NOTHING = 0, ///< in what plays: whoever plays acts on it in the next frame
     SOLVE = 1,   ///< fields are solved again, on the device that is open
-    REOPEN = 2   ///< array and device are opened anew
+    REOPEN = 2,  ///< array and device are opened anew
+    MOVE = 4     ///< what is felt is elsewhere in the array's frame
+};
+
+/// Who has a use for a setting of a field besides scenes that play. Several may be joined by |.
+enum Use : unsigned
+{
+    PLAYED = 0, ///< nobody: it is of what goes on while a scene plays
+    STILL = 1,  ///< whoever solves for a scene at rest, once
+    POINTS = 2  ///< whoever solves for one set of points after the other
 };
 
 /// What a row says of a value, whatever struct holds it.
@@ -72,6 +81,10 @@ struct SettingFacts
     unsigned effect = Effect::SOLVE; ///< of a change
     /// what is played of a frame depends on it, so that a baked field is one of its value
     bool isIdentity = true;
+    /// a text that names what is outside of the scene: where a file gives it, it is a wish, which
+    /// needs the user's grant
+    bool isWish = false;
+    unsigned use = Use::STILL | Use::POINTS; ///< by others than scenes that play
 
     /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
@@ -87,6 +100,9 @@ struct Setting : SettingFacts
     Member<T> member{};
     /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
     std::function<bool(T&, const std::string&)> parse;
+    /// Returns what is wrong with a text, a sentence that begins with the name, or an empty text;
+    /// empty: any will do.
+    std::function<std::string(const T&)> judge;
 
     /// Sets the value in \a object from text. Returns false if it isn't understood. Numbers out of
     /// range are accepted; see repair().
@@ -97,9 +113,12 @@ struct Setting : SettingFacts
     /// what and returns true.
     bool repair(T& object, std::string& what) const;
 
-    /// Returns true if the value in \a object is in its range. Texts, matrices and flags always
-    /// are.
+    /// Returns true if the value in \a object is in its range, or as what judges it wants it.
+    /// Matrices, flags and other texts always are.
     bool holds(const T& object) const;
+    /// Returns what is wrong with the value in \a object, which is what \a text says, as a phrase:
+    /// 'is "7", should be a number, 0 .. 1'; empty: it holds.
+    std::string problem(const T& object, const std::string& text) const;
     /// Returns the value in \a object; 0 if it is no number.
     double number(const T& object) const;
 

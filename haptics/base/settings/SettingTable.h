@@ -101,7 +101,9 @@ public:
             if (row.holds(object)) continue;
             const std::string unit = row.unit.empty() ? "" : " " + row.unit;
             const double value = row.number(object);
-            if (row.range.orZero || !row.words.empty())
+            if (row.judge)
+                check.require(false, row.judge(object).c_str());
+            else if (row.range.orZero || !row.words.empty())
                 check.check(false, row.name.c_str(), value, row.expected().c_str());
             else if (std::isinf(row.range.high))
                 check.atLeast(row.name.c_str(), value, row.range.low, unit.c_str());
@@ -109,6 +111,17 @@ public:
                 check.within(row.name.c_str(), value, row.range.low, row.range.high, unit.c_str());
         }
         return check;
+    }
+
+    /// What follows from the settings that differ between \a a and \a b: values of Effect, joined
+    /// by |.
+    unsigned effects(const T& a, const T& b) const
+    {
+        unsigned all = Effect::NOTHING;
+        if (&a == &b) return all;
+        for (const Setting<T>& row : _rows)
+            if (row.effect != Effect::NOTHING && !isSame<T>(row.member, a, b)) all |= row.effect;
+        return all;
     }
 
     bool areSame(const T& a, const T& b) const

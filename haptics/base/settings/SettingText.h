@@ -134,9 +134,17 @@ bool Setting<T>::holds(const T& object) const
         else if constexpr (kIsNumber<M, T>)
             return range.holds(object.*kept);
         else
-            return true;
+            return !judge || judge(object).empty();
     };
     return std::visit(look, member);
+}
+
+template<typename T>
+std::string Setting<T>::problem(const T& object, const std::string& text) const
+{
+    if (holds(object)) return {};
+    return judge ? judge(object).substr(name.size() + 1)
+                 : "is \"" + text + "\", should be " + expected();
 }
 
 template<typename T>
@@ -179,6 +187,11 @@ bool Setting<T>::repair(T& object, std::string& what) const
                                exactNumber(number(object)),
                                range.text(),
                                number(defaults));
+            object.*kept = defaults.*kept;
+        }
+        else
+        {
+            what = judge(object) + "; the default is used";
             object.*kept = defaults.*kept;
         }
     };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -56,6 +57,22 @@ private:
     std::unique_lock<std::mutex> _lock;
 };
 
+/// Releases a mutex that is held, and takes it again at the end of its scope.
+class MIDAIR_THREADS(scoped_lockable) Unlocked
+{
+public:
+    explicit Unlocked(Mutex& mutex) MIDAIR_THREADS(release_capability(mutex)) : _mutex(mutex)
+    {
+        _mutex.unlock();
+    }
+    ~Unlocked() MIDAIR_THREADS(release_capability()) { _mutex.lock(); }
+    Unlocked(const Unlocked&) = delete;
+    Unlocked& operator=(const Unlocked&) = delete;
+
+private:
+    Mutex& _mutex;
+};
+
 /// std::condition_variable on a Lock. It may wake without cause, so each wait stands in a loop that
 /// looks at what it waits for: in the loop clang sees that the lock is held, in a predicate it
 /// would not.
@@ -70,6 +87,14 @@ public:
     bool waitFor(Lock& lock, Duration duration)
     {
         return _condition.wait_for(lock._lock, duration) == std::cv_status::no_timeout;
+    }
+    /// The same until steadySeconds() says `time_s`, of which all beyond 30 years is as far.
+    bool waitUntil_s(Lock& lock, double time_s)
+    {
+        using Clock = std::chrono::steady_clock;
+        const std::chrono::duration<double> since(std::min(time_s, 1e9));
+        return waitUntil(lock,
+                         Clock::time_point(std::chrono::duration_cast<Clock::duration>(since)));
     }
     /// @return false when `time` has come
     template<typename Time>

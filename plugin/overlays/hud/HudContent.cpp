@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -66,29 +65,20 @@ bool isUntouched(const HologramResult* result)
            result->report().message.empty();
 }
 
-/// Adds rows with counts of work that was not needed since the start, without counts of 0.
+/// Adds rows with the counters, without counts of 0.
 void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
 {
-    const auto line = [](std::initializer_list<std::pair<std::uint64_t, const char*>> counts)
+    using Row = midair::bridge::CounterRow;
+    constexpr std::pair<Row::Line, const char*> kLines[] = {
+        {Row::POINTS, "points spared"}, {Row::FIELDS, "fields spared"}, {Row::MESHES, "meshes"}};
+    for (const auto& [line, name] : kLines)
     {
         std::vector<std::string> texts;
-        for (const auto& [count, what] : counts)
-            if (count > 0) texts.push_back(pixels::number(static_cast<double>(count)) + what);
-        return fmt::format("{}", fmt::join(texts, ", "));
-    };
-    const std::string left = line({{counters.rowsKept, " unmoved"},
-                                   {counters.outOfWorkspace, " outside"},
-                                   {counters.outOfReach, " out of reach"},
-                                   {counters.overBudget, " over budget"},
-                                   {counters.crowded, " crowded"},
-                                   {counters.unpainted, " unpainted"}});
-    if (!left.empty()) rows.emplace_back("points spared", left);
-    const std::string fields =
-        line({{counters.skippedUnmoved, " unmoved"}, {counters.superseded, " overtaken"}});
-    if (!fields.empty()) rows.emplace_back("fields spared", fields);
-    const std::string meshes =
-        line({{counters.meshesSampled, " sampled"}, {counters.meshesFollowed, " followed"}});
-    if (!meshes.empty()) rows.emplace_back("meshes", meshes);
+        for (const Row& row : midair::bridge::kHologramCounters)
+            if (const std::uint64_t count = counters.*row.value; row.line == line && count > 0)
+                texts.push_back(pixels::number(static_cast<double>(count)) + " " + row.word);
+        if (!texts.empty()) rows.emplace_back(name, fmt::format("{}", fmt::join(texts, ", ")));
+    }
 }
 
 /// What is played where hands touch: "1, 3 foci", and how much of whole objects is besides.

@@ -138,13 +138,8 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
     json["state"] = midair::bridge::stateName(end.state);
     json["solves"] = end.solves;
     json["contactFields"] = end.contactFields;
-    json["fields"] = {{"sent", end.fields.sent},
-                      {"played", end.fields.played},
-                      {"dropped", end.fields.dropped},
-                      {"lost", end.fields.lost},
-                      {"refused", end.fields.refused},
-                      {"faults", end.fields.faults},
-                      {"reconnects", end.fields.reconnects}};
+    for (const midair::bridge::ArrayFieldsRow& row : midair::bridge::kArrayFields)
+        json["fields"][row.name] = end.fields.*row.value;
     for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
         std::visit([&](auto member) { json["ears"][row.name] = end.exposure.*member; }, row.value);
     json["silence"] = {{"framesMuted", _muted.frames},

@@ -1,3 +1,4 @@
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "haptics/base/UserEnvironment.h"
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
@@ -225,6 +226,7 @@ int runInstallation(Installation& installation, int argc, char** argv)
     InstallationOptions options;
     int status = 0;
     if (!parseInstallationOptions(installation, argc, argv, options, status)) return status;
+    midair::device::registerRehearsedAutd3();
     catchStopSignals();
     catchMuteSignals();
     try

@@ -2,7 +2,8 @@
 
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/views/ShownObject.h"
-#include "samples/views/ShownOverlays.h"
+
+#include <osgMidair/Hud>
 
 #include <osg/Timer>
 #include <osgGA/GUIEventHandler>
@@ -100,12 +101,14 @@ InstallationShell::InstallationShell(Installation& installation,
     chooseHands();
     _haptics->setTouchCallback(new Touches(*this));
     _haptics->addChild(_overlays);
-    showOverlays(*_overlays, options.overlays.empty() ? installation.overlays() : options.overlays);
+    const std::vector<std::string> shown =
+        options.overlays.empty() ? installation.overlays() : options.overlays;
+    if (!shown.empty()) _overlays->showOnly(shown);
     // Visitors need no list of keys; whoever names overlays gets it.
-    if (options.overlays.empty()) _overlays->getHud()->setKeyTime(0.0);
+    if (options.overlays.empty()) _overlays->get<osgMidair::Hud>()->setKeyTime(0.0);
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
-    if (options.plain) _overlays->getHud()->setPlain(true);
+    if (options.plain) _overlays->get<osgMidair::Hud>()->setPlain(true);
     const osg::ref_ptr<osg::Group> bright = lit(_haptics);
     _root->addChild(bright);
     _root->addChild(_sign.node());

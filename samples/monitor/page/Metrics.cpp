@@ -111,20 +111,16 @@ void addArray(MetricLines& lines, const MonitorState& state)
     lines.gauge("midair_pressure_cap_pascals",
                 "Cap of the peak pressure at control points; 0: none.",
                 s.maxPressure_Pa);
-    lines.counter("midair_fields_sent", "Fields sent to the device.", s.fields.sent);
-    lines.counter("midair_fields_played", "Fields that the device has played.", s.fields.played);
-    lines.counter("midair_fields_dropped",
-                  "Fields that a newer one or a silence came before.",
-                  s.fields.dropped);
-    lines.counter("midair_fields_lost", "Fields lost on the way, or not played.", s.fields.lost);
-    lines.counter("midair_fields_refused", "Fields that the device refused.", s.fields.refused);
-    lines.gauge("midair_fields_waiting",
-                "Fields on the way, or not confirmed yet.",
-                static_cast<double>(s.fields.waiting));
-    lines.counter(
-        "midair_device_faults", "Stalls, unplugs, watchdogs and the like.", s.fields.faults);
-    lines.counter(
-        "midair_device_reconnects", "Times that the device came back.", s.fields.reconnects);
+    for (const midair::bridge::ArrayFieldsRow& row : midair::bridge::kArrayFields)
+    {
+        using Row = midair::bridge::ArrayFieldsRow;
+        const std::string name =
+            std::string(row.of == Row::DEVICE ? "midair_device_" : "midair_fields_") + row.name;
+        if (row.of == Row::NOW)
+            lines.gauge(name, row.help, static_cast<double>(s.fields.*row.value));
+        else
+            lines.counter(name, row.help, s.fields.*row.value);
+    }
 }
 
 void addField(MetricLines& lines, const HapticStatistics& s)

@@ -66,14 +66,10 @@ Json exposureOf(const HapticStatistics& s)
 
 Json fieldsOf(const osgMidair::ArrayFields& fields)
 {
-    return {{"sent", fields.sent},
-            {"played", fields.played},
-            {"dropped", fields.dropped},
-            {"lost", fields.lost},
-            {"refused", fields.refused},
-            {"waiting", fields.waiting},
-            {"faults", fields.faults},
-            {"reconnects", fields.reconnects}};
+    Json json = Json::object();
+    for (const osgMidair::ArrayFieldsRow& row : osgMidair::kArrayFields)
+        json[row.name] = fields.*row.value;
+    return json;
 }
 
 Json countersOf(const HapticStatistics& s)

@@ -5,6 +5,7 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/Eventually.h"
 #include "tests/device/Fields.h"
+#include "tests/haptics/base/threads/SetClock.h"
 
 #include <atomic>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include <gtest/gtest.h>
 
 using namespace midair::device;
+using midair::test::SetClock;
 
 namespace
 {
@@ -28,6 +30,12 @@ class SlowDevice : public ArrayDevice
 public:
     struct Far
     {
+        explicit Far(const midair::base::Clock& itsClock = midair::base::steadyClock()) :
+            clock(itsClock)
+        {
+        }
+
+        const midair::base::Clock& clock;
         std::mutex mutex;
         int sounding = 0;  ///< duty level at the far side
         bool works = true; ///< what is asked for is carried out
@@ -56,7 +64,7 @@ public:
         if (_far.refuses) return false;
         if (!_far.works) return true;
         _far.sounding = signal.duty[0];
-        _far.confirmed_s = midair::base::steadySeconds();
+        _far.confirmed_s = _far.clock.now_s();
         return true;
     }
     void silence() override
@@ -65,7 +73,7 @@ public:
         const std::lock_guard<std::mutex> lock(_far.mutex);
         if (!_far.canSilence) return;
         _far.sounding = 0;
-        _far.confirmed_s = midair::base::steadySeconds();
+        _far.confirmed_s = _far.clock.now_s();
     }
     double confirmed_s() const override
     {
@@ -88,7 +96,11 @@ private:
 
 std::unique_ptr<GuardedDevice> guarded(SlowDevice::Far& far)
 {
-    return std::make_unique<GuardedDevice>(std::make_unique<SlowDevice>(far), SafetyLimits(), 4);
+    return std::make_unique<GuardedDevice>(std::make_unique<SlowDevice>(far),
+                                           SafetyLimits(),
+                                           4,
+                                           std::unique_ptr<DeviceClaim>(),
+                                           far.clock);
 }
 
 } // namespace
@@ -212,16 +224,22 @@ TEST(QuieterField, IsSilenceWhereItIsNotConfirmed)
         for (const bool refuses : {false, true})
         {
             SCOPED_TRACE(std::string(name) + (refuses ? ", refused" : ", not carried out"));
-            SlowDevice::Far far;
+            SetClock clock;
+            SlowDevice::Far far(clock);
             const auto device = guarded(far);
             ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+            clock.pass(0.5);
             far.set(refuses ? far.refuses : far.works, refuses);
-            const double asked_s = midair::base::steadySeconds();
             quieten(*device);
-            ASSERT_TRUE(eventually([&] { return far.heard() == 0; }));
-            EXPECT_GE(midair::base::steadySeconds() - asked_s, refuses ? 0 : 0.09);
-            if (refuses && name == std::string("cap")) continue; // silenced at once, no fault
-            EXPECT_TRUE(eventually([&] { return !device->report().quieted.empty(); }));
+            const bool isAtOnce = refuses && name == std::string("cap"); // and no fault
+            EXPECT_EQ(far.heard(), isAtOnce ? 0 : 255);
+            if (isAtOnce) continue;
+            clock.await(1);
+            clock.pass(0.0999);
+            EXPECT_EQ(far.heard(), 255);
+            EXPECT_EQ(device->report().quieted, "");
+            clock.pass(0.001);
+            EXPECT_EQ(far.heard(), 0);
             EXPECT_EQ(device->report().quieted,
                       "a quieter field wasn't confirmed within 100 ms, so it is silenced");
             EXPECT_EQ(device->report().unsilenced, "");
@@ -247,42 +265,55 @@ TEST(QuieterField, WhoseSilenceIsNotConfirmedEitherIsAFaultAndIsTriedAgain)
     for (const auto& [name, quieten] : ways)
     {
         SCOPED_TRACE(name);
-        SlowDevice::Far far;
+        SetClock clock;
+        SlowDevice::Far far(clock);
         const auto device = guarded(far);
         ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+        clock.pass(0.5);
         far.set(far.works, false);
         far.set(far.canSilence, false);
-        const double asked_s = midair::base::steadySeconds();
         quieten(*device);
-        ASSERT_TRUE(eventually([&] { return !device->report().unsilenced.empty(); }));
-        EXPECT_GE(midair::base::steadySeconds() - asked_s, 0.09);
-        ASSERT_TRUE(eventually([&] { return device->report().state == DeviceState::HANGING; }));
-        EXPECT_GE(midair::base::steadySeconds() - asked_s, 0.99);
+        clock.await(1);
+        clock.pass(0.0999);
+        EXPECT_EQ(device->report().unsilenced, "");
+        // A cap is a quieter field first, whose silence is another 100 ms late.
+        clock.pass(name == std::string("cap") ? 0.103 : 0.001);
+        EXPECT_NE(device->report().unsilenced, "");
+        clock.pass(0.75);
+        EXPECT_LT(device->report().state, DeviceState::HANGING);
+        clock.pass(0.25);
+        EXPECT_EQ(device->report().state, DeviceState::HANGING);
         EXPECT_EQ(device->report().message, device->report().unsilenced);
         const int tries = far.silences;
-        EXPECT_TRUE(eventually([&] { return far.silences >= tries + 3; })) << "it is tried again";
+        clock.pass(0.303);
+        EXPECT_EQ(far.silences, tries + 3) << "it is tried again";
         EXPECT_EQ(far.heard(), 255);
         far.set(far.canSilence, true);
-        EXPECT_TRUE(eventually([&] { return far.heard() == 0; }));
-        EXPECT_TRUE(eventually([&] { return device->report().unsilenced.empty(); }));
+        clock.pass(0.102);
+        EXPECT_EQ(far.heard(), 0);
+        EXPECT_EQ(device->report().unsilenced, "");
         EXPECT_LT(device->report().state, DeviceState::HANGING);
         const int last = far.silences;
-        std::this_thread::sleep_for(std::chrono::milliseconds(250));
+        clock.pass(0.25);
         EXPECT_EQ(far.silences, last) << "it is silent";
     }
 }
 
 TEST(QuieterField, OfASlowLineHasTheTimeThatTheLineNeeds)
 {
-    SlowDevice::Far far;
+    SetClock clock;
+    SlowDevice::Far far(clock);
     far.rate = 5; // 200 ms a field
     const auto device = guarded(far);
     ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    clock.pass(0.5);
     far.set(far.works, false);
-    const double asked_s = midair::base::steadySeconds();
     ASSERT_TRUE(device->send(evenField(4, 0, 40)));
-    ASSERT_TRUE(eventually([&] { return far.heard() == 0; }));
-    EXPECT_GE(midair::base::steadySeconds() - asked_s, 0.49);
+    clock.await(1);
+    clock.pass(0.499);
+    EXPECT_EQ(far.heard(), 255);
+    clock.pass(0.002);
+    EXPECT_EQ(far.heard(), 0);
 }
 
 TEST(QuieterField, ThatIsConfirmedCostsNoThread)
@@ -302,33 +333,40 @@ TEST(QuieterField, ThatIsConfirmedCostsNoThread)
 // A hold that nobody resets: each step of a player is refused, and none is a sign of life.
 TEST(Hold, IsOverWhateverAPlayerSends)
 {
-    SlowDevice::Far far;
+    SetClock clock;
+    SlowDevice::Far far(clock);
     SafetyLimits limits;
     limits.hold_s = 0.1;
-    GuardedDevice device(std::make_unique<SlowDevice>(far), limits, 4);
-    const double start_s = midair::base::steadySeconds();
+    GuardedDevice device(std::make_unique<SlowDevice>(far), limits, 4, {}, clock);
+    clock.await(1);
+    const double start_s = clock.now_s();
     double heard_s = start_s;
     int refused = 0;
-    while (midair::base::steadySeconds() - start_s < 0.4)
+    while (clock.now_s() - start_s < 0.4)
     {
         refused += device.sendUnled(evenField(4, 0, 255)) ? 0 : 1;
-        if (far.heard() > 0) heard_s = midair::base::steadySeconds();
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (far.heard() > 0) heard_s = clock.now_s();
+        clock.pass(1e-3);
     }
-    EXPECT_GT(heard_s, start_s);
-    EXPECT_LT(heard_s - start_s, 0.35);
-    EXPECT_GT(refused, 0);
+    EXPECT_NEAR(heard_s - start_s, 0.1, 1.5e-3);
+    EXPECT_NEAR(refused, 299, 1);
     EXPECT_TRUE(device.isHoldOver());
     EXPECT_EQ(device.report().silences, 1U);
     EXPECT_NE(device.status().find("no sign of life"), std::string::npos) << device.status();
     device.keepAlive();
     EXPECT_FALSE(device.isHoldOver());
     EXPECT_EQ(far.heard(), 0) << "the word alone plays nothing";
+    const auto older = std::make_shared<Lead>(clock);
+    clock.pass(0.05);
+    device.keepAlive();
     EXPECT_TRUE(device.sendUnled(evenField(4, 0, 255)));
     EXPECT_EQ(far.heard(), 255);
-    device.noteSign(midair::base::steadySeconds() - 10); // an older one is known to be the last
-    EXPECT_TRUE(
-        eventually([&] { return far.heard() == 0 || !device.sendUnled(evenField(4, 0, 9)); }));
+    device.follow(older); // an older sign is known to be the last
+    clock.pass(0.049);
+    EXPECT_EQ(far.heard(), 255);
+    clock.pass(0.002);
+    EXPECT_EQ(far.heard(), 0);
+    EXPECT_FALSE(device.sendUnled(evenField(4, 0, 9)));
     EXPECT_TRUE(device.send(evenField(4, 0, 77))) << "whoever leads sends";
     EXPECT_EQ(far.heard(), 77);
 }

@@ -44,6 +44,25 @@ TEST(OpenDevice, names_what_is_wrong_with_a_uri)
         << unknown;
 }
 
+// A URI may come from a scene file: a message about it can't move a terminal's cursor, and is
+// short.
+TEST(OpenDevice, prints_what_it_quotes)
+{
+    for (const char* const uri : {"sim:?seed\x1b[2J",
+                                  "null:?a\x1b=1&a\x1b=2",
+                                  "sim:?seed=1\x1b[2J",
+                                  "sim:?latency=1\x1b[2J",
+                                  "usb:?wait=\x1b[2J",
+                                  "null:?l\x1b=1",
+                                  "null:b\x1bx"})
+    {
+        const std::string error = openError(uri);
+        EXPECT_NE(error.find('?'), std::string::npos) << error;
+        EXPECT_EQ(error.find('\x1b'), std::string::npos) << error;
+    }
+    EXPECT_LT(openError("sim:?seed=" + std::string(4000, 'x')).size(), 1000U);
+}
+
 TEST(OpenDevice, names_what_is_wrong_with_a_layout)
 {
     EXPECT_EQ(openError("sim:", {0, {}}), "device layout: 0 transducers; there must be at least 1");

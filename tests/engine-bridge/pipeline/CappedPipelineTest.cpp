@@ -266,7 +266,7 @@ TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
     HologramOptions options = cappedOptions(-5.0);
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "maxPressure is -5; it must be within 0 .. 1e+06");
+    EXPECT_EQ(error, "maxPressure is -5 Pa; it must be within 0 .. 1e+06");
 }
 
 TEST(CappedPipeline, WhatIsWeakerThanTheLeastOfTheArrayIsAFaultAndSilent)

@@ -320,7 +320,7 @@ TEST(FieldsInTurn, OptionsOutOfRangeAreNamed)
     std::string error;
     options.cycle = 0;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "cycle is 0 fields; it must be within 1 .. 64");
+    EXPECT_EQ(error, "cycle is 0; it must be within 1 .. 64");
     options.cycle = 1;
     options.cycleSteps = 17;
     EXPECT_FALSE(options.isValid(&error));

@@ -337,9 +337,9 @@ TEST(HologramPipeline, BadOptionsThrowNamingThem)
     EXPECT_EQ(fails([](HologramOptions& o) { o.array = {}; }),
               "array \"\" has no transducers; it must have at least one");
     EXPECT_EQ(fails([](HologramOptions& o) { o.motionTolerance = -1.0; }),
-              "motionTolerance is -1 wavelengths; it must be at least 0");
+              "motionTolerance is -1 wavelengths; it must be within 0 .. 1000");
     EXPECT_EQ(fails([](HologramOptions& o) { o.maxPoints = -1; }),
-              "maxPoints is -1; it must be at least 0");
+              "maxPoints is -1; it must be within 0 .. 5000");
     EXPECT_NE(fails([](HologramOptions& o) { o.medium.temperature_C = 1000.0; }).find("1000"),
               std::string::npos);
 }

@@ -1,6 +1,7 @@
 #include "engine-bridge/player/ScenePlayer.h"
 
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/player/SceneOptions.h"
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
@@ -251,4 +252,22 @@ TEST(ScenePlayer, KeptClosedItOpensNothing)
     options.deviceFactory = fakes.deviceFactory;
     EXPECT_NE(of.player.pipelineMaker(options)(), nullptr);
     EXPECT_NE(of.player.array(), nullptr);
+}
+
+// Within the time for which frames follow each other once hands are gone.
+TEST(SceneOptions, ContactsOfLostHandsGoOnForAsLongAsTheSettingSays)
+{
+    const SceneSettings defaults;
+    const ContactRendererOptions before;
+    EXPECT_EQ(optionsOf(defaults, 20.0).contacts.tracker.hold_s, before.tracker.hold_s);
+    EXPECT_EQ(optionsOf(defaults, 20.0).contacts.shares.hold_s, before.shares.hold_s);
+    for (const double hold_s : {0.0, 0.3})
+    {
+        SceneSettings settings;
+        settings.contactHold = hold_s;
+        const ContactRendererOptions contacts = optionsOf(settings, 20.0).contacts;
+        EXPECT_EQ(contacts.tracker.hold_s, hold_s);
+        EXPECT_EQ(contacts.shares.hold_s, hold_s);
+        EXPECT_TRUE(contacts.isValid());
+    }
 }

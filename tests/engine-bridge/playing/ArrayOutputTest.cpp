@@ -1,14 +1,13 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
+#include "device/limits/GuardedDevice.h"
 #include "tests/engine-bridge/playing/PlayerDevices.h"
+#include "tests/haptics/base/threads/SetClock.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -27,12 +26,17 @@ FieldSequence held(int transducers)
     return sequence;
 }
 
-/// Returns what play() threw; empty: nothing.
+void play(ArrayOutput& output, const FieldSequence& sequence)
+{
+    output.play(midair::bridge::drivesOf(sequence.fields, 5), sequence.modulation, StopToken());
+}
+
+/// Returns what was thrown; empty: nothing.
 std::string refusal(ArrayOutput& output, const FieldSequence& sequence)
 {
     try
     {
-        output.play(sequence, 5, StopToken());
+        play(output, sequence);
     }
     catch (const std::runtime_error& error)
     {
@@ -90,22 +94,6 @@ midair::device::DeviceLayout fivePlaces()
     return layout;
 }
 
-/// Calls keepAlive() for \a duration_s, and returns the longest time between two calls.
-double keptFor(ArrayOutput& output, double duration_s)
-{
-    const double start_s = midair::base::steadySeconds();
-    double longest_s = 0.0;
-    for (double last_s = start_s, now_s = start_s; now_s - start_s < duration_s;)
-    {
-        output.keepAlive();
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        now_s = midair::base::steadySeconds();
-        longest_s = std::max(longest_s, now_s - last_s);
-        last_s = now_s;
-    }
-    return longest_s;
-}
-
 bool isSounding(const ArrayOutput& output)
 {
     return !output.played().front().isZero(0.0f);
@@ -115,25 +103,35 @@ bool isSounding(const ArrayOutput& output)
 TEST(ArrayOutput, WhatIsHeldPlaysAsLongAsItIsWanted)
 {
     using midair::bridge::ArrayState;
-    constexpr double kHold_s = 0.4;
-    MessageLog messages;
-    ArrayOutput output([] { return midair::device::openDevice("sim:?hold=400ms", fivePlaces()); },
-                       messages);
-    ASSERT_TRUE(output.isOpen());
-    output.play(held(5), 5, StopToken());
-    // On a busy machine a frame may be late by more than the hold, which is to silence then.
-    const bool isKept = keptFor(output, 3.0 * kHold_s) < 0.9 * kHold_s;
-    if (isKept)
+    using midair::device::GuardedDevice;
+    midair::test::SetClock clock;
+    midair::device::SafetyLimits limits;
+    limits.hold_s = 0.4;
+    const auto open = [&]
     {
+        return std::make_unique<GuardedDevice>(
+            midair::device::openDevice("sim:", fivePlaces()), limits, 5, nullptr, clock);
+    };
+    const auto lead = std::make_shared<midair::device::Lead>(clock);
+    MessageLog messages;
+    ArrayOutput output(open, messages);
+    ASSERT_TRUE(output.isOpen());
+    output.follow(lead);
+    clock.await(1);
+    play(output, held(5));
+    for (int k = 0; k < 30; ++k)
+    {
+        clock.pass(0.39);
         EXPECT_TRUE(isSounding(output)) << "it rests, and is wanted";
         EXPECT_EQ(output.state(), ArrayState::PLAYING);
+        lead->keepAlive();
     }
-    std::this_thread::sleep_for(std::chrono::duration<double>(2.0 * kHold_s));
+    clock.pass(0.41);
     EXPECT_FALSE(isSounding(output)) << "the application stands still";
     EXPECT_EQ(output.state(), ArrayState::SILENT);
     EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::NOTHING) << "nobody wants it";
     EXPECT_FALSE(isSounding(output));
-    output.keepAlive();
+    lead->keepAlive();
     EXPECT_FALSE(isSounding(output)) << "the word alone plays nothing";
     EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::RESENT);
     EXPECT_TRUE(isSounding(output)) << "the application goes on";
@@ -145,12 +143,12 @@ TEST(ArrayOutput, WhatAnotherThreadHasSilencedDoesNotPlay)
     using midair::bridge::ArrayState;
     MessageLog messages;
     ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
-    output.play(held(5), 5, StopToken());
+    play(output, held(5));
     EXPECT_TRUE(output.isPlaying());
     output.silenceNow();
     EXPECT_FALSE(output.isPlaying());
     EXPECT_EQ(output.state(), ArrayState::SILENT);
-    output.play(held(5), 5, StopToken());
+    play(output, held(5));
     EXPECT_TRUE(output.isPlaying());
     EXPECT_TRUE(isSounding(output));
     output.silence(ArrayOutput::Silence::WANTED);
@@ -164,13 +162,13 @@ TEST(ArrayOutput, AFieldOfSilenceIsNotSaidToPlay)
     ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
     FieldSequence silence;
     silence.fields.emplace_back(Eigen::VectorXcf::Zero(5));
-    output.play(silence, 5, StopToken());
+    play(output, silence);
     EXPECT_NE(output.reading().state, ArrayState::PLAYING);
-    output.play(held(5), 5, StopToken());
+    play(output, held(5));
     EXPECT_EQ(output.reading().state, ArrayState::PLAYING);
     output.setAmplitudeCap(0.0);
     output.judge(ArrayState::SILENT);
-    output.play(held(5), 5, StopToken());
+    play(output, held(5));
     EXPECT_EQ(output.reading().state, ArrayState::SILENT);
 }
 
@@ -182,7 +180,7 @@ TEST(ArrayOutput, WhatAMuteHasSilencedIsNoFaultAndIsPlayedAgain)
     ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
     for (const bool isAttended : {true, false})
     {
-        output.play(held(5), 5, StopToken());
+        play(output, held(5));
         output.setMuted(true);
         if (isAttended)
         {

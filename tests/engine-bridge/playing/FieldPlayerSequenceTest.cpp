@@ -2,6 +2,7 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "tests/device/TestFiles.h"
 #include "tests/engine-bridge/playing/PlayerDevices.h"
+#include "tests/haptics/base/threads/SetClock.h"
 
 #include <algorithm>
 #include <chrono>
@@ -15,54 +16,56 @@ namespace
 
 using midair::bridge::FieldPlayer;
 using midair::device::DriveSignal;
+using midair::test::SetClock;
 
 TEST(FieldPlayer, ADeviceThatKeepsSequencesIsSentOneWhole)
 {
-    Keeper device;
-    FieldPlayer player(device);
+    SetClock clock;
+    Keeper device(clock);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     midair::haptics::ModulatorOptions options;
     options.fieldRate_Hz = 500.0;
     player.play(numberedFields(4), options);
-    ASSERT_TRUE(device.waitForSequences(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    clock.pass(1.0);
     ASSERT_EQ(device.kept().size(), 1u);
     EXPECT_TRUE(device.signals().empty());
     const midair::device::DriveSequence sequence = device.kept()[0].sequence;
     EXPECT_EQ(sequence.rate_Hz, 500.0);
     ASSERT_EQ(sequence.signals.size(), 4u);
-    // On a busy machine it begins with a later step, and the first ones are left out.
-    const std::uint64_t first = player.counters().leftOut;
     for (std::size_t k = 0; k < 4; ++k)
-        EXPECT_EQ(sequence.signals[k].phase[0], 10 * ((first + k) % 4));
+        EXPECT_EQ(sequence.signals[k].phase[0], 10 * k);
     EXPECT_EQ(player.counters().sent, 1u);
+    EXPECT_EQ(player.counters().leftOut, 0u);
     // A single field is a field.
     player.play(numberedFields(1), options);
-    ASSERT_TRUE(device.waitFor(1));
+    clock.pass(1.0);
+    EXPECT_EQ(device.signals().size(), 1u);
     EXPECT_EQ(device.kept().size(), 1u);
 }
 
 TEST(FieldPlayer, ASequenceGoesOnInTheTimeOfTheOneBefore)
 {
-    Keeper device;
-    FieldPlayer player(device);
+    SetClock clock;
+    Keeper device(clock);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     midair::haptics::ModulatorOptions options;
     options.fieldRate_Hz = 20.0;
     player.play(numberedFields(4), options);
-    ASSERT_TRUE(device.waitForSequences(1));
     for (std::size_t k = 1; k < 4; ++k)
     {
-        std::this_thread::sleep_for(std::chrono::milliseconds(70));
+        clock.pass(0.07);
         player.play(numberedFields(4), options);
-        ASSERT_TRUE(device.waitForSequences(k + 1));
     }
-    const FieldPlayer::Counters counters = player.counters();
-    if (counters.worstLateness_s > 0.02) GTEST_SKIP() << "the machine is too busy to tell steps";
-    EXPECT_EQ(counters.leftOut, 0u); // the device played those in between
+    clock.pass(0.07);
+    EXPECT_EQ(player.counters().leftOut, 0u); // the device played those in between
     const std::vector<Keeper::Kept> kept = device.kept();
+    ASSERT_EQ(kept.size(), 4u);
     for (const Keeper::Kept& one : kept)
     {
         const double steps = (one.time_s - kept[0].time_s) * options.fieldRate_Hz;
-        EXPECT_NEAR(steps, std::round(steps), 0.45);
+        EXPECT_NEAR(steps, std::round(steps), 1e-6);
         const auto first = static_cast<unsigned>(std::lround(steps)) % 4;
         for (unsigned k = 0; k < 4; ++k)
             EXPECT_EQ(one.sequence.signals[k].phase[0], 10 * ((first + k) % 4));
@@ -71,21 +74,27 @@ TEST(FieldPlayer, ASequenceGoesOnInTheTimeOfTheOneBefore)
 
 TEST(FieldPlayer, WhatADeviceCanNotKeepIsSentStepByStep)
 {
-    Keeper device;
-    FieldPlayer player(device);
+    SetClock clock;
+    Keeper device(clock);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     midair::haptics::ModulatorOptions options;
     player.play(numberedFields(5), options); // it keeps four
-    ASSERT_TRUE(device.waitFor(10));
+    clock.pass(0.02);
+    const std::size_t before = device.signals().size();
+    EXPECT_GE(before, 10u);
     options.amplitudeRate_Hz = 300.0; // 3 1/3 steps
     player.play(numberedFields(1), options);
-    ASSERT_TRUE(device.waitFor(device.signals().size() + 10));
+    clock.pass(0.02);
+    EXPECT_GE(device.signals().size(), before + 10);
     EXPECT_TRUE(device.kept().empty());
     options.amplitudeRate_Hz = 250.0;
     player.play(numberedFields(1), options);
-    ASSERT_TRUE(device.waitForSequences(1));
+    clock.pass(0.02);
+    EXPECT_EQ(device.kept().size(), 1u);
     player.stop();
     const std::size_t steps = device.signals().size();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    clock.pass(0.02);
     EXPECT_EQ(device.signals().size(), steps);
     EXPECT_EQ(device.kept().size(), 1u);
 }
@@ -107,16 +116,20 @@ TEST(FieldPlayer, ASequenceAtARateThatADevicesClockHasNotIsSentStepByStep)
 
 TEST(FieldPlayer, ASequenceThatIsRefusedIsSentAgain)
 {
-    Keeper device;
+    SetClock clock;
+    Keeper device(clock);
     device.refusing = true;
-    FieldPlayer player(device);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     player.play(numberedFields(4));
-    ASSERT_TRUE(device.waitForSequences(3));
+    clock.pass(0.05);
+    const std::uint64_t refused = player.counters().refused;
+    EXPECT_GE(refused, 3u);
+    EXPECT_LE(refused, 4u) << "not at every step";
     device.refusing = false;
-    for (int k = 0; k < 10000 && player.counters().sent == 0; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    clock.pass(0.1);
     EXPECT_EQ(player.counters().sent, 1u);
-    EXPECT_GE(player.counters().refused, 3u);
+    EXPECT_EQ(player.counters().refused, refused);
     EXPECT_TRUE(device.signals().empty());
 }
 
@@ -160,28 +173,25 @@ TEST(FieldPlayer, ASequenceIsSentAgainWhenTheDeviceWasSilenced)
 {
     const std::string file = temporaryFile("fields");
     const auto device = midair::device::openDevice("record:" + file, {5, {}});
-    FieldPlayer player(*device);
+    SetClock clock;
+    FieldPlayer player(*device, clock);
+    clock.await(1);
     player.play(numberedFields(4));
-    const auto sent = [&](std::uint64_t count)
-    {
-        for (int k = 0; k < 10000 && player.counters().sent < count; ++k)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        return player.counters().sent >= count;
-    };
-    ASSERT_TRUE(sent(1));
+    clock.pass(0.2);
+    ASSERT_EQ(player.counters().sent, 1u);
     device->silence();
-    EXPECT_TRUE(sent(2));
+    clock.pass(0.06);
+    EXPECT_EQ(player.counters().sent, 2u);
     device->setMuted(true);
-    for (int k = 0; k < 10000 && player.counters().refused < 2; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    clock.pass(0.12);
     EXPECT_GE(player.counters().refused, 2u);
     EXPECT_EQ(device->played(), std::vector<std::complex<float>>(5));
     device->setMuted(false);
-    EXPECT_TRUE(sent(3));
-    EXPECT_NE(device->played(), std::vector<std::complex<float>>(5));
-    // And what plays undisturbed is left alone.
-    std::this_thread::sleep_for(std::chrono::milliseconds(130));
+    clock.pass(0.06);
     EXPECT_EQ(player.counters().sent, 3u);
+    EXPECT_NE(device->played(), std::vector<std::complex<float>>(5));
+    clock.pass(1.0);
+    EXPECT_EQ(player.counters().sent, 3u) << "what plays undisturbed is left alone";
 }
 
 /// A recording that is taken for a device that keeps no sequences.

@@ -3,10 +3,9 @@
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "tests/engine-bridge/playing/PlayerDevices.h"
+#include "tests/haptics/base/threads/SetClock.h"
 
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -15,58 +14,105 @@ namespace
 
 using midair::bridge::FieldPlayer;
 using midair::device::DriveSignal;
+using midair::test::SetClock;
 
 TEST(FieldPlayer, PlaysTheFieldsInTurn)
 {
+    SetClock clock;
     Collector device;
-    FieldPlayer player(device);
+    FieldPlayer player(device, clock);
+    clock.await(1);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 500.0;
+    player.play(numberedFields(4), options);
+    clock.pass(0.0401); // steps 0 to 20
+    const std::vector<DriveSignal> signals = device.signals();
+    ASSERT_EQ(signals.size(), 21u);
+    for (std::size_t k = 0; k < signals.size(); ++k)
+    {
+        EXPECT_EQ(signals[k].phase[0], 10 * (k % 4));
+        EXPECT_EQ(signals[k].duty[0], 255);
+    }
+    player.stop();
+    clock.pass(0.02);
+    EXPECT_EQ(device.signals().size(), signals.size()) << "after stop() nothing comes any more";
+    const FieldPlayer::Counters counters = player.counters();
+    EXPECT_EQ(counters.sent, signals.size());
+    EXPECT_EQ(counters.leftOut, 0u);
+    EXPECT_LT(counters.worstLateness_s, 1e-9);
+}
+
+/// Takes a while for each field, by the clock.
+class LateCollector : public Collector
+{
+public:
+    LateCollector(SetClock& clock, double late_s) : _clock(clock), _late_s(late_s) {}
+    bool send(const DriveSignal& signal) override
+    {
+        _clock.jump(_late_s);
+        return Collector::send(signal);
+    }
+
+private:
+    SetClock& _clock;
+    const double _late_s;
+};
+
+TEST(FieldPlayer, LeavesOutStepsThatAreLateAndKeepsTime)
+{
+    SetClock clock;
+    constexpr double kLate_s = 0.0051234; // two steps and a half
+    LateCollector device(clock, kLate_s);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     midair::haptics::ModulatorOptions options;
     options.fieldRate_Hz = 500.0;
     player.play(numberedFields(4), options);
     ASSERT_TRUE(device.waitFor(20));
     player.stop();
     const std::vector<DriveSignal> signals = device.signals();
+    // The one that is due when the last one has gone.
+    const auto stepOf = [&](std::size_t k)
+    { return static_cast<std::uint64_t>(static_cast<double>(k) * kLate_s * options.fieldRate_Hz); };
+    for (std::size_t k = 0; k < signals.size(); ++k)
+        EXPECT_EQ(signals[k].phase[0], 10 * (stepOf(k) % 4)) << k;
     const FieldPlayer::Counters counters = player.counters();
     EXPECT_EQ(counters.sent, signals.size());
-    // Each is one on from the one before; with steps left out on a busy machine, more.
-    std::uint64_t ahead = signals[0].phase[0] / 10;
-    for (std::size_t k = 1; k < signals.size(); ++k)
-    {
-        ASSERT_EQ(signals[k].phase[0] % 10, 0);
-        ASSERT_EQ(signals[k].duty[0], 255);
-        ahead += static_cast<std::uint64_t>(
-            (signals[k].phase[0] / 10 - signals[k - 1].phase[0] / 10 + 4) % 4);
-    }
-    EXPECT_EQ((ahead + counters.leftOut * 3) % 4, (signals.size() - 1) % 4);
-    // After stop() nothing comes any more.
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_EQ(device.signals().size(), signals.size());
+    EXPECT_EQ(counters.sent + counters.leftOut, stepOf(signals.size() - 1) + 1);
+    EXPECT_GT(counters.worstLateness_s, 0.001);
+    EXPECT_LT(counters.worstLateness_s, 0.002);
 }
 
 TEST(FieldPlayer, ASingleFieldIsSentOnce)
 {
+    SetClock clock;
     Collector device;
-    FieldPlayer player(device);
+    FieldPlayer player(device, clock);
+    clock.await(1);
     player.play(numberedFields(1));
-    ASSERT_TRUE(device.waitFor(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    clock.pass(1.0);
     EXPECT_EQ(device.signals().size(), 1u);
     player.play(numberedFields(1));
-    EXPECT_TRUE(device.waitFor(2));
+    clock.pass(1.0);
+    EXPECT_EQ(device.signals().size(), 2u);
 }
 
 TEST(FieldPlayer, OneThatIsRefusedIsSentAgain)
 {
+    SetClock clock;
     Collector device;
     device.refusing = true;
-    FieldPlayer player(device);
-    player.play(numberedFields(1));
-    ASSERT_TRUE(device.waitFor(3));
+    FieldPlayer player(device, clock);
+    clock.await(1);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 100.0;
+    player.play(numberedFields(1), options);
+    clock.pass(0.0201);
+    EXPECT_EQ(player.counters().refused, 3u) << "at the rate of the fields";
     device.refusing = false;
-    for (int k = 0; k < 10000 && player.counters().sent == 0; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    clock.pass(0.1);
     EXPECT_EQ(player.counters().sent, 1u);
-    EXPECT_GE(player.counters().refused, 3u);
+    EXPECT_EQ(player.counters().refused, 3u);
 }
 
 TEST(FieldPlayer, TheAmplitudeIsModulatedWithinALevelOfWhatEncodingGives)

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "haptics/base/threads/SteadyClock.h"
+#include "haptics/base/threads/Clock.h"
 
 #include <atomic>
 #include <chrono>
@@ -15,6 +15,11 @@
 class Collector : public midair::device::ArrayDevice
 {
 public:
+    explicit Collector(const midair::base::Clock& itsClock = midair::base::steadyClock()) :
+        clock(itsClock)
+    {
+    }
+
     bool send(const midair::device::DriveSignal& signal) override
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -41,6 +46,7 @@ public:
     }
 
     std::atomic<bool> refusing{false};
+    const midair::base::Clock& clock;
 
 private:
     mutable std::mutex _mutex;
@@ -51,6 +57,7 @@ private:
 class Keeper : public Collector
 {
 public:
+    using Collector::Collector;
     struct Kept
     {
         midair::device::DriveSequence sequence;
@@ -59,7 +66,7 @@ public:
     bool sendSequence(const midair::device::DriveSequence& sequence) override
     {
         const std::lock_guard<std::mutex> lock(_keeping);
-        _kept.push_back({sequence, midair::base::steadySeconds()});
+        _kept.push_back({sequence, clock.now_s()});
         return !refusing;
     }
     midair::device::DriveAbility ability() const override

@@ -4,6 +4,7 @@
 #include "haptics/base/InputError.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -394,4 +395,62 @@ TEST(PressureCap, IsOverZero)
 {
     for (const double wrong : {0.0, -1.0, 2e6, std::nan("")})
         EXPECT_THROW(PressureCap(wrong, playOf(nullptr)), base::InputError);
+}
+
+// hold() gives the drives that it has asked about, and they are what the field's activations are as
+// bytes: whoever encodes these sends the same.
+TEST(PressureCap, HandsOverTheVeryBytesThatItHasProven)
+{
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const haptics::Medium medium;
+    int lowered = 0, thinned = 0;
+    for (const std::string board : {"", "sonicsurface", "ultraino"})
+    {
+        const haptics::TransducerArray array = arrayOf(board);
+        const auto device = simulated(board, array);
+        std::vector<device::DriveSignal> asked;
+        const auto play = [&](const device::DriveSignal& signal)
+        {
+            asked.push_back(signal);
+            return playOf(device.get())(signal);
+        };
+        for (int trial = 0; trial < 40; ++trial)
+        {
+            const Eigen::Matrix3Xd points = pointsBefore(array, 3, random);
+            haptics::FieldSequence sequence;
+            for (int k = 0; k < 1 + trial % 3; ++k)
+                sequence.fields.push_back(
+                    playOf(nullptr)(focusAt(points.col(k), array, random, trial % 2 == 0)));
+            const double cap_Pa = std::pow(10.0, 1.0 + 2.5 * unit(random));
+            asked.clear();
+            CappedDrives capped;
+            const double factor = PressureCap(cap_Pa, play, device->ability())
+                                      .hold({points, {&array}, medium}, sequence, &capped);
+            ASSERT_EQ(capped.drives.size(), sequence.fields.size());
+            lowered += factor < 1.0 && factor > 0.0 ? 1 : 0;
+            for (std::size_t k = 0; k < capped.drives.size(); ++k)
+            {
+                const device::DriveSignal& drive = capped.drives[k];
+                const bool isSilence = factor <= 0.0;
+                const bool isProven =
+                    std::any_of(asked.begin(),
+                                asked.end(),
+                                [&](const device::DriveSignal& one)
+                                { return one.phase == drive.phase && one.duty == drive.duty; });
+                EXPECT_TRUE(isSilence || isProven) << board << " " << trial;
+                device::DriveSignal encoded;
+                device::encode(sequence.fields[k].data(), array.size(), encoded);
+                EXPECT_EQ(drive.duty, encoded.duty) << board << " " << trial << " " << factor;
+                if (!isSilence)
+                {
+                    EXPECT_EQ(drive.phase, encoded.phase) << board << " " << trial << " " << factor;
+                }
+                const auto off = std::count(drive.duty.begin(), drive.duty.end(), 0);
+                thinned += factor < 1.0 && off > 0 && off < array.size() ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(lowered, 20);
+    EXPECT_GT(thinned, 10);
 }

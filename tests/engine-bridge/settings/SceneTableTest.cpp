@@ -13,7 +13,7 @@ TEST(SceneTable, SaysWhatFollowsFromAChange)
         SceneSettings after;
         std::string error;
         EXPECT_TRUE(bridge::sceneTable().set(after, name, value, error)) << error;
-        return bridge::effectsOf(before, after);
+        return bridge::sceneTable().effects(before, after);
     };
     EXPECT_EQ(effectOf("loudness", "0.5"), base::Effect::SOLVE);
     EXPECT_EQ(effectOf("earPoints", "0 0 1"), base::Effect::SOLVE);
@@ -29,7 +29,7 @@ TEST(SceneTable, SaysWhatFollowsFromAChange)
                                                          : "3";
         EXPECT_EQ(effectOf(name, value), base::Effect::NOTHING) << name;
     }
-    EXPECT_EQ(bridge::effectsOf(before, SceneSettings()), base::Effect::NOTHING);
+    EXPECT_EQ(bridge::sceneTable().effects(before, SceneSettings()), base::Effect::NOTHING);
 }
 
 TEST(SceneTable, EffectsOfSeveralChangesAreJoined)
@@ -37,5 +37,5 @@ TEST(SceneTable, EffectsOfSeveralChangesAreJoined)
     SceneSettings after;
     after.dead = "1";
     after.maxPressure = 300.0;
-    EXPECT_EQ(bridge::effectsOf({}, after), base::Effect::SOLVE | base::Effect::REOPEN);
+    EXPECT_EQ(bridge::sceneTable().effects({}, after), base::Effect::SOLVE | base::Effect::REOPEN);
 }

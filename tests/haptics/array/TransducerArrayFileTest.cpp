@@ -1,7 +1,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/UserEnvironment.h"
+#include "tests/TrustedVariables.h"
 
 #include <Eigen/Geometry>
 

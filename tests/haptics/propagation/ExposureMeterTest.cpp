@@ -41,6 +41,20 @@ TEST(ExposureMeter, AveragesEnergyOverTime)
     EXPECT_NEAR(meter.read(1050.0).eq_dB, end.eq_dB, 1e-12) << "reading changes nothing";
 }
 
+// The same energy over 8 h: an hour has an eighth of it, and silence behind it changes nothing.
+TEST(ExposureMeter, ADayHasTheEnergyOfWhatWasPlayed)
+{
+    ExposureMeter meter;
+    constexpr double kHour_s = 3600.0;
+    meter.play(0.0, kPlaces, levels(100.0, 80.0));
+    EXPECT_EQ(meter.read(0.0).day_dB, 0.0);
+    EXPECT_NEAR(meter.read(8.0 * kHour_s).day_dB, 100.0, 1e-6);
+    EXPECT_NEAR(meter.read(16.0 * kHour_s).day_dB, 100.0 + 10.0 * std::log10(2.0), 1e-6);
+    meter.play(kHour_s, kPlaces, Eigen::Vector2d::Zero());
+    EXPECT_NEAR(meter.read(kHour_s).day_dB, 100.0 - 10.0 * std::log10(8.0), 1e-6);
+    EXPECT_NEAR(meter.read(5.0 * kHour_s).day_dB, 100.0 - 10.0 * std::log10(8.0), 1e-6);
+}
+
 TEST(ExposureMeter, TheLoudestSecondIsKeptWithItsPlace)
 {
     ExposureMeter meter;

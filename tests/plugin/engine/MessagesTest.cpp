@@ -121,7 +121,7 @@ TEST(Messages, AnArrayThatIsNotGrantedIsOneMessage)
     BoxScene box;
     HapticSettings settings;
     settings.array = "/etc/array.json";
-    settings.wishes.array = settings.array;
+    settings.wishes.asked["array"] = settings.array;
     box.scene->setSettings(settings);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.result() != nullptr; }));

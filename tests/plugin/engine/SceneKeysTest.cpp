@@ -3,6 +3,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticCallback>
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticOverlays>
@@ -116,11 +117,11 @@ TEST(SceneKeys, ADeviceThatPlaysAHapticSceneIsMutedOnce)
     press(viewer, Keys::KEY_F3);
     HapticOverlays* overlays = overlaysBelow(*box.scene);
     ASSERT_NE(overlays, nullptr);
-    EXPECT_TRUE(overlays->getShowFieldSlice());
+    EXPECT_TRUE(overlays->isShown("slice"));
     EXPECT_EQ(shown(*overlays), 1);
     // The array that is shown is the device's, as the scene's own engine has none.
-    EXPECT_TRUE(
-        viewer.framesUntil([&] { return overlays->getFieldSlice()->getNumChildren() > 0; }));
+    EXPECT_TRUE(viewer.framesUntil(
+        [&] { return overlays->get<FieldSliceOverlay>()->getNumChildren() > 0; }));
 }
 
 TEST(SceneKeys, EachKeyBringsInItsOwnPart)
@@ -194,7 +195,7 @@ TEST(SceneKeys, WorkAfterASceneWasSavedAndReadAgain)
         press(viewer, Keys::KEY_F3);
         HapticOverlays* overlays = overlaysBelow(*scene);
         ASSERT_NE(overlays, nullptr);
-        EXPECT_FALSE(overlays->getShowFieldSlice()) << type;
-        EXPECT_TRUE(overlays->getShowArray());
+        EXPECT_FALSE(overlays->isShown("slice")) << type;
+        EXPECT_TRUE(overlays->isShown("array"));
     }
 }

@@ -226,7 +226,7 @@ TEST_F(DeviceDriverTest, AFileOpensItOnlyWithAGrant)
     BoxScene box;
     HapticSettings settings = box.scene->getSettings();
     settings.device = "logging:desk";
-    settings.wishes.device = "logging:desk";
+    settings.wishes.asked["device"] = "logging:desk";
     box.scene->setSettings(settings);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));

@@ -120,7 +120,7 @@ TEST_F(HandSourceFactoryTest, AFileNeedsAGrant)
         HapticSettings settings;
         settings.array = "board";
         settings.hands = hands;
-        settings.wishes.hands = hands; // as if it came from a file
+        settings.wishes.asked["hands"] = hands; // as if it came from a file
         scene.setSettings(settings);
     };
     BoxScene box;

@@ -138,7 +138,7 @@ TEST_F(GltfLoader, ASceneSaysWhatAHapticSceneMay)
     osg::ref_ptr<HapticScene> scene = read("plates.gltf");
     ASSERT_TRUE(scene);
     EXPECT_EQ(scene->getSettings().maxPressure, 700.0);
-    EXPECT_EQ(scene->getSettings().wishes.device, "usb:"); // the user has to grant it
+    EXPECT_EQ(scene->getSettings().wishes.asked.at("device"), "usb:"); // the user has to grant it
     EXPECT_FALSE(scene->getSettings().isSilenced);
     extras = {{"maxPresure", "700 Pa"}};
     folder.write("plates.gltf", model.gltf());

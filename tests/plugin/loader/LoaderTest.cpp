@@ -4,6 +4,7 @@
 
 #include <osgMidair/HapticCallback>
 #include <osgMidair/HapticDevice>
+#include <osgMidair/HapticOverlays>
 
 #include <osg/ComputeBoundsVisitor>
 #include <osg/PagedLOD>
@@ -90,6 +91,36 @@ TEST(Loader, BadOptionsAreNamed)
                              "sampling is \"holes\", should be one of surface, edges, vertices",
                              "unknown option \"smell\""})
         EXPECT_NE(handler.text().find(said), std::string::npos) << handler.text();
+}
+
+TEST(Loader, OverlaysAreAllOrThoseThatAreNamed)
+{
+    const auto shownBy = [](const std::string& options)
+    {
+        osg::ref_ptr<osg::Node> keep;
+        const HapticScene* scene = readHaptic(keep, options);
+        std::string words;
+        const HapticOverlays* overlays = nullptr;
+        for (unsigned int i = 0; scene && i < scene->getNumChildren(); ++i)
+            if (const auto* found = dynamic_cast<const HapticOverlays*>(scene->getChild(i)))
+                overlays = found;
+        if (!overlays) return std::string("none");
+        for (const OverlayDescription& one : HapticOverlays::describe())
+            if (overlays->isShown(one.word)) words += one.word + " ";
+        return words;
+    };
+    EXPECT_EQ(shownBy("overlays=false"), "none");
+    EXPECT_NE(shownBy("overlays=true").find("points slice array "), std::string::npos);
+    EXPECT_EQ(shownBy("overlays=contacts"), "contacts ");
+    EXPECT_EQ(shownBy("overlays=\"contacts slice\""), "slice contacts ");
+    EXPECT_EQ(shownBy("overlays=ShowContacts"), "none");
+    Notices handler;
+    EXPECT_EQ(shownBy("overlays=contact"), "none");
+    EXPECT_NE(handler.text().find("overlays is \"contact\", should be true, false or names of "
+                                  "overlays: there is no overlay \"contact\" (did you mean "
+                                  "contacts?)"),
+              std::string::npos)
+        << handler.text();
 }
 
 TEST(Loader, ADeviceSaysWhatIsOnlyForModels)

@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "tests/plugin/KitTest.h"
 
 #include <osgMidair/ContactOverlay>
 #include <osgMidair/HapticOverlays>
@@ -7,6 +8,8 @@
 #include <osg/Geometry>
 
 #include <memory>
+#include <set>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -74,4 +77,47 @@ TEST(ContactOverlay, IsOneOfAll)
     const osg::ref_ptr<HapticOverlays> all = new HapticOverlays;
     EXPECT_TRUE(dynamic_cast<ContactOverlay*>(all->getOverlay("contacts")));
     EXPECT_TRUE(all->getOverlay("Contacts")->isShown());
+    EXPECT_EQ(all->get<ContactOverlay>(), all->getOverlay("contacts"));
+    EXPECT_TRUE(all->setShown("contacts", false));
+    EXPECT_FALSE(all->get<ContactOverlay>()->isShown());
+    EXPECT_FALSE(all->isShown("Contacts"));
+}
+
+TEST(OverlaysByName, EachIsShownAndHiddenByEitherName)
+{
+    const osg::ref_ptr<HapticOverlays> all = new HapticOverlays;
+    std::set<std::string> names;
+    for (const OverlayDescription& one : HapticOverlays::describe())
+    {
+        EXPECT_TRUE(names.insert(one.name).second && names.insert(one.word).second) << one.name;
+        EXPECT_EQ(all->getOverlay(one.name)->className(), one.node);
+        EXPECT_FALSE(one.seen.empty()) << one.name;
+        for (const bool shown : {true, false})
+        {
+            EXPECT_TRUE(all->setShown(shown ? one.name : one.word, shown));
+            EXPECT_EQ(all->isShown(one.name), shown);
+            EXPECT_EQ(all->isShown(one.word), shown);
+            EXPECT_EQ(all->getOverlay(one.word)->isShown(), shown);
+        }
+    }
+    EXPECT_EQ(all->showOnly({"contacts", "FieldSlice"}), "");
+    for (const OverlayDescription& one : HapticOverlays::describe())
+        EXPECT_EQ(all->isShown(one.name), one.word == "contacts" || one.word == "slice");
+    EXPECT_EQ(all->showOnly({"none"}), "");
+    EXPECT_FALSE(all->isShown("contacts"));
+}
+
+TEST(OverlaysByName, ANameThatNoneHasIsToldAndChangesNothing)
+{
+    const osg::ref_ptr<HapticOverlays> all = new HapticOverlays;
+    const Notices notices;
+    EXPECT_FALSE(all->setShown("contact", false));
+    EXPECT_NE(notices.text().find("there is no overlay \"contact\" (did you mean contacts?)"),
+              std::string::npos)
+        << notices.text();
+    EXPECT_FALSE(all->isShown("contact"));
+    EXPECT_EQ(
+        all->showOnly({"points", "fog"}).find("there is no overlay \"fog\"; there are points, "),
+        0u);
+    EXPECT_TRUE(all->isShown("slice")) << "nothing is hidden then";
 }

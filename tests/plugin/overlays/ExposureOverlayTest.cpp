@@ -84,15 +84,15 @@ TEST(ExposureOverlay, MapsTheLevelAroundTheArray)
 TEST(ExposureOverlay, IsHiddenUntilItIsAskedFor)
 {
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    EXPECT_FALSE(overlays->getShowExposure());
+    EXPECT_FALSE(overlays->isShown("ears"));
     overlays->setShowAll(true);
-    EXPECT_FALSE(overlays->getShowExposure());
-    overlays->setShowExposure(true);
+    EXPECT_FALSE(overlays->isShown("ears"));
+    overlays->setShown("ears", true);
     EXPECT_TRUE(overlays->getOverlay("ears")->isShown());
     const osg::ref_ptr<HapticOverlays> copy = new HapticOverlays(*overlays);
-    EXPECT_TRUE(copy->getShowExposure());
+    EXPECT_TRUE(copy->isShown("ears"));
     EXPECT_TRUE(overlays->setNumber("earsOpacity", 0.5));
-    EXPECT_FLOAT_EQ(overlays->getExposure()->getOpacity(), 0.5F);
+    EXPECT_FLOAT_EQ(overlays->get<ExposureOverlay>()->getOpacity(), 0.5F);
     overlays->setShowAll(false);
-    EXPECT_FALSE(overlays->getShowExposure());
+    EXPECT_FALSE(overlays->isShown("ears"));
 }

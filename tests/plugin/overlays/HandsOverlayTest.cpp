@@ -3,6 +3,7 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "samples/views/Offscreen.h"
 
+#include <osgMidair/HandsOverlay>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -142,14 +143,14 @@ TEST(HandsOverlay, FollowsTheScenesHands)
     };
     for (int i = 0; i < 3; ++i)
         frame(0.02 * i);
-    EXPECT_EQ(overlays->getHands()->getNumBones(), bridge::kHandBones);
-    EXPECT_EQ(overlays->getHands()->getNumTouches(), 2);
-    overlays->setShowHands(false); // hidden ones are not brought up to date
+    EXPECT_EQ(overlays->get<HandsOverlay>()->getNumBones(), bridge::kHandBones);
+    EXPECT_EQ(overlays->get<HandsOverlay>()->getNumTouches(), 2);
+    overlays->setShown("hands", false); // hidden ones are not brought up to date
     hands->setHands({});
     frame(0.1);
     frame(0.12);
-    EXPECT_EQ(overlays->getHands()->getNumBones(), bridge::kHandBones);
-    overlays->setShowHands(true);
+    EXPECT_EQ(overlays->get<HandsOverlay>()->getNumBones(), bridge::kHandBones);
+    overlays->setShown("hands", true);
     frame(0.14);
-    EXPECT_EQ(overlays->getHands()->getNumBones(), 0);
+    EXPECT_EQ(overlays->get<HandsOverlay>()->getNumBones(), 0);
 }

@@ -23,8 +23,8 @@ public:
     SceneView() : overlays(new HapticOverlays), _grabber(new samples::FrameGrabber)
     {
         overlays->setShowAll(false);
-        overlays->getHud()->setUpdateInterval(0.0);
-        overlays->getHud()->setKeyTime(0.0);
+        overlays->get<Hud>()->setUpdateInterval(0.0);
+        overlays->get<Hud>()->setKeyTime(0.0);
         box.scene->addChild(overlays);
         able = samples::setUpOffscreen(viewer, kWidth, kHeight, 30.0, &problem);
         if (!able) return;
@@ -114,7 +114,7 @@ TEST(Hud, CappedIsSaidWithTheFigures)
     ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
     EXPECT_LT(view.box.scene->getStatistics().capFactor, 1.0);
     EXPECT_EQ(view.drawn(true), 0);
-    view.overlays->setShowFigures(true);
+    view.overlays->setShown("figures", true);
     EXPECT_GT(view.drawn(true), kWidth * kHeight / 40);
     EXPECT_GT(view.drawn(false), kWidth * kHeight / 40);
 }
@@ -125,12 +125,12 @@ TEST(Hud, PlainOnesDrawNothingButMuted)
     if (!view.able) GTEST_SKIP() << view.problem;
     view.overlays->setShowAll(true);
     EXPECT_TRUE(view.overlays->setNumber("plain", 1.0));
-    EXPECT_TRUE(view.overlays->getHud()->getPlain());
-    view.overlays->getHud()->setKeyTime(1e3);
+    EXPECT_TRUE(view.overlays->get<Hud>()->getPlain());
+    view.overlays->get<Hud>()->setKeyTime(1e3);
     ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
     EXPECT_EQ(view.drawn(true) + view.drawn(false), 0);
     view.press(Keys::KEY_F7); // hides nothing, as nothing is seen
-    EXPECT_TRUE(view.overlays->getShowArray());
+    EXPECT_TRUE(view.overlays->isShown("array"));
     EXPECT_EQ(view.drawn(true) + view.drawn(false), 0);
     view.press(Keys::KEY_F8);
     EXPECT_GT(view.drawn(true), kWidth * kHeight / 40);
@@ -141,7 +141,7 @@ TEST(Hud, KeysAreListedAtTheStartAndAfterOneOfThem)
 {
     SceneView view;
     if (!view.able) GTEST_SKIP() << view.problem;
-    view.overlays->getHud()->setKeyTime(8.0);
+    view.overlays->get<Hud>()->setKeyTime(8.0);
     ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
     view.wait(9.0);
     EXPECT_EQ(view.drawn(true), 0);
@@ -149,7 +149,7 @@ TEST(Hud, KeysAreListedAtTheStartAndAfterOneOfThem)
     EXPECT_GT(view.drawn(true), 2000);
     view.wait(9.0);
     EXPECT_EQ(view.drawn(true), 0);
-    view.overlays->getHud()->setKeyTime(0.0);
+    view.overlays->get<Hud>()->setKeyTime(0.0);
     view.press(Keys::KEY_F10);
     EXPECT_EQ(view.drawn(true), 0);
 }

@@ -39,27 +39,16 @@ class OverlaysSerialization : public ::testing::TestWithParam<const char*>
 
 TEST_P(OverlaysSerialization, EverySwitchComesBack)
 {
-    using Set = void (HapticOverlays::*)(bool);
-    using Get = bool (HapticOverlays::*)() const;
-    const std::pair<Set, Get> switches[] = {
-        {&HapticOverlays::setShowControlPoints, &HapticOverlays::getShowControlPoints},
-        {&HapticOverlays::setShowFieldSlice, &HapticOverlays::getShowFieldSlice},
-        {&HapticOverlays::setShowArray, &HapticOverlays::getShowArray},
-        {&HapticOverlays::setShowWorkspace, &HapticOverlays::getShowWorkspace},
-        {&HapticOverlays::setShowFigures, &HapticOverlays::getShowFigures},
-        {&HapticOverlays::setShowFieldVolume, &HapticOverlays::getShowFieldVolume},
-        {&HapticOverlays::setShowHands, &HapticOverlays::getShowHands},
-        {&HapticOverlays::setShowExposure, &HapticOverlays::getShowExposure}};
-    for (const auto& [set, get] : switches)
+    for (const OverlayDescription& one : HapticOverlays::describe())
     {
         osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-        (overlays.get()->*set)(!(overlays.get()->*get)());
+        ASSERT_TRUE(overlays->setShown(one.word, !overlays->isShown(one.name)));
         overlays->setName("seen");
         const auto back = read(written(*overlays, GetParam()), GetParam());
         ASSERT_TRUE(back);
         EXPECT_EQ(back->getName(), "seen");
-        for (const auto& [otherSet, otherGet] : switches)
-            EXPECT_EQ((back.get()->*otherGet)(), (overlays.get()->*otherGet)());
+        for (const OverlayDescription& other : HapticOverlays::describe())
+            EXPECT_EQ(back->isShown(other.word), overlays->isShown(other.name)) << other.name;
     }
 }
 

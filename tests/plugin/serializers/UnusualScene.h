@@ -2,6 +2,7 @@
 
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
@@ -93,6 +94,7 @@ inline HapticSettings unusualSettings()
     s.dead = "17, 400-410";
     s.weak = "3:0.5";
     s.temperatureSource = "room/thermometer.txt";
+    s.contactHold = 0.25;
     return s;
 }
 
@@ -114,8 +116,8 @@ inline osg::ref_ptr<HapticScene> unusualScene()
     points->setPriority(4);
     scene->addChild(points);
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    overlays->setShowArray(false);
-    overlays->setShowExposure(true);
+    overlays->setShown("array", false);
+    overlays->setShown("ears", true);
     EXPECT_TRUE(overlays->setNumber("sliceRadius", 0.0625));
     scene->addChild(overlays);
     return scene;
@@ -198,6 +200,7 @@ inline void expectUnusual(const HapticSettings& s)
     expectNear(s.contactRate, wanted.contactRate);
     expectNear(s.contactStep, wanted.contactStep);
     EXPECT_EQ(s.contactFoci, wanted.contactFoci);
+    EXPECT_EQ(s.contactHold, wanted.contactHold);
     EXPECT_EQ(s.contactMask, wanted.contactMask);
     expectNear(s.trackerError, wanted.trackerError);
     EXPECT_EQ(s.dead, wanted.dead);
@@ -228,7 +231,7 @@ inline void expectUnusual(osg::Node* node)
     ASSERT_NE(overlays, nullptr);
     for (const OverlayDescription& one : HapticOverlays::describe())
         EXPECT_EQ(overlays->getOverlay(one.name)->isShown(), one.name != "Array") << one.name;
-    EXPECT_EQ(overlays->getFieldSlice()->getRadius(), 0.0625);
+    EXPECT_EQ(overlays->get<FieldSliceOverlay>()->getRadius(), 0.0625);
 }
 
 } // namespace osgMidair::test

@@ -1,6 +1,5 @@
 // The table of settings: that it is whole, and that what is made from it follows it row by row.
 #include "engine-bridge/settings/SceneTable.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -8,6 +7,7 @@
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/ArrayGhost>
 #include <osgMidair/HapticOverlays>
 
 #include <osg/ApplicationUsage>
@@ -15,9 +15,9 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +61,8 @@ std::string otherText(const Setting<T>& row)
                                             "0.0025",
                                             "50001",
                                             "110",
+                                            "0 0 0.6",
+                                            "2:0.5",
                                             "1 0 0 0  0 0 1 0  0 -1 0 0  0.5 0.25 3 1"};
     for (const std::string& text : tried)
     {
@@ -141,34 +143,18 @@ void expectKept(const SettingTable<T>& table, Get get, Set set)
     }
 }
 
-/// Rows of \a file that begin with | `, in order.
-std::vector<std::string> rowsOf(const std::string& file)
-{
-    std::ifstream in(file);
-    std::vector<std::string> rows;
-    for (std::string line; std::getline(in, line);)
-        if (line.compare(0, 3, "| `") == 0) rows.push_back(line);
-    return rows;
-}
-
-template<typename T>
-void addRows(const SettingTable<T>& table, std::vector<std::string>& rows)
-{
-    for (const Setting<T>& row : table.rows())
-        rows.push_back("| `" + row.name + "` | " + row.defaultText() + " | " + row.values() +
-                       " | " + row.help + " |");
-}
-
 } // namespace
 
 TEST(SettingTable, HasARowForEachMember)
 {
     constexpr int kWithoutRow = 4; // wishes, isSilenced, whySilenced, arrayDescription
-    // Of an object's whySilenced has no row.
-    EXPECT_EQ(countMembers<HapticProperty>(0),
-              static_cast<int>(surfaceProperties().rows().size()) + 1);
     using namespace midair::haptics;
     // A base counts as a member.
+    const int object = countMembers<midair::bridge::ObjectSettings>(0);
+    EXPECT_EQ(object, static_cast<int>(midair::bridge::objectTable().rows().size()));
+    // Of an object's whySilenced has no row.
+    EXPECT_EQ(object + countMembers<HapticProperty>(0) - 1,
+              static_cast<int>(surfaceProperties().rows().size()) + 1);
     const int solver = countMembers<SolverSettings>(0);
     const int field = countMembers<SequenceSettings>(0) + countMembers<PlayingSettings>(0) +
                       solver + countMembers<FieldSettings>(0) - 3;
@@ -190,7 +176,7 @@ TEST(SettingTable, IsWhole)
 TEST(SettingTable, WhatAFileNamesIsAWishButForTheSolver)
 {
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
-        EXPECT_EQ(wishOf(row.name) != nullptr,
+        EXPECT_EQ(row.isWish,
                   std::holds_alternative<std::string HapticSettings::*>(row.member) &&
                       row.name != "solver" && row.name != "earPoints" && row.name != "dead" &&
                       row.name != "weak")
@@ -212,7 +198,6 @@ TEST(SettingTable, CopiesAndFilesKeepEachRow)
 
 TEST(SettingTable, MakesTheVariables)
 {
-    Environment::trustVariablesOfProgram();
     const auto& usage = osg::ApplicationUsage::instance()->getEnvironmentalVariables();
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
     {
@@ -221,8 +206,7 @@ TEST(SettingTable, MakesTheVariables)
         const auto entry = usage.find(name + " <" + row.name + ">");
         ASSERT_NE(entry, usage.end()) << name;
         EXPECT_NE(entry->second.find(row.summary()), std::string::npos) << entry->second;
-        // Its reader knows places, which a row does not.
-        const std::string text = row.name == "earPoints" ? "0 0 0.6" : otherText(row);
+        const std::string text = otherText(row);
         const char* before = std::getenv(name.c_str());
         const std::string kept = before ? before : "";
         setenv(name.c_str(), text.c_str(), 1);
@@ -238,24 +222,81 @@ TEST(SettingTable, MakesTheVariables)
     }
 }
 
-TEST(SettingTable, IsWhatTheDocumentSays)
+// Scenes that are shown beside each other are one where none of the settings differs whose row says
+// that another array or device is opened, or that all is elsewhere.
+TEST(SettingTable, RowsSayWhichScenesCanBeOne)
 {
-    std::vector<std::string> wanted;
-    addRows(surfaceProperties(), wanted);
-    addRows(sceneSettings(), wanted);
-    for (const auto& [place, kind] : overlayKinds())
-        wanted.push_back("| `" + kind.word + "` | " + kind.keyName() + " | `Show" + kind.name +
-                         "` | " + kind.what + " |");
-    for (const auto& [place, kind] : overlayKinds())
-        for (const OverlayNumber& number : kind.numbers)
-            wanted.push_back("| `" + number.name + "` | " +
-                             midair::base::shortNumber(number.get(*kind.make())) + " | " +
-                             number.numbers() + " | " + number.help + " |");
-    const std::vector<std::string> said = rowsOf(MIDAIR_ROOT "/plugin/SCENES.md");
-    std::string all;
-    for (const std::string& row : wanted)
-        all += row + "\n";
-    EXPECT_EQ(said, wanted) << "plugin/SCENES.md should have these rows:\n" << all;
+    std::set<std::string> apart;
+    const osg::ref_ptr<HapticScene> host = new HapticScene;
+    const auto suits = [&host](const HapticSettings& settings)
+    {
+        const osg::ref_ptr<HapticScene> guest = new HapticScene;
+        guest->setSettings(settings);
+        return SceneAccess::engine(*host).suits(SceneAccess::engine(*guest));
+    };
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    {
+        HapticSettings other;
+        ASSERT_TRUE(row.assign(other, otherText(row)));
+        if (!suits(other)) apart.insert(row.name);
+    }
+    EXPECT_EQ(
+        apart,
+        (std::set<std::string>{"array", "calibration", "dead", "device", "metresPerUnit", "weak"}));
+    HapticSettings described;
+    described.arrayDescription = std::make_shared<const ArrayDescription>();
+    EXPECT_FALSE(suits(described));
+}
+
+// What a file may only wish is opened by its grant, which another file may not have.
+TEST(SettingTable, ScenesCanBeOneWhereTheyWishForTheSameBesideTheSameFile)
+{
+    const auto suits = [](const HapticSettings& a, const HapticSettings& b)
+    {
+        const osg::ref_ptr<HapticScene> host = new HapticScene;
+        const osg::ref_ptr<HapticScene> guest = new HapticScene;
+        host->setSettings(a);
+        guest->setSettings(b);
+        return SceneAccess::engine(*host).suits(SceneAccess::engine(*guest));
+    };
+    HapticSettings own;
+    HapticSettings wish;
+    wish.wishes.asked["device"] = wish.device;
+    wish.wishes.folder = "here";
+    HapticSettings elsewhere = wish;
+    elsewhere.wishes.folder = "there";
+    HapticSettings hands;
+    hands.wishes.asked["hands"] = "mouse:";
+    hands.wishes.folder = "there";
+    EXPECT_TRUE(suits(own, own));
+    EXPECT_TRUE(suits(wish, wish));
+    EXPECT_FALSE(suits(own, wish));
+    EXPECT_FALSE(suits(wish, own));
+    EXPECT_FALSE(suits(wish, elsewhere));
+    EXPECT_TRUE(suits(own, hands)) << "the host's hands count";
+}
+
+// A text that only its row can judge is judged wherever it comes from.
+TEST(SettingTable, RowsJudgeTexts)
+{
+    for (const auto& [name, value, why] :
+         {std::tuple{"earPoints", "0 0", "earPoints is \"0 0\", should be "},
+          std::tuple{"dead", "7, 7", "dead has 7 twice"},
+          std::tuple{"weak", "3:0", "weak is "}})
+    {
+        const Setting<HapticSettings>& row = *sceneSettings().find(name);
+        HapticSettings settings;
+        std::string error;
+        ASSERT_TRUE(settings.set(name, value, error)) << error;
+        EXPECT_FALSE(row.holds(settings)) << name;
+        const std::string problem = HapticSettings::problemOf(name, value);
+        EXPECT_EQ((row.name + " " + problem).find(why), 0u) << problem;
+        const std::vector<std::string> said = settings.repair();
+        ASSERT_EQ(said.size(), 1u) << name;
+        EXPECT_EQ(said.front(), row.name + " " + problem + "; nothing is played");
+        EXPECT_TRUE(settings.isSilenced);
+        EXPECT_TRUE(isSame<HapticSettings>(row.member, settings, HapticSettings())) << name;
+    }
 }
 
 TEST(OverlayKinds, CopiesAndFilesKeepEachNumber)
@@ -282,8 +323,8 @@ TEST(OverlayKinds, CopiesAndFilesKeepEachNumber)
                 ASSERT_NE(back, nullptr) << type;
                 EXPECT_EQ(number.get(*back->getOverlay(kind.name)), wanted)
                     << number.name << " in " << type;
-                EXPECT_FALSE(back->getShowHands());
-                EXPECT_TRUE(back->getShowFieldVolume());
+                EXPECT_FALSE(back->isShown("hands"));
+                EXPECT_TRUE(back->isShown("volume"));
                 for (const auto& [others, other] : overlayKinds())
                     for (const OverlayNumber& same : other.numbers)
                         EXPECT_TRUE(same.name == number.name ||
@@ -301,7 +342,7 @@ TEST(OverlayKinds, NumbersOutOfRangeInAFileAreToldAndTheDefaultStays)
     const osg::ref_ptr<osg::Node> read = [&]
     {
         const osg::ref_ptr<HapticOverlays> node = new HapticOverlays;
-        node->getArray()->setOpacity(7.0F); // the overlay's own setter doesn't check
+        node->get<ArrayGhost>()->setOpacity(7.0F); // the overlay's own setter doesn't check
         return throughFile(*node, "Binary");
     }();
     const auto* back = dynamic_cast<HapticOverlays*>(read.get());
@@ -316,7 +357,7 @@ TEST(OverlayKinds, AreRefusedWhereTheyClash)
     OverlayKind kind = overlayKinds().begin()->second;
     const Notices notices;
     const OverlayRegistration again(kind);
-    kind = {8, "Fog", "fog", "the fog", 0xFFC5, 70, kind.make}; // F8
+    kind = {8, "Fog", "fog", "the fog", "fog", 0xFFC5, 70, kind.make}; // F8
     const OverlayRegistration mute(kind);
     EXPECT_EQ(overlayKinds().size(), before);
     for (const char* said : {"its place, name, word or key is that of ControlPoints",

@@ -234,6 +234,20 @@ TEST(Demo, OverlaysAreChosenByName)
     EXPECT_NE(run.output.find("ms a frame in all threads"), std::string::npos) << run.output;
 }
 
+// The units are in the program, the driver that opens them in libmidair: both have one list of
+// devices.
+TEST(Demo, PlaysOnUnitsThatAreEmulatedInIt)
+{
+    const Folder out("units");
+    const Outcome run =
+        demo("--headless --frames 12 --width 240 --height 160 --sampling vertices --array autd3 "
+             "--device 'sim:?board=autd3&units=1' --out '" +
+             out.path + "'");
+    ASSERT_EQ(run.status, 0) << run.output;
+    EXPECT_NE(run.output.find("device      sim: autd3: 1 units"), std::string::npos) << run.output;
+    EXPECT_NE(run.output.find(", 0 torn"), std::string::npos) << run.output;
+}
+
 TEST(Demo, WritesItsReportsWhenItIsInterrupted)
 {
     for (const std::string signal : {"INT", "TERM"})

@@ -52,13 +52,14 @@ EmulatedUnit::EmulatedUnit(int place, const Options& options, FieldWatch& watch,
 std::uint8_t EmulatedUnit::flags() const
 {
     unsigned flags = 0;
-    if (_id != kNoId) flags |= 1U;
-    if (_open) flags |= 2U;
-    if (_behind) flags |= 4U;
+    if (_standing.id != kNoId) flags |= 1U;
+    if (_standing.isOpen) flags |= 2U;
+    if (_standing.hasNext) flags |= 4U;
     // The grandmaster follows nobody, so it is in step from SetTime on; its pulse begins later.
-    if (_locked) flags |= 8U;
-    if (_locked || (_grandmaster && _timeSetAt_ns >= 0)) flags |= 16U;
-    if (_grandmaster) flags |= 32U;
+    if (_following.isLocked) flags |= 8U;
+    if (_following.isLocked || (_standing.isGrandmaster && _standing.timeSetAt_ns >= 0))
+        flags |= 16U;
+    if (_standing.isGrandmaster) flags |= 32U;
     return static_cast<std::uint8_t>(flags);
 }
 
@@ -66,9 +67,9 @@ std::vector<std::uint8_t> EmulatedUnit::info(Time_ns now_ns) const
 {
     std::vector<std::uint8_t> bytes;
     base::ByteWriter writer(bytes);
-    for (const int byte : {_id,
+    for (const int byte : {_standing.id,
                            int(flags()),
-                           _id == kNoId ? kPortUnknown : kUpstreamPort,
+                           _standing.id == kNoId ? kPortUnknown : kUpstreamPort,
                            0,
                            int(_options.cpu.major),
                            int(_options.cpu.minor),
@@ -85,7 +86,7 @@ void EmulatedUnit::answerStatus(const Request& request,
                                 const std::vector<std::uint8_t>& more,
                                 Time_ns now_ns)
 {
-    UnitAnswer answer{now_ns, _id, request.peer, {}};
+    UnitAnswer answer{now_ns, _standing.id, request.peer, {}};
     base::ByteWriter writer(answer.bytes);
     writer.u8(static_cast<std::uint8_t>(_options.protocolVersion));
     writer.u8(request.kind);
@@ -98,18 +99,18 @@ void EmulatedUnit::answerStatus(const Request& request,
 // To who spoke to it last, whoever sent the frame.
 void EmulatedUnit::answerFrame(std::uint8_t kind, std::uint16_t message, Time_ns now_ns)
 {
-    if (_id == kNoId || !_hasHost) return;
-    UnitAnswer answer{now_ns, _id, _host, {}};
+    if (_standing.id == kNoId || !_host.isKnown) return;
+    UnitAnswer answer{now_ns, _standing.id, _host.peer, {}};
     base::ByteWriter writer(answer.bytes);
     writer.u8(static_cast<std::uint8_t>(_options.protocolVersion));
     writer.u8(kind);
     writer.u16(message);
-    writer.u8(_last.acknowledged);
-    writer.u8(static_cast<std::uint8_t>(_last.result));
+    writer.u8(_inbox.last.acknowledged);
+    writer.u8(static_cast<std::uint8_t>(_inbox.last.result));
     writer.u8(flags());
-    writer.u8(static_cast<std::uint8_t>(_id));
+    writer.u8(static_cast<std::uint8_t>(_standing.id));
     writer.u64(static_cast<std::uint64_t>(_clock.at(now_ns)));
-    writer.bytes(_last.data.data(), _last.data.size());
+    writer.bytes(_inbox.last.data.data(), _inbox.last.data.size());
     _answers.push_back(std::move(answer));
 }
 
@@ -146,13 +147,13 @@ void EmulatedUnit::handle(Request& request, Time_ns now_ns)
         break;
     case RESET_ID:
         answerStatus(request, DONE, {}, now_ns);
-        _losesIdAt_ns = std::min(_losesIdAt_ns, now_ns + kLosesId_ns);
+        _standing.losesIdAt_ns = std::min(_standing.losesIdAt_ns, now_ns + kLosesId_ns);
         break;
     case DISCOVER:
-        if (_id == kNoId) answerStatus(request, DONE, {}, now_ns);
+        if (_standing.id == kNoId) answerStatus(request, DONE, {}, now_ns);
         break;
     case ASSIGN_ID:
-        if (!toGroup && _id == kNoId) assignId(request, now_ns);
+        if (!toGroup && _standing.id == kNoId) assignId(request, now_ns);
         break;
     case UNBLOCK_DOWNSTREAM:
         if (!toGroup) unblock(request, now_ns);
@@ -161,7 +162,7 @@ void EmulatedUnit::handle(Request& request, Time_ns now_ns)
         if (!toGroup) setTime(request, now_ns);
         break;
     case HEARTBEAT:
-        if (toGroup || _id == kNoId) break;
+        if (toGroup || _standing.id == kNoId) break;
         hear(request.peer, now_ns);
         answerFrame(HEARTBEAT, request.message, now_ns);
         break;
@@ -177,29 +178,29 @@ void EmulatedUnit::assignId(Request& request, Time_ns now_ns)
     const bool good = request.body.ok() && id != kNoId && role <= 1;
     if (good)
     {
-        _id = id;
-        _grandmaster = role == 1;
-        _assignedAt_ns = now_ns;
-        _losesIdAt_ns = kNever_ns; // a ResetId before is forgotten
+        _standing.id = id;
+        _standing.isGrandmaster = role == 1;
+        _standing.assignedAt_ns = now_ns;
+        _standing.losesIdAt_ns = kNever_ns; // a ResetId before is forgotten
     }
     answerStatus(request, good ? DONE : BAD_BODY, {}, now_ns);
 }
 
 void EmulatedUnit::unblock(const Request& request, Time_ns now_ns)
 {
-    if (_id == kNoId) return answerStatus(request, HAS_NO_ID, {}, now_ns);
-    _open = true;
-    _behind = _options.hasNext;
-    answerStatus(request, DONE, {static_cast<std::uint8_t>(_behind ? 1 : 0)}, now_ns);
+    if (_standing.id == kNoId) return answerStatus(request, HAS_NO_ID, {}, now_ns);
+    _standing.isOpen = true;
+    _standing.hasNext = _options.hasNext;
+    answerStatus(request, DONE, {static_cast<std::uint8_t>(_standing.hasNext ? 1 : 0)}, now_ns);
 }
 
 void EmulatedUnit::setTime(Request& request, Time_ns now_ns)
 {
     const std::uint64_t time_ns = request.body.u64();
     int status = DONE;
-    if (_id == kNoId)
+    if (_standing.id == kNoId)
         status = HAS_NO_ID;
-    else if (!_grandmaster)
+    else if (!_standing.isGrandmaster)
         status = NOT_GRANDMASTER;
     else if (!request.body.ok() || time_ns / 1'000'000'000 > kMostSeconds)
         status = BAD_BODY;
@@ -207,42 +208,42 @@ void EmulatedUnit::setTime(Request& request, Time_ns now_ns)
     {
         _clock.set(now_ns, static_cast<Time_ns>(time_ns));
         _cpu.followClock(_clock, now_ns);
-        _timeSetAt_ns = now_ns;
+        _standing.timeSetAt_ns = now_ns;
     }
     answerStatus(request, status, {}, now_ns);
 }
 
 void EmulatedUnit::takeFrame(Request& request, Time_ns now_ns)
 {
-    if (request.toGroup || _id == kNoId || request.body.left() < 2) return;
+    if (request.toGroup || _standing.id == kNoId || request.body.left() < 2) return;
     hear(request.peer, now_ns);
     Frame frame;
     frame.message = request.message;
     frame.number = request.body.u8();
     frame.command = request.body.u8();
     const int received = frame.number * 256 + frame.command;
-    if (received == _lastReceived)
+    if (received == _inbox.lastReceived)
     {
         // One that waits, or was out of turn, gets no answer.
         ++_cpu.telemetry.repeats;
         const bool isReset = frame.command == kResetCommand;
-        if (_last.acknowledged == (isReset ? kNothingDone : frame.number))
+        if (_inbox.last.acknowledged == (isReset ? kNothingDone : frame.number))
             answerFrame(FRAME, frame.message, now_ns);
         return;
     }
-    if (_queue.size() >= kUnitQueue)
+    if (_inbox.queue.size() >= kUnitQueue)
     {
         ++_cpu.telemetry.queueFull;
         return;
     }
-    _lastReceived = received;
+    _inbox.lastReceived = received;
     const std::size_t size = request.body.left();
     const std::uint8_t* payload = request.body.bytes(size);
     frame.payload.assign(payload, payload + size);
-    _busyUntil_ns = std::max(_busyUntil_ns, now_ns) + _options.perFrame_ns +
-                    Time_ns(size / 2) * _options.perWord_ns;
-    frame.done_ns = _busyUntil_ns;
-    _queue.push_back(std::move(frame));
+    _inbox.busyUntil_ns = std::max(_inbox.busyUntil_ns, now_ns) + _options.perFrame_ns +
+                          Time_ns(size / 2) * _options.perWord_ns;
+    frame.done_ns = _inbox.busyUntil_ns;
+    _inbox.queue.push_back(std::move(frame));
     advance(now_ns);
 }
 

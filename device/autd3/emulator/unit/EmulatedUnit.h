@@ -54,12 +54,12 @@ public:
     void takeAnswers(std::vector<UnitAnswer>& answers);
 
     bool isOn(Time_ns now_ns) const { return now_ns >= _bootedAt_ns; }
-    bool passesOn(Time_ns now_ns) const { return isOn(now_ns) && _open; }
-    int id() const { return _id; }
-    bool isGrandmaster() const { return _grandmaster; }
-    bool isLocked() const { return _locked; }
-    Time_ns assignedAt_ns() const { return _assignedAt_ns; }
-    Time_ns timeSetAt_ns() const { return _timeSetAt_ns; } ///< -1: never
+    bool passesOn(Time_ns now_ns) const { return isOn(now_ns) && _standing.isOpen; }
+    int id() const { return _standing.id; }
+    bool isGrandmaster() const { return _standing.isGrandmaster; }
+    bool isLocked() const { return _following.isLocked; }
+    Time_ns assignedAt_ns() const { return _standing.assignedAt_ns; }
+    Time_ns timeSetAt_ns() const { return _standing.timeSetAt_ns; } ///< -1: never
     const EmulatedClock& clock() const { return _clock; }
     void lock(const EmulatedClock& clock, Time_ns now_ns); ///< follows \a clock from now on
     void unlock(Time_ns now_ns);                           ///< runs by itself
@@ -74,10 +74,35 @@ public:
     const UnitFpga& fpga() const { return _cpu.fpga(); }
     Time_ns fpgaTime(Time_ns now_ns) const { return _cpu.fpgaTime(now_ns); }
     std::vector<std::complex<float>> output(Time_ns now_ns);
-    std::uint64_t trips() const { return _trips; } ///< of its failsafe; Clear forgets none
-    std::uint64_t updateCommands() const { return _updateCommands; } ///< 70 to 78: never send them
+    std::uint64_t trips() const { return _counts.trips; } ///< of its failsafe; Clear forgets none
+    /// 70 to 78: never send them.
+    std::uint64_t updateCommands() const { return _counts.updateCommands; }
 
 private:
+    /// Who it is on the cable, from AssignId until it loses its id.
+    struct Standing
+    {
+        int id = kNoId;
+        bool isOpen = false;  ///< passes on
+        bool hasNext = false; ///< and somebody is there
+        bool isGrandmaster = false;
+        Time_ns assignedAt_ns = 0;
+        Time_ns timeSetAt_ns = -1;
+        Time_ns losesIdAt_ns = kNever_ns;
+    };
+    /// Whether its clock follows the grandmaster's.
+    struct Following
+    {
+        bool isLocked = false;
+        Time_ns lostAt_ns = kNever_ns; ///< a lock that it had; kNever_ns: it didn't
+    };
+    /// The one that speaks to it, who is told what became of commands.
+    struct Host
+    {
+        Time_ns heardAt_ns = -1; ///< the last frame or heartbeat; -1: none yet
+        std::uint64_t peer = 0;
+        bool isKnown = false; ///< since it has an id
+    };
     /// A frame in the queue.
     struct Frame
     {
@@ -97,6 +122,34 @@ private:
     };
     static constexpr std::uint8_t kNothingDone = 0xFF; ///< since Reset
     static constexpr int kNoFrame = 0xFFFF;            ///< at power-up
+    /// Frames in their order, and the reply to the last.
+    struct Inbox
+    {
+        std::deque<Frame> queue;
+        Time_ns busyUntil_ns = 0;
+        std::uint8_t next = 0; ///< number that is due
+        LastReply last;
+        int lastReceived = kNoFrame; ///< number and command of the last frame that was queued
+    };
+    /// Each cause trips it once.
+    struct Failsafe
+    {
+        bool isHostSilent = false;   ///< it has tripped for that ..
+        bool isUnlockedLong = false; ///< .. and for that
+        Time_ns from_ns = 0;         ///< not before
+    };
+    /// So many commands are not done, and end with that.
+    struct Failing
+    {
+        int commands = 0;
+        std::uint8_t result = 0;
+    };
+    /// Since the beginning; no reboot forgets them.
+    struct Counts
+    {
+        std::uint64_t updateCommands = 0;
+        std::uint64_t trips = 0;
+    };
     /// A datagram that it looks at.
     struct Request
     {
@@ -137,31 +190,14 @@ private:
     UnitCpu _cpu;
     EmulatedClock _clock;
     Time_ns _bootedAt_ns = 0;
-    int _id = kNoId;
-    bool _open = false;
-    bool _behind = false;
-    bool _grandmaster = false;
-    bool _locked = false;
-    Time_ns _unlockedAt_ns = kNever_ns; ///< when it lost a lock that it had; kNever_ns: it didn't
-    Time_ns _assignedAt_ns = 0;
-    Time_ns _timeSetAt_ns = -1;
-    Time_ns _losesIdAt_ns = kNever_ns;
-    Time_ns _heardAt_ns = -1; ///< the last frame or heartbeat; -1: none yet
-    std::uint64_t _host = 0;  ///< who sent it: commands that are done are told to that one
-    bool _hasHost = false;    ///< since it has an id
-    std::deque<Frame> _queue;
-    Time_ns _busyUntil_ns = 0;
-    std::uint8_t _next = 0; ///< number that is due
-    LastReply _last;
-    int _lastReceived = kNoFrame; ///< number and command of the last frame that was queued
-    bool _hostSilent = false;     ///< its failsafe has tripped for that ..
-    bool _unlockedLong = false;   ///< .. and for that
-    Time_ns _tripsFrom_ns = 0;    ///< not before
-    int _failing = 0;
-    std::uint8_t _failure = 0;
-    bool _maskedAll = false;
-    std::uint64_t _updateCommands = 0;
-    std::uint64_t _trips = 0;
+    bool _isMasked = false; ///< all of it
+    Standing _standing;
+    Following _following;
+    Host _host;
+    Inbox _inbox;
+    Failsafe _failsafe;
+    Failing _failing;
+    Counts _counts;
     std::vector<UnitAnswer> _answers;
 };
 

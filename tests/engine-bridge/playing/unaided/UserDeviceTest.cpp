@@ -2,9 +2,9 @@
 #include "engine-bridge/playing/unaided/UserDevice.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "haptics/base/UserEnvironment.h"
 #include "haptics/propagation/Exposure.h"
 #include "tests/device/limits/UserCapTexts.h"
+#include "tests/TrustedVariables.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,9 @@
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/ColorMap>
+#include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/Hud>
 
 #include <osgUtil/UpdateVisitor>
 
@@ -179,14 +181,14 @@ TEST(HapticOverlays, HiddenOnesGetNothingAndCatchUp)
     const Eigen::Vector3d focus(0.0, 0.01, 0.12);
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
     OverlayFeed::of(*overlays).setArray(board(), haptics::Medium());
-    overlays->setShowFieldSlice(false);
+    overlays->setShown("slice", false);
     OverlayFeed::of(*overlays).show(played(&focus, 1));
-    EXPECT_FALSE(overlays->getFieldSlice()->waitFor(1, 0.0));
+    EXPECT_FALSE(overlays->get<FieldSliceOverlay>()->waitFor(1, 0.0));
     osgUtil::UpdateVisitor update;
     overlays->accept(update);
-    overlays->setShowFieldSlice(true);
+    overlays->setShown("slice", true);
     overlays->accept(update); // nothing new has come, but it was left out
-    EXPECT_TRUE(overlays->getFieldSlice()->waitFor(1, 60.0));
+    EXPECT_TRUE(overlays->get<FieldSliceOverlay>()->waitFor(1, 60.0));
 }
 
 TEST(HapticOverlays, KeysSwitchThem)
@@ -207,13 +209,13 @@ TEST(HapticOverlays, KeysSwitchThem)
         return keys.handle(*event, actions);
     };
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F3));
-    EXPECT_FALSE(overlays->getShowFieldSlice());
-    EXPECT_TRUE(overlays->getShowArray());
+    EXPECT_FALSE(overlays->isShown("slice"));
+    EXPECT_TRUE(overlays->isShown("array"));
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
-    EXPECT_FALSE(overlays->getShowArray());
-    EXPECT_FALSE(overlays->getShowFigures());
+    EXPECT_FALSE(overlays->isShown("array"));
+    EXPECT_FALSE(overlays->isShown("figures"));
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
-    EXPECT_TRUE(overlays->getShowFieldSlice());
+    EXPECT_TRUE(overlays->isShown("slice"));
     EXPECT_FALSE(press(osgGA::GUIEventAdapter::KEY_F8));
     EXPECT_FALSE(press('h'));
 }
@@ -221,12 +223,12 @@ TEST(HapticOverlays, KeysSwitchThem)
 TEST(HapticOverlays, CopiesShowTheSame)
 {
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    overlays->setShowArray(false);
+    overlays->setShown("array", false);
     overlays->setName("seen");
     const osg::ref_ptr<osg::Object> copy = overlays->clone(osg::CopyOp::DEEP_COPY_ALL);
     auto& copied = dynamic_cast<HapticOverlays&>(*copy);
-    EXPECT_FALSE(copied.getShowArray());
-    EXPECT_TRUE(copied.getShowFigures());
+    EXPECT_FALSE(copied.isShown("array"));
+    EXPECT_TRUE(copied.isShown("figures"));
     EXPECT_EQ(copied.getName(), "seen");
-    EXPECT_NE(copied.getHud(), overlays->getHud());
+    EXPECT_NE(copied.get<Hud>(), overlays->get<Hud>());
 }

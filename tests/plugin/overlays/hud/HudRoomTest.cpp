@@ -5,6 +5,7 @@
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/Hud>
 
 #include <osgViewer/Viewer>
 #include <osgViewer/ViewerEventHandlers>
@@ -56,8 +57,8 @@ public:
         _last(new samples::FrameGrabber)
     {
         overlays->setShowAll(false);
-        overlays->setShowFigures(true);
-        overlays->getHud()->setUpdateInterval(0.0);
+        overlays->setShown("figures", true);
+        overlays->get<Hud>()->setUpdateInterval(0.0);
         able = samples::setUpOffscreen(viewer, width, height, 30.0, &problem);
         if (!able) return;
         viewer.getCamera()->setClearColor(background);
@@ -145,7 +146,7 @@ TEST(HudRoom, FiguresLeaveMostOfThePictureAndCanBeReadOnAnyBackground)
             if (width > 2000 && background == kDark) continue; // takes its time
             FiguresView view(width, height, background);
             if (!view.able) GTEST_SKIP() << view.problem;
-            view.overlays->getHud()->setKeyTime(0.0);
+            view.overlays->get<Hud>()->setKeyTime(0.0);
             const osg::ref_ptr<osg::Image> empty = view.picture();
             view.show(field(6, ArrayState::LOST));
             const osg::ref_ptr<osg::Image> shown = view.picture();
@@ -177,7 +178,7 @@ TEST(HudRoom, NothingIsDrawnUnderTheViewersStatistics)
     {
         FiguresView view(width, height, {0.5F, 0.5F, 0.5F, 1.0F});
         if (!view.able) GTEST_SKIP() << view.problem;
-        view.overlays->getHud()->setKeyTime(1e3);
+        view.overlays->get<Hud>()->setKeyTime(1e3);
         view.show(field(3, ArrayState::LOST));
         view.overlays->setNodeMask(0);
         const osg::ref_ptr<osg::Image> empty = view.picture();

@@ -1,0 +1,104 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+#include "device/autd3/DatagramLink.h"
+#include "device/autd3/Job.h"
+#include "haptics/base/threads/Mutex.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::device::autd3
+{
+
+/// What the thread of an Autd3Device and the others tell each other: orders one way, what became of
+/// them the other. All members may be called from any thread.
+class Autd3Account
+{
+public:
+    /// What other threads want.
+    struct Orders
+    {
+        std::shared_ptr<const Job> job; ///< the newest that waits
+        bool silence = false;
+        double silence_s = 0; ///< steady clock, when that was asked for
+    };
+    /// What plays.
+    struct Playing
+    {
+        std::shared_ptr<const Job> job; ///< null: silence
+        double offset_ns = 0;           ///< the units' time less the host's
+        std::vector<bool> isLost;       ///< of each unit
+    };
+    /// Figures of the thread, for benchmarks and tests.
+    struct Figures
+    {
+        double cpu_s = 0; ///< that it has used
+        std::uint64_t repeats = 0;
+        std::uint64_t takenBack = 0;
+        std::uint64_t torn = 0;
+        std::uint64_t refusals = 0; ///< datagrams
+        double lead_s = 0;
+    };
+
+    explicit Autd3Account(int units);
+
+    // For whoever has the device.
+
+    /// Takes the place of a job that waits. Returns false for null, and while units are lost.
+    bool order(std::shared_ptr<Job> job) MIDAIR_EXCLUDES(_mutex);
+    void orderSilence() MIDAIR_EXCLUDES(_mutex);
+    void close() MIDAIR_EXCLUDES(_mutex);
+    double confirmed_s() const MIDAIR_EXCLUDES(_mutex); ///< what all units have acknowledged
+    DeviceReport report() const MIDAIR_EXCLUDES(_mutex);
+    std::string refusals() const MIDAIR_EXCLUDES(_mutex); ///< Refusals::text()
+    Playing playing() const MIDAIR_EXCLUDES(_mutex);
+    Figures figures() const MIDAIR_EXCLUDES(_mutex);
+
+    // For the device's thread.
+
+    bool isClosing() const { return _isClosing; }
+    bool isClosedWithin(double atMost_s) MIDAIR_EXCLUDES(_mutex);
+    /// \a link is woken by orders from now on.
+    void attach(std::shared_ptr<DatagramLink> link) MIDAIR_EXCLUDES(_mutex);
+    /// The units are open; \a isBack: again.
+    void noteReady(const std::string& firmware, bool isBack) MIDAIR_EXCLUDES(_mutex);
+    /// They are open no more, and \a lost and \a dropped jobs are given up with what is ordered.
+    /// \a why: the reason; empty: it is closed.
+    void detach(const std::string& why, int lost, int dropped) MIDAIR_EXCLUDES(_mutex);
+    /// Returns false if there are none that weren't taken yet.
+    bool takeOrders(Orders& orders) MIDAIR_EXCLUDES(_mutex);
+    void noteFault(const std::string& what) MIDAIR_EXCLUDES(_mutex);
+    void noteDropped(const std::shared_ptr<const Job>& job) MIDAIR_EXCLUDES(_mutex); ///< or null
+    void notePlayed(const std::shared_ptr<const Job>& job, double handedOver_s, double offset_ns)
+        MIDAIR_EXCLUDES(_mutex);
+    /// A job isn't played, which is a fault; \a why: of which there is more to say than before.
+    void noteLost(const std::string& why) MIDAIR_EXCLUDES(_mutex);
+    void noteFailsafe(const std::string& what) MIDAIR_EXCLUDES(_mutex);
+    void noteLostUnits(const std::vector<bool>& isLost) MIDAIR_EXCLUDES(_mutex);
+    void noteConfirmed(double asked_s) MIDAIR_EXCLUDES(_mutex);
+    void publish(const std::string& complaint, const std::string& refusals, const Figures& figures)
+        MIDAIR_EXCLUDES(_mutex);
+
+private:
+    void wake() MIDAIR_REQUIRES(_mutex);
+    void countFault(const std::string& what) MIDAIR_REQUIRES(_mutex);
+
+    std::atomic<bool> _isClosing{false}; ///< written under _mutex
+    mutable base::Mutex _mutex;
+    base::Condition _closed;
+    /// Used by the thread without the lock; null: no units are open.
+    std::shared_ptr<DatagramLink> _link MIDAIR_GUARDED_BY(_mutex);
+    Orders _orders MIDAIR_GUARDED_BY(_mutex);
+    bool _isOrdered MIDAIR_GUARDED_BY(_mutex) = false; ///< the thread has not seen them yet
+    DeviceReport _report MIDAIR_GUARDED_BY(_mutex);    ///< but for pending
+    double _confirmed_s MIDAIR_GUARDED_BY(_mutex) = 0;
+    Playing _playing MIDAIR_GUARDED_BY(_mutex);
+    std::string _refusals MIDAIR_GUARDED_BY(_mutex);
+    Figures _figures MIDAIR_GUARDED_BY(_mutex);
+};
+
+} // namespace midair::device::autd3

@@ -1,0 +1,51 @@
+// In the place of the other sources here where OpenXR's headers weren't found: says so to whoever
+// asks for hands.
+
+#include "engine-bridge/hands/openxr/OpenXrTracker.h"
+
+#include <utility>
+
+namespace midair::bridge
+{
+
+class OpenXrSession
+{
+};
+
+bool operator==(const OpenXrOptions& a, const OpenXrOptions& b)
+{
+    return a.loader == b.loader && a.space == b.space && a.retry_s == b.retry_s;
+}
+
+std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
+{
+    return std::make_shared<OpenXrTracker>(options);
+}
+
+OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) : _options(options), _asked_s(0.0)
+{
+    _condition = "openxr: not in this build; configure it with -DMIDAIR_OPENXR=ON";
+    _messages.say({base::MessageCode::HANDS_SOURCE, _condition});
+}
+
+OpenXrTracker::~OpenXrTracker() = default;
+
+bool OpenXrTracker::latest(HandFrame&)
+{
+    return false;
+}
+
+void OpenXrTracker::setHorizon(double) {}
+
+std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
+{
+    const std::size_t before = std::exchange(told, _messages.added());
+    return before < _messages.added() ? _messages.all() : std::vector<std::string>();
+}
+
+std::string OpenXrTracker::status() const
+{
+    return _condition;
+}
+
+} // namespace midair::bridge

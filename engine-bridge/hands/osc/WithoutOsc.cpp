@@ -1,0 +1,39 @@
+// In the place of OscHands.cpp where oscpack wasn't found: whoever would send or receive hands is
+// told so.
+
+#include "engine-bridge/hands/osc/OscHands.h"
+#include "haptics/base/InputError.h"
+
+namespace midair::bridge
+{
+
+void requireOsc()
+{
+    throw base::InputError("OSC is not in this build; configure it with -DMIDAIR_OSC=ON");
+}
+
+OscContent decodeOsc(const char*, std::size_t)
+{
+    requireOsc();
+    return {};
+}
+
+std::size_t OscWriter::hands(const std::vector<Hand>&, double)
+{
+    requireOsc();
+    return 0;
+}
+
+std::size_t OscWriter::text(const std::string&)
+{
+    requireOsc();
+    return 0;
+}
+
+std::size_t OscWriter::horizon(double)
+{
+    requireOsc();
+    return 0;
+}
+
+} // namespace midair::bridge

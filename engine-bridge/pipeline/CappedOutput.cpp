@@ -1,0 +1,295 @@
+#include "engine-bridge/pipeline/CappedOutput.h"
+
+#include "device/limits/GuardedDevice.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+PipelineContext::PipelineContext(HologramOptions given) : options(std::move(given))
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    fillIn(options);
+    for (const base::Message& note : options.notes)
+        messages.say(note);
+    keepToLimits(options, messages);
+}
+
+std::shared_ptr<const haptics::TransducerArray>
+PipelineContext::kept(const haptics::TransducerArray& heard) const
+{
+    return &heard == &options.array ? array
+                                    : std::make_shared<const haptics::TransducerArray>(heard);
+}
+
+// The device is opened with options of its own, since a second try is made in another thread.
+CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
+    _context(context),
+    _ears(ears)
+{
+    warnIfNoTransducerSounds();
+    const HologramOptions& options = _context.options;
+    const auto open = [factory = options.deviceFactory,
+                       uri = options.deviceUri,
+                       layout = device::DeviceLayout{
+                           options.array.size(), options.array.board, options.array.dead}] {
+        return factory(uri, layout);
+    };
+    _output = std::make_unique<ArrayOutput>(open, _context.messages, options.reopen_s);
+    useAbility();
+}
+
+void CappedOutput::useAbility()
+{
+    const device::DriveAbility ability = _output->ability();
+    _line = haptics::LineRate(ability.fieldsPerSecond,
+                              ability.amplitudes.size() == 2,
+                              ability.sequenceFields,
+                              ability.sequenceClock_Hz);
+    keepToLevels(_context.options, ability);
+    setCaps();
+    _context.array = std::make_shared<haptics::TransducerArray>(_context.options.array);
+}
+
+void CappedOutput::warnIfNoTransducerSounds()
+{
+    const haptics::TransducerArray& array = _context.options.array;
+    _isDead = array.gain.size() > 0 && array.gain.isZero(0.0);
+    if (_isDead)
+        _context.messages.say(
+            {base::MessageCode::ARRAY_DEAD,
+             fmt::format("all {} transducers of the array are dead or have the gain 0; "
+                         "it is silent",
+                         array.size())});
+}
+
+// The stricter of the caps of options and device.
+void CappedOutput::setCaps()
+{
+    _output->setAmplitudeCap(_context.options.maxAmplitude);
+    const device::DriveAbility ability = _output->ability();
+    const double cap_Pa =
+        device::stricterPressure(_context.options.maxPressure, ability.maxPressure_Pa);
+    _pressure.isSet = cap_Pa > 0.0;
+    _cap_Pa = cap_Pa;
+    _pressure.name =
+        cap_Pa == _context.options.maxPressure ? "MaxPressure" : "max-pressure of the device";
+    _pressure.isSilenceTold = false;
+    const auto wouldPlay = [this](const device::DriveSignal& signal)
+    { return _output->wouldPlay(signal); };
+    _pressure.cap = std::make_unique<PressureCap>(
+        _pressure.isSet ? cap_Pa : base::kMostPressure_Pa, wouldPlay, ability);
+}
+
+// A lower amplitude alone is the device's matter, but with a pressure cap the fields that are being
+// capped are rounded to other levels then.
+bool CappedOutput::isStricter(const HologramOptions& options) const
+{
+    const double now_Pa = _cap_Pa;
+    if (!(options.maxPressure >= 0.0) || !(options.earLimit >= 0.0)) return true;
+    const double ears_dB = _ears.limit_dB();
+    if (options.earLimit > 0.0 && !(ears_dB > 0.0 && options.earLimit >= ears_dB)) return true;
+    // Lower amplitudes are rounded to other levels, for which a factor has to be found anew.
+    if (ears_dB > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap())) return true;
+    if (options.maxPressure > 0.0 && !(now_Pa > 0.0 && options.maxPressure >= now_Pa)) return true;
+    return now_Pa > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap());
+}
+
+// A hand that shadows may be gone before the next field, so the cap must hold without it too.
+PressureCap::Where CappedOutput::where(const haptics::TransducerArray& array,
+                                       const Eigen::Matrix3Xd& points,
+                                       bool modulated)
+{
+    static const Eigen::Matrix3Xd kNowhere(3, 0);
+    std::vector<const haptics::TransducerArray*> arrays{&array};
+    if (&array != &_context.options.array) arrays.push_back(&_context.options.array);
+    return {_pressure.isSet ? points : kNowhere,
+            std::move(arrays),
+            _context.options.medium,
+            modulated,
+            _context.options.solverOptions.threads,
+            _context.options.solverOptions.stop,
+            _ears.bound()};
+}
+
+void CappedOutput::cap(const haptics::TransducerArray& array,
+                       haptics::FieldSequence& sequence,
+                       HologramResult& result)
+{
+    _proven = {};
+    if (sequence.isHeld() && sequence.achieved_Pa.size() > 0)
+        _proven.held = {1.0, sequence.fields.front(), sequence.achieved_Pa};
+    if (!_pressure.isSet && !(_ears.limit_dB() > 0.0)) return;
+    if (_pressure.isSet) result.maxPressure_Pa = _pressure.cap->max_Pa();
+    if (sequence.isEmpty()) return;
+    const haptics::ControlPoints points = sequence.points();
+    const PressureCap::Where place =
+        where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
+    const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
+    sequence.report.capFactor = _pressure.cap->hold(place, sequence, &_proven);
+    // Of parts that may sound alone the cap adds up each by itself.
+    if (!_output->ability().part.empty()) _proven.held = {};
+    if (sequence.report.capFactor >= 1.0) return;
+    ++_context.counters.capped;
+    if (sequence.report.capFactor <= 0.0)
+        tellOfSilence(place, wanted, sequence.report);
+    else if (_pressure.cap->isForEars(place, sequence.fields))
+        _context.messages.say(
+            {base::MessageCode::CAP_EARS,
+             fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB())});
+    else
+        _context.messages.say({base::MessageCode::CAP_PRESSURE, _pressure.cap->message()});
+}
+
+// The pressures in the message are those of one moment: told once, they are in each report.
+void CappedOutput::tellOfSilence(const PressureCap::Where& where,
+                                 const std::vector<Eigen::VectorXcf>& wanted,
+                                 haptics::SolveReport& report)
+{
+    if (_isDead) return; // told already
+    // It is 0 as well where a scene or an object isn't understood, which is told by itself.
+    const double most = _output->amplitudeCap();
+    const std::string amplitude =
+        most <= 0.0 ? "MaxAmplitude if it is 0, or mend what another message says is not understood"
+        : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
+                     : "max-amplitude of the device";
+    const std::string told = _pressure.cap->tellOfSilence(
+        where, wanted, {_pressure.name, "Pressure or Loudness", amplitude}, report);
+    if (!told.empty() && !std::exchange(_pressure.isSilenceTold, true))
+        _context.messages.say({base::MessageCode::FIELD_SILENCED, told});
+}
+
+void CappedOutput::play(const haptics::TransducerArray& array,
+                        haptics::FieldSequence sequence,
+                        HologramResult& result)
+{
+    cap(array, sequence, result);
+    send(std::move(sequence), result);
+}
+
+void CappedOutput::send(haptics::FieldSequence sequence, HologramResult& result)
+{
+    result.points = sequence.points();
+    if (sequence.isEmpty() || sequence.report.capFactor <= 0.0)
+    {
+        const bool failed = sequence.report.stop == haptics::StopReason::REFUSED;
+        _output->silence(failed ? ArrayOutput::Silence::FAILED : ArrayOutput::Silence::WANTED);
+        sequence.fields = {Eigen::VectorXcf::Zero(_context.options.array.size())};
+    }
+    else
+    {
+        const haptics::TransducerArray& array = _context.options.array;
+        std::vector<device::DriveSignal> drives = std::move(_proven.drives);
+        if (drives.empty()) drives = drivesOf(sequence.fields, array.size(), array.dead);
+        _output->play(std::move(drives), sequence.modulation, _context.options.solverOptions.stop);
+        const bool isStored = _line.isSlowerThan(sequence.modulation.fieldRate_Hz);
+        if (sequence.fields.size() > 1 && _line.isSlowerThan(_context.options.fieldRate) &&
+            !isStored)
+            _context.messages.say(
+                {base::MessageCode::DEVICE_SLOW,
+                 _line.message(sequence.modulation, _context.options.modulation)});
+    }
+    result.handedOver_s = base::steadySeconds();
+    result.sequence = std::move(sequence);
+}
+
+void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult& result)
+{
+    result.array = _context.kept(array);
+    const std::vector<Eigen::VectorXcf> wanted = result.sequence.fields;
+    if (measurePlayed(*_output,
+                      array,
+                      _context.options.medium,
+                      _context.options.solverOptions,
+                      _proven.held,
+                      result))
+        return;
+    const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
+    tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
+}
+
+// A solver knows neither the cap nor the fields of other solvers, as the sets of a cycle have them:
+// its step and its jump of the level are those between its own fields.
+void CappedOutput::rateFromLast(HologramResult& result) const
+{
+    if (!_context.last) return;
+    haptics::SolveReport& report = result.sequence.report;
+    const double before_Pa = _context.last->report().level_Pa;
+    const bool isJump = report.level_Pa > 0.0 && before_Pa > 0.0;
+    report.levelJump =
+        isJump ? std::max(report.level_Pa / before_Pa, before_Pa / report.level_Pa) : 0.0;
+    const double rate_Hz = _context.options.solverOptions.updateRate_Hz;
+    haptics::rateSwitch(
+        _context.last->played(), rate_Hz, _context.options.array.ringing_s, result.sequence);
+    const bool isCapped = report.capFactor < 1.0 || _context.last->report().capFactor < 1.0;
+    if (isCapped && result.sequence.isHeld() && _context.last->sequence.isHeld())
+        haptics::rateStep(_context.last->played(), rate_Hz, result.sequence);
+}
+
+// Figures of a field that rests were taken when it was sent: a ramp or a thermal budget goes on.
+bool CappedOutput::isMeasured() const
+{
+    if (_context.last->sequence.fields.size() != 1 || !_output->ability().fades) return true;
+    const std::vector<Eigen::VectorXcf> now = _output->played();
+    return now.size() == 1 && now.front() == _context.last->played();
+}
+
+bool CappedOutput::attend(bool areOptionsNew)
+{
+    const auto attention = _output->attend(_context.options.solverOptions.stop);
+    const bool isTold = _output->tellOfDriver();
+    // After other options the next process() tells more than what has become of the last field.
+    if (attention == ArrayOutput::Attention::NOTHING && !isTold && isMeasured() &&
+        (areOptionsNew || stateOf(*_context.last) == _context.last->state))
+        return false;
+    if (attention == ArrayOutput::Attention::RESENT) ++_context.counters.resent;
+    return true;
+}
+
+// Takes over what is played and its figures. Where snapshots follow each other there is no
+// attend(), so the device is looked after here.
+void CappedOutput::playOn(const haptics::FieldSequence& sequence,
+                          haptics::ControlPoints points,
+                          const haptics::TransducerArray& array,
+                          HologramResult& result)
+{
+    // Where they were solved for, or many small steps would go unseen.
+    points.positions = _context.last->points.positions;
+    result.array = _context.last->array;
+    result.maxPressure_Pa = _context.last->maxPressure_Pa;
+    result.achieved_Pa = _context.last->achieved_Pa;
+    result.handedOver_s = _context.last->handedOver_s;
+    result.sequence = _context.last->sequence;
+    result.sequence.parts = {points};
+    result.points = std::move(points);
+    haptics::SolveReport& report = result.sequence.report;
+    if (report.capFactor < 1.0) ++_context.counters.capped;
+    report.stop = sequence.report.stop;
+    report.rowsBuilt = report.iterations = 0;
+    report.matrix_ms = report.solve_ms = 0.0;
+    report.meanPhaseStep_rad = report.driveChange = report.audibleChange = 0.0;
+    report.levelJump = sequence.report.levelJump;
+    report.ringingShare = sequence.report.ringingShare;
+    const auto attention = _output->attend(_context.options.solverOptions.stop);
+    if (attention == ArrayOutput::Attention::RESENT) ++_context.counters.resent;
+    if (attention != ArrayOutput::Attention::NOTHING || !isMeasured()) measure(array, result);
+}
+
+ArrayState CappedOutput::stateOf(const HologramResult& result)
+{
+    const ArrayState state = _output->state();
+    const bool isNothing =
+        state == ArrayState::PLAYING && (_isDead || result.isSilenced() || !_output->sounds());
+    _output->judge(isNothing ? ArrayState::SILENT : state);
+    return isNothing ? ArrayState::SILENT : state;
+}
+
+} // namespace midair::bridge

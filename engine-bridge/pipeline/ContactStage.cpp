@@ -1,0 +1,182 @@
+#include "engine-bridge/pipeline/ContactStage.h"
+
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr double kShow_s = 1.0 / 60.0; // of the fields of contacts one is published so often
+constexpr double kLeastPeriod_s = 2.5e-4;
+
+} // namespace
+
+ContactStage::ContactStage(PipelineContext& context, CappedOutput& output, HandStage& hands) :
+    _context(context),
+    _output(output),
+    _hands(hands)
+{
+    setOptions();
+}
+
+void ContactStage::setOptions()
+{
+    const HologramOptions& options = _context.options;
+    _renderer = std::make_unique<ContactRenderer>(options.array, options.medium, options.contacts);
+}
+
+bool ContactStage::arrive(const SceneSnapshot*& snapshot)
+{
+    snapshot = &withContactShares(*snapshot);
+    return true;
+}
+
+// The snapshot itself if nothing in it is felt by contacts.
+const SceneSnapshot& ContactStage::withContactShares(const SceneSnapshot& snapshot)
+{
+    const bool had = std::exchange(_concerns, _renderer->concerns(snapshot.objects));
+    if (!_concerns)
+    {
+        if (had) _renderer->clear();
+        _whole = {};
+        return snapshot;
+    }
+    _shared = snapshot;
+    _renderer->update(_shared.objects, _shared.hands, _shared.time_s, _shared.handsLate_s);
+    for (const std::string& problem : _renderer->problems())
+        _context.messages.say({base::MessageCode::HANDS_SOURCE, problem});
+    return _shared;
+}
+
+bool ContactStage::isActive() const
+{
+    return _concerns && _renderer->isActive(base::steadySeconds());
+}
+
+double ContactStage::period_s() const
+{
+    const double ofLine_Hz = _output.device().ability().fieldsPerSecond;
+    const double wanted_Hz = _context.options.fieldRate;
+    const double rate_Hz = ofLine_Hz > 0.0 ? std::min(wanted_Hz, ofLine_Hz) : wanted_Hz;
+    return std::max(kLeastPeriod_s, 1.0 / rate_Hz);
+}
+
+bool ContactStage::compose(const haptics::FieldSequence& whole)
+{
+    if (_concerns) _whole = whole;
+    return !_concerns;
+}
+
+bool ContactStage::takeOver(HologramResult& result)
+{
+    if (isActive())
+    {
+        playNext(&result);
+        return true;
+    }
+    _isPlayed = false;
+    if (_concerns) result.touched = std::make_shared<const ContactScene>(_renderer->view());
+    return false;
+}
+
+// Plays the next field of contacts, and puts its figures into the result, which may be null: they
+// cost more than the field.
+void ContactStage::playNext(HologramResult* result)
+{
+    const HologramOptions& options = _context.options;
+    const double now_s = base::steadySeconds();
+    RenderedField rendered = _renderer->render(now_s, _whole);
+    if (rendered.isFailed)
+        _context.messages.say({base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error});
+    haptics::FieldSequence sequence;
+    sequence.report = rendered.report;
+    sequence.report.transducers = options.array.size();
+    sequence.report.capFactor = 1.0;
+    sequence.modulation.fieldRate_Hz = options.fieldRate;
+    haptics::ControlPoints points = _whole.points();
+    points.targets *= _renderer->view().whole;
+    haptics::append(points, rendered.foci);
+    sequence.report.points = points.size();
+    sequence.parts = {std::move(points)};
+    sequence.fields = {std::move(rendered.q)};
+    HologramResult unseen;
+    _output.play(options.array, std::move(sequence), result ? *result : unseen);
+    _field_s = now_s;
+    _isPlayed = true;
+    const std::vector<Eigen::VectorXcf> planned = _output.device().planned();
+    const std::shared_ptr<const TimedField> last = _renderer->newest();
+    _renderer->keep(now_s, planned.empty() ? Eigen::VectorXcf() : planned.front());
+    ++_context.counters.contactFields;
+    if (!result) return;
+    _shown_s = now_s;
+    result->touched = std::make_shared<const ContactScene>(_renderer->view());
+    _output.measure(options.array, *result);
+    if (result->points.size() > 0)
+        haptics::rateLevel(result->points, result->achieved_Pa, result->sequence.report);
+    if (last)
+        haptics::rateSwitch(last->q, 1.0 / period_s(), options.array.ringing_s, result->sequence);
+}
+
+RestStep ContactStage::attend(bool /*isPlaying*/)
+{
+    if (!isActive() && !_isPlayed) return {};
+    const double now_s = base::steadySeconds();
+    if (_output.device().isHoldOver()) return silence(); // frames stand still
+    if (!isActive()) return playWhole();
+    RestStep step;
+    step.isAll = true;
+    if (now_s < _field_s + period_s()) return step;
+    const bool isShown = now_s >= _shown_s + kShow_s;
+    if (isShown) step.result = std::make_shared<HologramResult>(*_context.last);
+    playNext(step.result.get());
+    step.isOtherField = isShown;
+    return step;
+}
+
+RestStep ContactStage::silence()
+{
+    end();
+    _output.device().silence(ArrayOutput::Silence::FAILED);
+    RestStep step;
+    step.result = std::make_shared<HologramResult>(*_context.last);
+    step.result->touched = std::make_shared<const ContactScene>(_renderer->view());
+    step.isAll = step.isOtherField = true;
+    return step;
+}
+
+// The contacts have ended; what is left of the scene is played as if there had been none.
+RestStep ContactStage::playWhole()
+{
+    _isPlayed = false;
+    _renderer->pause();
+    RestStep step;
+    step.isAll = step.isOtherField = true;
+    step.result = std::make_shared<HologramResult>(*_context.last);
+    step.result->touched = std::make_shared<const ContactScene>(_renderer->view());
+    const haptics::TransducerArray& array = _hands.shadowed(_whole.points());
+    _output.play(array, _whole, *step.result);
+    _output.measure(array, *step.result);
+    _output.rateFromLast(*step.result);
+    return step;
+}
+
+std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
+{
+    if (isActive()) return std::max(_field_s + period_s() - base::steadySeconds(), 0.0);
+    if (_isPlayed) return 0.0; // they have just ended
+    return std::nullopt;
+}
+
+void ContactStage::end()
+{
+    _renderer->clear();
+    _isPlayed = false;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,44 @@
+#include "engine-bridge/pipeline/EarStage.h"
+
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <vector>
+
+namespace midair::bridge
+{
+
+// Array and air never change without it.
+void EarStage::setOptions()
+{
+    const HologramOptions& options = _context.options;
+    _watch.setPlace(options.array, options.medium, options.earPoints);
+    _watch.setLimit(options.earLimit);
+}
+
+bool EarStage::arrive(const SceneSnapshot*& snapshot)
+{
+    _isMoved = false;
+    if (_watch.isUnmoved(snapshot->ears)) return true;
+    _watch.setEars(snapshot->ears);
+    _isMoved = limit_dB() > 0.0;
+    const HologramResult* last = _context.last.get();
+    if (!_isMoved && last && last->state == ArrayState::PLAYING)
+        _watch.play(last->sequence.fields, base::steadySeconds());
+    return !_isMoved;
+}
+
+void EarStage::report(HologramResult& result, bool isOtherField)
+{
+    const double now_s = base::steadySeconds();
+    const bool sounds = result.state == ArrayState::PLAYING;
+    if (isOtherField || !_context.last || result.state != _context.last->state)
+        _watch.play(sounds ? result.sequence.fields : std::vector<Eigen::VectorXcf>(), now_s);
+    result.exposure = _watch.reading(now_s);
+}
+
+haptics::ExposureFigures EarStage::reading() const
+{
+    return _watch.reading(base::steadySeconds());
+}
+
+} // namespace midair::bridge
