@@ -1,7 +1,7 @@
 #include "device/DeviceUri.h"
 
-#include "haptics/base/text/Printable.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 
