@@ -72,17 +72,17 @@ TemperatureSource::TemperatureSource(std::string file) :
 TemperatureSource::~TemperatureSource()
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _stop = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     _thread.join();
     if (_descriptor >= 0) ::close(_descriptor);
 }
 
 TemperatureSource::News TemperatureSource::take()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     News news = std::move(_news);
     _news = {};
     _news.isClosed = news.isClosed;
@@ -92,19 +92,22 @@ TemperatureSource::News TemperatureSource::take()
 void TemperatureSource::run()
 {
     const auto pause = std::chrono::duration<double>(kLook_s);
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     while (!_stop)
     {
         lock.unlock();
         look();
         lock.lock();
-        _wake.wait_for(lock, pause, [this] { return _stop; });
+        const auto end = std::chrono::steady_clock::now() + pause;
+        while (!_stop && _wake.waitUntil(lock, end))
+        {
+        }
     }
 }
 
 void TemperatureSource::tell(const std::string& problem, bool isClosed)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _news.isClosed = isClosed;
     if (!problem.empty()) _news.problem = problem;
 }
@@ -188,7 +191,7 @@ void TemperatureSource::readLine(std::string line)
     if (isBlank(line)) return;
     std::string problem;
     const std::optional<double> temperature_C = temperatureOf(line, problem);
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (temperature_C)
     {
         _news.temperature_C = temperature_C;

@@ -1,11 +1,10 @@
 #pragma once
 
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <array>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -61,10 +60,10 @@ private:
     std::string _seen;    // state and content of a regular file at the last look
     std::string _pending; // begin of a line
     bool _isTold = false; // all of _seen was read
-    std::mutex _mutex;    // guards the next two
-    News _news;
-    bool _stop = false;
-    std::condition_variable _wake;
+    base::Mutex _mutex;
+    News _news MIDAIR_GUARDED_BY(_mutex);
+    bool _stop MIDAIR_GUARDED_BY(_mutex) = false;
+    base::Condition _wake;
     std::thread _thread; // last, so that it starts after all others are made
 };
 

@@ -1,5 +1,7 @@
 #include "engine-bridge/hands/HandSource.h"
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,20 +11,20 @@ namespace midair::bridge
 
 void InjectedHandSource::set(const HandFrame& frame)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _frame = frame;
     ++_set;
 }
 
 void InjectedHandSource::clear()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _frame.hands.clear();
 }
 
 bool InjectedHandSource::frameAt(double time_s, HandFrame& frame)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     frame.time_s = time_s;
     frame.hands.clear();
     if (_frame.hands.empty() || !(std::abs(time_s - _frame.time_s) <= _staleAfter_s)) return false;
@@ -32,7 +34,7 @@ bool InjectedHandSource::frameAt(double time_s, HandFrame& frame)
 
 std::string InjectedHandSource::status() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return fmt::format("hands set by the application, {} frames so far", _set);
 }
 

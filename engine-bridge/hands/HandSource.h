@@ -1,10 +1,10 @@
 #pragma once
 
 #include "engine-bridge/hands/Hand.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <cstddef>
 #include <iosfwd>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -77,9 +77,9 @@ public:
 
 private:
     double _staleAfter_s;
-    mutable std::mutex _mutex;
-    HandFrame _frame;
-    std::size_t _set = 0;
+    mutable base::Mutex _mutex;
+    HandFrame _frame MIDAIR_GUARDED_BY(_mutex);
+    std::size_t _set MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
 } // namespace midair::bridge

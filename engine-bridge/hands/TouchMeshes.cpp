@@ -1,5 +1,7 @@
 #include "engine-bridge/hands/TouchMeshes.h"
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -16,10 +18,10 @@ constexpr std::uint64_t kSweep = 60; ///< updates between two looks for what isn
 TouchMeshes::~TouchMeshes()
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _stop = true;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     if (_thread.joinable()) _thread.join();
 }
 
@@ -29,7 +31,7 @@ void TouchMeshes::beginUpdate()
     _budget = kAtOnce;
     std::vector<Made> news;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         news.swap(_made);
     }
     for (Made& one : news)
@@ -45,7 +47,7 @@ void TouchMeshes::keep(Entry& entry, const Made& made)
 {
     if (entry.newest)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         if (_thread.joinable()) _bin.push_back(std::move(entry.newest));
     }
     entry.newest = made.distance;
@@ -90,7 +92,7 @@ std::shared_ptr<const MeshDistance> TouchMeshes::get(const HapticObject& object)
 void TouchMeshes::submit(Wanted wanted)
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto isSame = [&](const auto& other) { return other.meshId == wanted.meshId; };
         if (_atWork == wanted.meshId || std::any_of(_wanted.begin(), _wanted.end(), isSame) ||
             std::any_of(_made.begin(), _made.end(), isSame))
@@ -105,15 +107,16 @@ void TouchMeshes::submit(Wanted wanted)
             _wanted.push_back(std::move(wanted));
     }
     if (!_thread.joinable()) _thread = std::thread([this] { run(); });
-    _wake.notify_all();
+    _wake.notifyAll();
 }
 
 void TouchMeshes::run()
 {
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     for (;;)
     {
-        _wake.wait(lock, [this] { return _stop || !_wanted.empty() || !_bin.empty(); });
+        while (!_stop && _wanted.empty() && _bin.empty())
+            _wake.wait(lock);
         if (_stop) return;
         std::vector<std::shared_ptr<const MeshDistance>> unused;
         unused.swap(_bin);

@@ -2,12 +2,11 @@
 
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/hands/MeshDistance.h"
+#include "haptics/base/threads/Mutex.h"
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <unordered_map>
 #include <vector>
@@ -76,14 +75,16 @@ private:
     std::uint64_t _updates = 0;
     std::size_t _budget = 0; ///< bytes that are left of kAtOnce
 
-    std::mutex _mutex; ///< guards what follows
-    std::condition_variable _wake;
-    std::vector<Wanted> _wanted; ///< at most one of each object, in the order that they came
-    std::uint64_t _atWork = 0;   ///< meshId of the one that is being prepared
-    std::vector<Made> _made;     ///< not taken yet
+    base::Mutex _mutex;
+    base::Condition _wake;
+    /// at most one of each object, in the order that they came
+    std::vector<Wanted> _wanted MIDAIR_GUARDED_BY(_mutex);
+    /// meshId of the one that is being prepared
+    std::uint64_t _atWork MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::vector<Made> _made MIDAIR_GUARDED_BY(_mutex); ///< not taken yet
     /// large ones that nobody needs any more: freeing megabytes takes longer than a frame should
-    std::vector<std::shared_ptr<const MeshDistance>> _bin;
-    bool _stop = false;
+    std::vector<std::shared_ptr<const MeshDistance>> _bin MIDAIR_GUARDED_BY(_mutex);
+    bool _stop MIDAIR_GUARDED_BY(_mutex) = false;
     std::thread _thread; ///< runs once there was a large mesh
 };
 

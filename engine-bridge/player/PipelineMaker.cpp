@@ -4,10 +4,10 @@
 #include "haptics/array/ArrayFileWatch.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/MessageCode.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <cstdint>
-#include <mutex>
 #include <utility>
 
 namespace midair::bridge
@@ -18,9 +18,9 @@ using base::MessageCode;
 struct PipelineMaker::Loaded
 {
     haptics::ArrayFileWatch watch{""}; ///< for the hologram thread alone
-    mutable std::mutex mutex;          ///< guards the array
-    std::shared_ptr<const haptics::TransducerArray> array;
-    std::uint64_t rereads = 0; ///< how often its file has changed and was right then
+    std::uint64_t rereads = 0;         ///< likewise: how often it has changed and was right then
+    mutable base::Mutex mutex;
+    std::shared_ptr<const haptics::TransducerArray> array MIDAIR_GUARDED_BY(mutex);
 };
 
 namespace
@@ -79,7 +79,7 @@ HologramThread::PipelineFactory PipelineMaker::factory(const HologramOptions& gi
         if (!on.array.empty()) loaded->watch = haptics::ArrayFileWatch(on.array);
         options.array = read(on, dead, weak);
         {
-            const std::lock_guard<std::mutex> lock(loaded->mutex);
+            const base::Lock lock(loaded->mutex);
             if (isAnother)
             {
                 options.notes = {{MessageCode::ARRAY_READ_AGAIN, readAgain(options.array)}};
@@ -104,7 +104,7 @@ std::shared_ptr<const haptics::TransducerArray> PipelineMaker::array() const
 {
     const std::shared_ptr<Loaded> loaded = std::atomic_load(&_loaded);
     if (!loaded) return nullptr;
-    const std::lock_guard<std::mutex> lock(loaded->mutex);
+    const base::Lock lock(loaded->mutex);
     return loaded->array;
 }
 

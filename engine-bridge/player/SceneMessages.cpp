@@ -1,6 +1,7 @@
 #include "engine-bridge/player/SceneMessages.h"
 
 #include "haptics/base/text/Words.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ void SceneMessages::keep(base::Message message, bool isCounted)
     message.path = base::printable(message.path);
     bool fresh = false;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         fresh = isCounted ? _log.say(message) : _log.take(message);
     }
     if (!fresh || !_print) return;
@@ -44,7 +45,7 @@ void SceneMessages::printDue(double now_s)
 
 std::vector<base::Message> SceneMessages::all() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _log.messages();
 }
 

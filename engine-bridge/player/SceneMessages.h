@@ -2,10 +2,10 @@
 
 #include "haptics/base/text/LineLimit.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <vector>
 
 namespace midair::bridge
@@ -40,8 +40,8 @@ private:
     const std::function<void(const Line&)> _print;
     base::LineLimit _lines;
     std::uint64_t _takenUpTo = 0; ///< newest Message::said of those that were taken
-    mutable std::mutex _mutex;    ///< guards the log
-    base::MessageLog _log;
+    mutable base::Mutex _mutex;
+    base::MessageLog _log MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::bridge

@@ -4,6 +4,7 @@
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -155,7 +156,7 @@ void ScenePlayer::apply()
         _maker.begin(_played.on, _played.settings->dead, _played.settings->weak);
     HologramOptions made = options();
     {
-        const std::lock_guard<std::mutex> lock(_shared.mutex);
+        const base::Lock lock(_shared.mutex);
         _shared.medium = made.medium;
         _shared.counts.temperature_C = _played.air_C;
     }
@@ -164,18 +165,19 @@ void ScenePlayer::apply()
     if (_host.filter) _host.filter(made);
     if (!isOpen) return start(made);
     auto otherwise = _maker.factory(made);
-    _shared.thread->setOptions(std::move(made), std::move(otherwise));
+    _opening.thread->setOptions(std::move(made), std::move(otherwise));
 }
 
 void ScenePlayer::start(const HologramOptions& options)
 {
     auto make = _maker.factory(options);
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
-    if (_shared.thread)
-        _shared.thread->setPipeline(std::move(make), _maker.staleCheck());
+    const base::Lock lock(_shared.mutex);
+    if (_opening.thread)
+        _opening.thread->setPipeline(std::move(make), _maker.staleCheck());
     else
-        _shared.thread =
+        _opening.thread =
             std::make_unique<HologramThread>(std::move(make), _maker.staleCheck(), _shared.lead);
+    _shared.thread = _opening.thread.get();
 }
 
 void ScenePlayer::keepClosed()
@@ -212,7 +214,7 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     const bool isHandedOver = !isIdle && submit();
     rest();
     tellSlowSolver(start_s);
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     SceneStatistics& counts = _shared.counts;
     ++counts.frames;
     if (isIdle) ++counts.idleFrames;
@@ -225,7 +227,7 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
 
 void ScenePlayer::rest()
 {
-    if (_shared.thread) _shared.thread->keepAlive();
+    if (_opening.thread) _opening.thread->keepAlive();
 }
 
 // Contacts live on frames while there are hands, and for as long as what was touched still fades.
@@ -247,9 +249,9 @@ bool ScenePlayer::mayTouch() const
 bool ScenePlayer::submit()
 {
     _submitted.note(_snapshot, base::steadySeconds());
-    if (!_shared.thread) return false;
-    _shared.thread->submit(_snapshot);
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    if (!_opening.thread) return false;
+    _opening.thread->submit(_snapshot);
+    const base::Lock lock(_shared.mutex);
     ++_shared.counts.snapshots;
     return true;
 }
@@ -257,13 +259,13 @@ bool ScenePlayer::submit()
 void ScenePlayer::open()
 {
     SceneSnapshot none;
-    if (_shared.thread) _shared.thread->submit(none);
+    if (_opening.thread) _opening.thread->submit(none);
 }
 
 // Touches end before the snapshot is handed over.
 void ScenePlayer::silence()
 {
-    if (!_shared.thread) return;
+    if (!_opening.thread) return;
     _snapshot.objects.clear();
     _snapshot.time_s = base::steadySeconds();
     _hands.touch(_snapshot.objects, std::make_shared<PlayedPressure>());
@@ -274,15 +276,15 @@ void ScenePlayer::silence()
 bool ScenePlayer::close()
 {
     _wanted.on = {};
-    if (std::exchange(_opening.isOpen, false) && _shared.thread)
+    if (std::exchange(_opening.isOpen, false) && _opening.thread)
     {
         _hands.setNamed("");
         _submitted.forget();
-        _shared.thread->setPipeline([] { return std::unique_ptr<HologramPipeline>(); });
+        _opening.thread->setPipeline([] { return std::unique_ptr<HologramPipeline>(); });
         silence();
         return true;
     }
-    if (_shared.thread && _shared.thread->state() == ArrayState::CLOSED) end();
+    if (_opening.thread && _opening.thread->state() == ArrayState::CLOSED) end();
     return false;
 }
 
@@ -295,32 +297,33 @@ std::shared_ptr<void> ScenePlayer::end()
     _submitted.forget();
     _taken.results = 0;
     _taken.newest.reset();
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     if (_shared.thread) _shared.closed = _shared.thread->latestResult();
+    _shared.thread = nullptr;
     _shared.counts.snapshots = 0; // as those that the next thread will have come to
     // Nobody leads the thread that ends any more; the next one is muted as this one was.
     const bool isMuted = _shared.lead->isMuted();
     _shared.lead = std::make_shared<device::Lead>();
     _shared.lead->setMuted(isMuted);
-    return std::shared_ptr<HologramThread>(std::move(_shared.thread));
+    return std::shared_ptr<HologramThread>(std::move(_opening.thread));
 }
 
 void ScenePlayer::setMuted(bool muted)
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     _shared.lead->setMuted(muted);
     if (_shared.thread) _shared.thread->setMuted(muted);
 }
 
 bool ScenePlayer::isMuted() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.lead->isMuted();
 }
 
 void ScenePlayer::takeResult()
 {
-    const std::uint64_t results = _shared.thread ? _shared.thread->results() : 0;
+    const std::uint64_t results = _opening.thread ? _opening.thread->results() : 0;
     if (results == _taken.results) return;
     _taken.results = results;
     const auto result = latestResult();
@@ -331,7 +334,7 @@ void ScenePlayer::takeResult()
     // deadline, so they are no latencies.
     if (isFresh)
     {
-        const std::lock_guard<std::mutex> lock(_shared.mutex);
+        const base::Lock lock(_shared.mutex);
         _shared.latencies.add(result->latency_ms);
         if (_hands.predicts()) _hands.setLatency(1e-3 * _shared.latencies.percentile(0.5));
     }
@@ -349,7 +352,7 @@ void ScenePlayer::takeResult()
 // A solver of the program's own may take as long as it likes, and its thread can't tell meanwhile.
 void ScenePlayer::tellSlowSolver(double now_s)
 {
-    const double taken_s = _shared.thread ? _shared.thread->solvesFor_s() : 0.0;
+    const double taken_s = _opening.thread ? _opening.thread->solvesFor_s() : 0.0;
     if (taken_s <= kSlowSolve_s)
     {
         if (now_s > _taken.slowUntil_s) _taken.slowUntil_s = 0.0;
@@ -371,13 +374,13 @@ void ScenePlayer::tellSlowSolver(double now_s)
 
 std::shared_ptr<const HologramResult> ScenePlayer::latestResult() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->latestResult() : _shared.closed;
 }
 
 SceneStatistics ScenePlayer::statistics() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     SceneStatistics all = _shared.counts;
     all.latencyP50_ms = _shared.latencies.percentile(0.5);
     all.latencyP99_ms = _shared.latencies.percentile(0.99);
@@ -398,37 +401,37 @@ SceneStatistics ScenePlayer::statistics() const
 
 ArrayState ScenePlayer::state() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->state() : ArrayState::CLOSED;
 }
 
 ArrayReading ScenePlayer::reading() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->reading() : ArrayReading();
 }
 
 std::string ScenePlayer::deviceStatus() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->deviceStatus() : std::string();
 }
 
 PlayedDrives ScenePlayer::playedOfLate(double duration_s) const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->playedOfLate(duration_s) : PlayedDrives();
 }
 
 haptics::Medium ScenePlayer::medium() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.medium;
 }
 
 std::shared_ptr<const PlayedPressure> ScenePlayer::playedNow() const
 {
-    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->playedNow() : std::make_shared<PlayedPressure>();
 }
 

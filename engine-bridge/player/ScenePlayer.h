@@ -8,6 +8,7 @@
 #include "engine-bridge/player/PipelineMaker.h"
 #include "engine-bridge/player/SceneMessages.h"
 #include "engine-bridge/player/SubmittedFrame.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <osgMidair/SceneSettings>
 #include <osgMidair/SceneStatistics>
@@ -17,7 +18,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -98,7 +98,7 @@ public:
     /// something was open until now.
     bool close();
     /// close() has come to its end.
-    bool isClosed() const { return !_shared.thread; }
+    bool isClosed() const { return !_opening.thread; }
     /// Ends all touches and the thread; what is returned has to be destroyed, which waits for the
     /// device. Nothing is opened before the next configure().
     std::shared_ptr<void> end();
@@ -166,7 +166,8 @@ private:
     };
     struct Opening
     {
-        bool isOpen = false; ///< the thread has what _played says
+        std::unique_ptr<HologramThread> thread; ///< null: there is none
+        bool isOpen = false;                    ///< it has what _played says
         bool isKeptClosed = false;
         std::uint64_t changes = 0;
     };
@@ -177,17 +178,20 @@ private:
         std::shared_ptr<const HologramResult> newest;
         double slowUntil_s = 0.0; ///< for how long a slow solver is told already; 0: none is
     };
-    /// What other threads see; a member is written under the mutex, by the player's own thread.
+    /// What other threads see.
     struct Shared
     {
-        mutable std::mutex mutex;
+        mutable base::Mutex mutex;
         /// the thread's, or that of the next one
-        std::shared_ptr<device::Lead> lead = std::make_shared<device::Lead>();
-        std::unique_ptr<HologramThread> thread;
-        std::shared_ptr<const HologramResult> closed; ///< that of a thread that ended
-        haptics::Medium medium;
-        SceneStatistics counts;      ///< those of the player's own
-        LatencyStatistics latencies; ///< ms, of the newest fields
+        std::shared_ptr<device::Lead> lead MIDAIR_GUARDED_BY(mutex) =
+            std::make_shared<device::Lead>();
+        /// that of _opening, which outlives each lock
+        HologramThread* thread MIDAIR_GUARDED_BY(mutex) = nullptr;
+        /// that of a thread that ended
+        std::shared_ptr<const HologramResult> closed MIDAIR_GUARDED_BY(mutex);
+        haptics::Medium medium MIDAIR_GUARDED_BY(mutex);
+        SceneStatistics counts MIDAIR_GUARDED_BY(mutex);      ///< those of the player's own
+        LatencyStatistics latencies MIDAIR_GUARDED_BY(mutex); ///< ms, of the newest fields
     };
 
     void judgeCaps();
@@ -201,7 +205,6 @@ private:
     Plan _wanted;
     Plan _played; ///< what the thread has
     Caps _caps;
-    Opening _opening;
     AirTemperature _air;
     HandTracker _hands;
     double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
@@ -210,6 +213,7 @@ private:
     SceneSnapshot _snapshot; ///< being filled
     SubmittedFrame _submitted;
     Taken _taken;
+    Opening _opening;
     Shared _shared;
 };
 

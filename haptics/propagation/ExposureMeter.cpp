@@ -1,5 +1,6 @@
 #include "haptics/propagation/ExposureMeter.h"
 
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/propagation/Exposure.h"
 
 #include <algorithm>
@@ -47,7 +48,7 @@ void ExposureMeter::play(double now_s,
                          const Eigen::Matrix3Xd& places,
                          const Eigen::VectorXd& square_Pa2)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (_state.places.cols() != places.cols())
     {
         _state = State();
@@ -67,7 +68,7 @@ ExposureFigures ExposureMeter::read(double now_s) const
 {
     State state;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         state = _state;
     }
     ExposureFigures figures;

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <osgMidair/ExposureFigures>
 
 #include <Eigen/Core>
 
 #include <array>
-#include <mutex>
 
 namespace midair::haptics
 {
@@ -47,8 +48,8 @@ private:
     static void advance(State& state, double now_s);
     static void closeBin(State& state);
 
-    mutable std::mutex _mutex; ///< guards _state
-    State _state;
+    mutable base::Mutex _mutex;
+    State _state MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::haptics

@@ -18,20 +18,21 @@ constexpr double kNearest = 0.25;
 
 bool PropagationMatrix::resize(int points)
 {
-    const bool stale = points > _capacity;
+    const bool stale = points > _entries.capacity;
     if (stale)
     {
-        _capacity = points;
-        _rows.resize(3, points);
-        _inFloat.resize(static_cast<std::size_t>(points) * _bounds.size());
+        _entries.capacity = points;
+        _rows.places.resize(3, points);
+        _rows.inFloat.resize(static_cast<std::size_t>(points) * _geometry.blocks.size());
         const auto entries =
-            static_cast<std::size_t>(_capacity) * static_cast<std::size_t>(_padded);
+            static_cast<std::size_t>(_entries.capacity) * static_cast<std::size_t>(_lanes.padded);
         if (_storage == Storage::FLOAT)
-            _entries.reserve(2 * entries);
+            _entries.floats.reserve(2 * entries);
         else
         {
-            _fixed.reserve(entries);
-            _scale.reserve(static_cast<std::size_t>(_capacity) * _bounds.size());
+            _entries.fixed.reserve(entries);
+            _entries.scale.reserve(static_cast<std::size_t>(_entries.capacity) *
+                                   _geometry.blocks.size());
         }
     }
     _points = points;
@@ -40,8 +41,8 @@ bool PropagationMatrix::resize(int points)
 
 kernels::BlockGeometry PropagationMatrix::geometry(int block) const
 {
-    const auto stride = static_cast<std::size_t>(_padded);
-    const float* g = _geometry.data() + offset(block);
+    const auto stride = static_cast<std::size_t>(_lanes.padded);
+    const float* g = _geometry.vectors.data() + offset(block);
     return {g,
             g + stride,
             g + 2 * stride,
@@ -50,8 +51,8 @@ kernels::BlockGeometry PropagationMatrix::geometry(int block) const
             g + 5 * stride,
             g + 6 * stride,
             g + 7 * stride,
-            _hasOffset ? g + 8 * stride : nullptr,
-            _groups.data() + offset(block) / kernels::kGroup,
+            _geometry.hasOffset ? g + 8 * stride : nullptr,
+            _geometry.groups.data() + offset(block) / kernels::kGroup,
             width(block)};
 }
 
@@ -75,16 +76,18 @@ void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
     // For a point well inside the array, as in a prism, the bound of the whole array is enough.
     // Otherwise each block's bound is checked, and if that is too wide each of its transducers.
     const Eigen::Vector3d x = r / _wavelength_m;
-    _rows.col(l) = x;
-    const bool all = suitsKernel(rangeOf(_bound, x));
-    unsigned char* inFloat = _inFloat.data() + static_cast<std::size_t>(l) * _bounds.size();
-    for (std::size_t b = 0; b < _bounds.size(); ++b)
+    _rows.places.col(l) = x;
+    const bool all = suitsKernel(rangeOf(_geometry.whole, x));
+    unsigned char* inFloat =
+        _rows.inFloat.data() + static_cast<std::size_t>(l) * _geometry.blocks.size();
+    for (std::size_t b = 0; b < _geometry.blocks.size(); ++b)
     {
-        inFloat[b] = _compact[b] && (all || suitsKernel(rangeOf(_bounds[b], x)));
-        if (inFloat[b] || !_compact[b]) continue;
+        inFloat[b] =
+            _geometry.isCompact[b] && (all || suitsKernel(rangeOf(_geometry.blocks[b], x)));
+        if (inFloat[b] || !_geometry.isCompact[b]) continue;
         const int block = static_cast<int>(b);
-        const auto places =
-            _places.middleCols(offset(block), std::min(width(block), _transducers - offset(block)));
+        const auto places = _geometry.places.middleCols(
+            offset(block), std::min(width(block), _lanes.count - offset(block)));
         const auto squares = (places.colwise() - x).colwise().squaredNorm();
         inFloat[b] = suitsKernel({std::sqrt(squares.minCoeff()), std::sqrt(squares.maxCoeff())});
     }
@@ -97,15 +100,15 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
     for (int k = 0; k < count; ++k)
     {
         const int l = rows[k];
-        if (!_inFloat[static_cast<std::size_t>(l) * _bounds.size() +
-                      static_cast<std::size_t>(block)])
+        if (!_rows.inFloat[static_cast<std::size_t>(l) * _geometry.blocks.size() +
+                           static_cast<std::size_t>(block)])
         {
             sums[l] += static_cast<double>(buildRowInDouble(block, l));
             continue;
         }
-        batch.x[batch.count] = _rows(0, l);
-        batch.y[batch.count] = _rows(1, l);
-        batch.z[batch.count] = _rows(2, l);
+        batch.x[batch.count] = _rows.places(0, l);
+        batch.y[batch.count] = _rows.places(1, l);
+        batch.z[batch.count] = _rows.places(2, l);
         batch.row[batch.count++] = l;
         if (batch.count < kernels::PointBatch::kSize) continue;
         buildBatch(block, batch, sums);
@@ -123,21 +126,22 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
 
 void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, double* sums)
 {
-    const auto first = static_cast<std::size_t>(offset(block)) * _capacity;
+    const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity;
     if (_storage == Storage::FLOAT)
-        buildBatch(block, batch, kernels::FloatRows{_entries.data() + 2 * first}, sums);
+        buildBatch(block, batch, kernels::FloatRows{_entries.floats.data() + 2 * first}, sums);
     else
         buildBatch(block,
                    batch,
-                   kernels::FixedRows{_fixed.data() + first,
-                                      _scale.data() + static_cast<std::size_t>(block) * _capacity},
+                   kernels::FixedRows{_entries.fixed.data() + first,
+                                      _entries.scale.data() +
+                                          static_cast<std::size_t>(block) * _entries.capacity},
                    sums);
 }
 
-template<typename Rows>
+template<typename Target>
 void PropagationMatrix::buildBatch(int block,
                                    const kernels::PointBatch& batch,
-                                   const Rows& rows,
+                                   const Target& rows,
                                    double* sums)
 {
     const auto decay = static_cast<float>(_beta * _wavelength_m);
@@ -145,10 +149,10 @@ void PropagationMatrix::buildBatch(int block,
     switch (_array.directivity)
     {
     case Directivity::T4010A1_HARMONICS:
-        kernels::buildCubic(geometry(block), batch, decay, _cubic, rows, ofBatch);
+        kernels::buildCubic(geometry(block), batch, decay, _geometry.cubic, rows, ofBatch);
         break;
     case Directivity::T4010A1_TABLE:
-        kernels::buildTable(geometry(block), batch, decay, _table, rows, ofBatch);
+        kernels::buildTable(geometry(block), batch, decay, _geometry.table, rows, ofBatch);
         break;
     case Directivity::POINT:
         kernels::buildPoint(geometry(block), batch, decay, {}, rows, ofBatch);
@@ -160,16 +164,19 @@ void PropagationMatrix::buildBatch(int block,
 
 float PropagationMatrix::buildRowInDouble(int block, int l)
 {
-    const auto first = static_cast<std::size_t>(offset(block)) * _capacity +
+    const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity +
                        static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
-    const Eigen::Vector3d r = _rows.col(l) * _wavelength_m;
+    const Eigen::Vector3d r = _rows.places.col(l) * _wavelength_m;
     if (_storage == Storage::FLOAT)
-        return rowInDouble(
-            block, r, _entries.data() + 2 * first, _entries.data() + 2 * first + width(block));
+        return rowInDouble(block,
+                           r,
+                           _entries.floats.data() + 2 * first,
+                           _entries.floats.data() + 2 * first + width(block));
     alignas(64) float re[kBlockWidth], im[kBlockWidth];
     const float sum = rowInDouble(block, r, re, im);
-    _scale[static_cast<std::size_t>(block) * _capacity + static_cast<std::size_t>(l)] =
-        kernels::packRow(width(block), re, im, _fixed.data() + first);
+    _entries
+        .scale[static_cast<std::size_t>(block) * _entries.capacity + static_cast<std::size_t>(l)] =
+        kernels::packRow(width(block), re, im, _entries.fixed.data() + first);
     return sum;
 }
 
@@ -182,16 +189,16 @@ float PropagationMatrix::rowInDouble(int block,
     for (int i = 0; i < width(block); ++i)
     {
         re[i] = im[i] = 0.0f;
-        if (offset(block) + i >= _transducers || isFiller(offset(block) + i)) continue;
-        const int source = _order[static_cast<std::size_t>(offset(block) + i)];
+        if (offset(block) + i >= _lanes.count || isFiller(offset(block) + i)) continue;
+        const int source = _lanes.order[static_cast<std::size_t>(offset(block) + i)];
         const Eigen::Vector3d d = r - _array.positions.col(source);
         const double R = std::max(d.norm(), kNearestDistance_m);
         const double cosTheta = std::clamp(d.dot(_array.normals.col(source)) / R, -1.0, 1.0);
         const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
         const double a = _array.sourceAmplitude_Pa_m / _unit_Pa * gain *
                          directivity(_array.directivity, cosTheta) / R * std::exp(-_beta * R);
-        const double phase =
-            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - base::kTwoPi * R / _wavelength_m;
+        const double phase = (_geometry.hasOffset ? _array.phaseOffset_rad[source] : 0.0) -
+                             base::kTwoPi * R / _wavelength_m;
         re[i] = static_cast<float>(a * std::cos(phase));
         im[i] = static_cast<float>(a * std::sin(phase));
         sum += std::fabs(a);

@@ -53,14 +53,18 @@ public:
     int points() const { return _points; }
     /// Columns: of the transducers of a gain other than 0, or of all where none has one, so that
     /// dead ones cost nothing; and a few that are 0 where these leave gaps (isFiller()).
-    int transducers() const { return _transducers; }
-    int arraySize() const { return _array.size(); }   ///< all transducers, dead ones too
-    int paddedTransducers() const { return _padded; } ///< length of every vector over transducers
-    int blocks() const { return (_padded + kBlockWidth - 1) / kBlockWidth; }
+    int transducers() const { return _lanes.count; }
+    int arraySize() const { return _array.size(); } ///< all transducers, dead ones too
+    int paddedTransducers() const
+    {
+        return _lanes.padded;
+    } ///< length of every vector over transducers
+    int blocks() const { return (_lanes.padded + kBlockWidth - 1) / kBlockWidth; }
     int offset(int block) const { return block * kBlockWidth; }
     int width(int block) const
     {
-        return _padded - offset(block) < kBlockWidth ? _padded - offset(block) : kBlockWidth;
+        return _lanes.padded - offset(block) < kBlockWidth ? _lanes.padded - offset(block)
+                                                           : kBlockWidth;
     }
 
     /// Assigns the control point at \a r (m) to row \a l, whose entries are stale until buildRows()
@@ -73,20 +77,20 @@ public:
 
     /// The matrix has its own order of transducers (compactOrder): column (lane) \a lane belongs to
     /// transducer order()[lane]. Has transducers() entries.
-    const std::vector<int>& order() const { return _order; }
+    const std::vector<int>& order() const { return _lanes.order; }
     /// Returns true if column \a lane is 0 and stands for no transducer; order() then repeats a
     /// neighbour.
     bool isFiller(int lane) const
     {
-        return !_isFiller.empty() && _isFiller[static_cast<std::size_t>(lane)];
+        return !_lanes.isFiller.empty() && _lanes.isFiller[static_cast<std::size_t>(lane)];
     }
     /// True if some lanes are fillers, or transducers of gain 0.
-    bool hasSilentLanes() const { return _hasSilentLanes; }
+    bool hasSilentLanes() const { return _lanes.hasSilent; }
     /// Returns true if column \a lane is 0, whatever it stands for.
     bool isSilent(int lane) const
     {
         return isFiller(lane) || (_array.gain.size() > 0 &&
-                                  _array.gain[_order[static_cast<std::size_t>(lane)]] == 0.0);
+                                  _array.gain[_lanes.order[static_cast<std::size_t>(lane)]] == 0.0);
     }
 
     /// z = G* w for one block; z and q point to the whole vectors of paddedTransducers() floats.
@@ -103,16 +107,16 @@ public:
     /// FLOAT: n rows of [re width][im width].
     const float* blockData(int block) const
     {
-        return _entries.data() + std::size_t(2) * offset(block) * _capacity;
+        return _entries.floats.data() + std::size_t(2) * offset(block) * _entries.capacity;
     }
     /// FIXED: n rows of \a width lanes, and the scale of each row.
     const std::int32_t* fixedData(int block) const
     {
-        return _fixed.data() + std::size_t(1) * offset(block) * _capacity;
+        return _entries.fixed.data() + std::size_t(1) * offset(block) * _entries.capacity;
     }
     const float* fixedScale(int block) const
     {
-        return _scale.data() + std::size_t(1) * block * _capacity;
+        return _entries.scale.data() + std::size_t(1) * block * _entries.capacity;
     }
     double wavelength_m() const { return _wavelength_m; }
 
@@ -129,6 +133,43 @@ private:
         double nearest, farthest;
     };
 
+    // The columns.
+    struct Lanes
+    {
+        std::vector<int> order;
+        std::vector<char> isFiller; // for each lane; empty: none is
+        bool hasSilent = false;
+        int count = 0, padded = 0;
+    };
+    // The array as the kernels have it.
+    struct Geometry
+    {
+        Eigen::Matrix3Xd places;   // positions of the lanes, wavelengths
+        Shell whole{};             // of the array
+        std::vector<Shell> blocks; // of each block
+        // For each block: 1 if its groups are small enough for the float kernel.
+        std::vector<unsigned char> isCompact;
+        std::vector<kernels::GroupGeometry> groups;
+        base::AlignedBuffer<float> vectors; // nine of length padded
+        bool hasOffset = false;
+        kernels::DirectivityCubic cubic{};
+        kernels::DirectivityTable table{};
+    };
+    struct Rows
+    {
+        Eigen::Matrix3Xd places; // control points, wavelengths
+        // For each row and block: 1 if the point is within the range of the float kernel.
+        std::vector<unsigned char> inFloat;
+    };
+    // G itself, by its storage.
+    struct Entries
+    {
+        int capacity = 0; // rows that there is room for
+        base::AlignedBuffer<float> floats;
+        base::AlignedBuffer<std::int32_t> fixed;
+        base::AlignedBuffer<float> scale; // of the rows in fixed, block by block
+    };
+
     void bindOrder();
     void bindGeometry();
     kernels::GroupGeometry bindGroup(int first, int count);
@@ -137,8 +178,8 @@ private:
     Range rangeOf(const Shell& bound, const Eigen::Vector3d& r) const;
     bool suitsKernel(const Range& range) const;
     kernels::BlockGeometry geometry(int block) const;
-    template<typename Rows>
-    void buildBatch(int block, const kernels::PointBatch& batch, const Rows& rows, double* sums);
+    template<typename Target>
+    void buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums);
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
@@ -147,26 +188,11 @@ private:
     TransducerArray _array;
     Medium _medium;
     double _wavelength_m = 0.0, _beta = 0.0, _unit_Pa = 1.0;
-    int _points = 0, _transducers = 0, _padded = 0, _capacity = 0;
-    std::vector<int> _order;
-    std::vector<char> _isFiller; // for each lane; empty: none is
-    bool _hasSilentLanes = false;
-    Eigen::Matrix3Xd _places;   // positions of the lanes, wavelengths
-    Shell _bound{};             // of the array
-    std::vector<Shell> _bounds; // of each block
-    // For each block: 1 if its groups are small enough for the float kernel.
-    std::vector<unsigned char> _compact;
-    std::vector<kernels::GroupGeometry> _groups;
-    base::AlignedBuffer<float> _geometry; // nine vectors of length _padded
-    bool _hasOffset = false;
-    kernels::DirectivityCubic _cubic{};
-    kernels::DirectivityTable _table{};
-    Eigen::Matrix3Xd _rows; // control points of the rows, wavelengths
-    // For each row and block: 1 if the point is within the range of the float kernel.
-    std::vector<unsigned char> _inFloat;
-    base::AlignedBuffer<float> _entries;
-    base::AlignedBuffer<std::int32_t> _fixed;
-    base::AlignedBuffer<float> _scale; // scales of the rows in _fixed, block by block
+    int _points = 0;
+    Lanes _lanes;
+    Geometry _geometry;
+    Rows _rows;
+    Entries _entries;
 };
 
 } // namespace midair::haptics

@@ -105,25 +105,28 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
 {
     if (isBoundTo(array, medium)) return false;
     // The order of all transducers depends on their positions alone.
-    const bool isOrdered = !_order.empty() && static_cast<int>(_order.size()) == array.size() &&
-                           _isFiller.empty() && sameEntries(array.positions, _array.positions) &&
-                           (array.gain.size() == 0 || (array.gain.array() != 0.0).all());
+    const bool isOrdered =
+        !_lanes.order.empty() && static_cast<int>(_lanes.order.size()) == array.size() &&
+        _lanes.isFiller.empty() && sameEntries(array.positions, _array.positions) &&
+        (array.gain.size() == 0 || (array.gain.array() != 0.0).all());
     _array = array;
     _medium = medium;
     _wavelength_m = medium.wavelength(array.frequency_Hz);
     _beta = medium.attenuation(array.frequency_Hz);
     _unit_Pa = unitOf(array);
     if (isOrdered)
-        _hasSilentLanes = false;
+        _lanes.hasSilent = false;
     else
         bindOrder();
-    _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
-    _hasOffset = array.phaseOffset_rad.size() > 0;
-    if (array.directivity == Directivity::T4010A1_HARMONICS) _cubic = cubicOf(array.directivity);
-    if (array.directivity == Directivity::T4010A1_TABLE) _table = tableOf(array.directivity);
+    _lanes.padded = (_lanes.count + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
+    _geometry.hasOffset = array.phaseOffset_rad.size() > 0;
+    if (array.directivity == Directivity::T4010A1_HARMONICS)
+        _geometry.cubic = cubicOf(array.directivity);
+    if (array.directivity == Directivity::T4010A1_TABLE)
+        _geometry.table = tableOf(array.directivity);
     bindGeometry();
     const int points = _points;
-    _points = _capacity = 0;
+    _points = _entries.capacity = 0;
     resize(points);
     return true;
 }
@@ -138,68 +141,71 @@ void PropagationMatrix::bindOrder()
     if (live.empty())
         for (int i = 0; i < _array.size(); ++i)
             live.push_back(i);
-    _order = compactOrder(_array.positions(Eigen::all, live), kernels::kGroup);
-    for (int& i : _order)
+    _lanes.order = compactOrder(_array.positions(Eigen::all, live), kernels::kGroup);
+    for (int& i : _lanes.order)
         i = live[static_cast<std::size_t>(i)];
-    _isFiller.clear();
+    _lanes.isFiller.clear();
     // What is left may have gaps in other places than the array has; one group that spans one would
     // have its block computed in double.
     const double largest_m = kWithin * std::min(kernels::kLargestRadius * _wavelength_m,
                                                 kMostDecayInGroup / std::max(_beta, kLeastBeta));
     if (static_cast<int>(live.size()) < _array.size() &&
-        !isCompact(_array.positions, _order, kernels::kGroup, largest_m))
+        !isCompact(_array.positions, _lanes.order, kernels::kGroup, largest_m))
     {
-        PackedOrder other = packed(_array.positions, _order, kernels::kGroup, largest_m);
+        PackedOrder other = packed(_array.positions, _lanes.order, kernels::kGroup, largest_m);
         // Never more than with all transducers, whose groups are compact if the array is usual.
         if (other.order.size() <= static_cast<std::size_t>(_array.size()))
         {
-            _order = std::move(other.order);
-            _isFiller = std::move(other.isFiller);
+            _lanes.order = std::move(other.order);
+            _lanes.isFiller = std::move(other.isFiller);
         }
         else if (std::vector<int> all = compactOrder(_array.positions, kernels::kGroup);
                  isCompact(_array.positions, all, kernels::kGroup, largest_m))
-            _order = std::move(all);
+            _lanes.order = std::move(all);
     }
-    _transducers = static_cast<int>(_order.size());
-    _hasSilentLanes = false;
-    for (int lane = 0; lane < _transducers; ++lane)
-        _hasSilentLanes = _hasSilentLanes || isSilent(lane);
+    _lanes.count = static_cast<int>(_lanes.order.size());
+    _lanes.hasSilent = false;
+    for (int lane = 0; lane < _lanes.count; ++lane)
+        _lanes.hasSilent = _lanes.hasSilent || isSilent(lane);
 }
 
 void PropagationMatrix::bindGeometry()
 {
-    _places.resize(3, _transducers);
-    for (int lane = 0; lane < _transducers; ++lane)
-        _places.col(lane) =
-            _array.positions.col(_order[static_cast<std::size_t>(lane)]) / _wavelength_m;
+    _geometry.places.resize(3, _lanes.count);
+    for (int lane = 0; lane < _lanes.count; ++lane)
+        _geometry.places.col(lane) =
+            _array.positions.col(_lanes.order[static_cast<std::size_t>(lane)]) / _wavelength_m;
 
-    _geometry.reserve(9 * static_cast<std::size_t>(_padded));
-    _groups.clear();
-    for (int first = 0; first < _padded; first += kernels::kGroup)
-        _groups.push_back(bindGroup(first, std::min(kernels::kGroup, _transducers - first)));
+    _geometry.vectors.reserve(9 * static_cast<std::size_t>(_lanes.padded));
+    _geometry.groups.clear();
+    for (int first = 0; first < _lanes.padded; first += kernels::kGroup)
+        _geometry.groups.push_back(
+            bindGroup(first, std::min(kernels::kGroup, _lanes.count - first)));
 
-    _bounds.resize(static_cast<std::size_t>(blocks()));
-    _compact.resize(_bounds.size());
+    _geometry.blocks.resize(static_cast<std::size_t>(blocks()));
+    _geometry.isCompact.resize(_geometry.blocks.size());
     for (int b = 0; b < blocks(); ++b)
     {
-        const int count = std::min(width(b), _transducers - offset(b));
-        _bounds[static_cast<std::size_t>(b)] = boundOf(offset(b), count);
+        const int count = std::min(width(b), _lanes.count - offset(b));
+        _geometry.blocks[static_cast<std::size_t>(b)] = boundOf(offset(b), count);
         double radius = 0.0;
         for (int i = offset(b); i < offset(b) + count; i += kernels::kGroup)
             radius = std::max<double>(
-                radius, _groups[static_cast<std::size_t>(i / kernels::kGroup)].radius);
-        _compact[static_cast<std::size_t>(b)] = radius <= kernels::kLargestRadius &&
-                                                radius * _beta * _wavelength_m <= kMostDecayInGroup;
+                radius, _geometry.groups[static_cast<std::size_t>(i / kernels::kGroup)].radius);
+        _geometry.isCompact[static_cast<std::size_t>(b)] =
+            radius <= kernels::kLargestRadius &&
+            radius * _beta * _wavelength_m <= kMostDecayInGroup;
     }
-    _bound = boundOf(0, _transducers);
+    _geometry.whole = boundOf(0, _lanes.count);
 }
 
 kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
 {
-    const auto places = _places.middleCols(first, count);
+    const auto places = _geometry.places.middleCols(first, count);
     const Eigen::Vector3d centre =
         0.5 * (places.rowwise().minCoeff() + places.rowwise().maxCoeff());
-    const Eigen::Vector3d normal = _array.normals.col(_order[static_cast<std::size_t>(first)]);
+    const Eigen::Vector3d normal =
+        _array.normals.col(_lanes.order[static_cast<std::size_t>(first)]);
     kernels::GroupGeometry group{};
     group.x = centre[0];
     group.y = centre[1];
@@ -210,18 +216,18 @@ kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
     group.radius = static_cast<float>(
         std::sqrt((places.colwise() - centre).colwise().squaredNorm().maxCoeff()));
     group.planar = true;
-    const int last = std::min(first + kernels::kGroup, _padded);
+    const int last = std::min(first + kernels::kGroup, _lanes.padded);
     for (int lane = first; lane < last; ++lane)
     {
         // Padding repeats the last transducer with strength 0.
-        const int source = _order[static_cast<std::size_t>(std::min(lane, _transducers - 1))];
+        const int source = _lanes.order[static_cast<std::size_t>(std::min(lane, _lanes.count - 1))];
         bindLane(lane, source, centre);
-        if (lane >= _transducers) continue;
-        group.strongest = std::max(
-            group.strongest,
-            std::fabs(
-                _geometry[7 * static_cast<std::size_t>(_padded) + static_cast<std::size_t>(lane)]));
-        const double height = normal.dot(_places.col(lane) - centre);
+        if (lane >= _lanes.count) continue;
+        group.strongest =
+            std::max(group.strongest,
+                     std::fabs(_geometry.vectors[7 * static_cast<std::size_t>(_lanes.padded) +
+                                                 static_cast<std::size_t>(lane)]));
+        const double height = normal.dot(_geometry.places.col(lane) - centre);
         group.planar = group.planar && std::fabs(height) < kPlanar &&
                        (_array.normals.col(source) - normal).norm() < kPlanar;
     }
@@ -230,8 +236,8 @@ kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
 
 void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& centre)
 {
-    const auto stride = static_cast<std::size_t>(_padded);
-    float* g = _geometry.data() + lane;
+    const auto stride = static_cast<std::size_t>(_lanes.padded);
+    float* g = _geometry.vectors.data() + lane;
     const Eigen::Vector3d d = _array.positions.col(source) / _wavelength_m - centre;
     const Eigen::Vector3f rounded = d.cast<float>();
     for (int axis = 0; axis < 3; ++axis)
@@ -242,16 +248,16 @@ void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& ce
     g[stride * 3] = static_cast<float>(d.squaredNorm());
     const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
     g[stride * 7] =
-        lane < _transducers && !isFiller(lane)
+        lane < _lanes.count && !isFiller(lane)
             ? static_cast<float>(_array.sourceAmplitude_Pa_m / _unit_Pa * gain / _wavelength_m)
             : 0.0f;
-    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
+    const double turns = _geometry.hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
     g[stride * 8] = static_cast<float>(turns - std::round(turns));
 }
 
 PropagationMatrix::Shell PropagationMatrix::boundOf(int first, int count) const
 {
-    const auto r = _places.middleCols(first, count);
+    const auto r = _geometry.places.middleCols(first, count);
     const Eigen::Vector3d centre = 0.5 * (r.rowwise().minCoeff() + r.rowwise().maxCoeff());
     const auto squares = (r.colwise() - centre).colwise().squaredNorm();
     return {centre, std::sqrt(squares.minCoeff()), std::sqrt(squares.maxCoeff())};

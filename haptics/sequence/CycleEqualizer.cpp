@@ -56,27 +56,27 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     std::vector<std::size_t> sounding;
     for (std::size_t k = 0; k < _fields.size(); ++k)
         if (!_fields[k].isZero(0.0f)) sounding.push_back(k);
-    _rows.clear();
+    _places.rows.clear();
     for (int l = 0; l < places.size(); ++l)
-        if (places.targets[l] > 0.0) _rows.push_back(l);
-    const auto n = static_cast<Eigen::Index>(_rows.size());
+        if (places.targets[l] > 0.0) _places.rows.push_back(l);
+    const auto n = static_cast<Eigen::Index>(_places.rows.size());
     const bool isTooMuch =
-        _rows.size() * static_cast<std::size_t>(array.size()) > base::kMostEntries;
+        _places.rows.size() * static_cast<std::size_t>(array.size()) > base::kMostEntries;
     if (n == 0 || isTooMuch || _fields.size() < 2 || sounding.empty()) return false;
 
     _matrix.bind(array, medium);
     _matrix.resize(static_cast<int>(n));
     _drive = array.drive;
-    _targets2.resize(n);
+    _places.targets2.resize(n);
     for (Eigen::Index l = 0; l < n; ++l)
     {
-        int& row = _rows[static_cast<std::size_t>(l)];
-        _targets2[l] = static_cast<float>(places.targets[row] * places.targets[row]);
+        int& row = _places.rows[static_cast<std::size_t>(l)];
+        _places.targets2[l] = static_cast<float>(places.targets[row] * places.targets[row]);
         _matrix.setPoint(static_cast<int>(l), places.positions.col(row));
         row = static_cast<int>(l);
     }
     // Only their ratios count, and squares of Pa would leave the range of floats behind.
-    _targets2 /= _targets2.maxCoeff();
+    _places.targets2 /= _places.targets2.maxCoeff();
     _sounding.resize(sounding.size());
     for (std::size_t k = 0; k < sounding.size(); ++k)
         _sounding[k].index = sounding[k];
@@ -85,12 +85,12 @@ bool CycleEqualizer::begin(const ControlPoints& places,
         _overlaps = ringingOverlaps(static_cast<int>(_fields.size()), step_s, array.ringing_s)
                         .cast<float>();
     reserve();
-    _descent.forget();
-    _passes = 0;
-    _started = false;
-    _given = _mean = _variation = 0.0;
-    _block = 0;
-    _next = Slice::BUILD;
+    _descent.newton.forget();
+    _descent.passes = 0;
+    _descent.isStarted = false;
+    _evenness.given = _evenness.mean = _evenness.variation = 0.0;
+    _at.block = 0;
+    _at.slice = Slice::BUILD;
     return true;
 }
 
@@ -116,40 +116,40 @@ void CycleEqualizer::reserve()
     _sum.resize(static_cast<std::size_t>(_pool->threads()));
     for (SplitVector& sum : _sum)
         sum.reserve(PropagationMatrix::kBlockWidth);
-    _rowSums.assign(n, 0.0);
+    _places.rowSums.assign(n, 0.0);
     const auto unknowns = static_cast<Eigen::Index>(m * _sounding.size());
-    _gradient.resize(unknowns);
-    _intensity.resize(_matrix.points());
+    _descent.gradient.resize(unknowns);
+    _places.intensity.resize(_matrix.points());
 }
 
 bool CycleEqualizer::step()
 {
     if (!hasWork()) return false;
     _stop.throwIfRequested();
-    if (_next == Slice::BUILD)
+    if (_at.slice == Slice::BUILD)
     {
-        buildBlock(_block);
-        if (++_block == _matrix.blocks()) beginForward();
+        buildBlock(_at.block);
+        if (++_at.block == _matrix.blocks()) beginForward();
         return true;
     }
-    const std::size_t last = std::min(_first + kFieldsAtOnce, _sounding.size());
-    const auto first = _first;
+    const std::size_t last = std::min(_at.field + kFieldsAtOnce, _sounding.size());
+    const auto first = _at.field;
     _pool->run(
         [&](int thread)
         {
             // Each field belongs to one thread, so that its sums don't depend on their number.
             const auto share = [&](int t)
             { return first + (last - first) * std::size_t(t) / std::size_t(_pool->threads()); };
-            if (_next == Slice::FORWARD)
+            if (_at.slice == Slice::FORWARD)
                 forwardBlock(share(thread), share(thread + 1));
             else
                 backwardBlock(thread, share(thread), share(thread + 1));
         });
-    _first = last;
-    if (_first < _sounding.size()) return true;
-    _first = 0;
-    if (++_block < _matrix.blocks()) return true;
-    if (_next == Slice::FORWARD)
+    _at.field = last;
+    if (_at.field < _sounding.size()) return true;
+    _at.field = 0;
+    if (++_at.block < _matrix.blocks()) return true;
+    if (_at.slice == Slice::FORWARD)
         judge();
     else
         direct();
@@ -158,14 +158,15 @@ bool CycleEqualizer::step()
 
 void CycleEqualizer::buildBlock(int block)
 {
-    _matrix.buildRows(block, _rows.data(), static_cast<int>(_rows.size()), _rowSums.data());
+    _matrix.buildRows(
+        block, _places.rows.data(), static_cast<int>(_places.rows.size()), _places.rowSums.data());
 }
 
 void CycleEqualizer::beginForward()
 {
-    _next = Slice::FORWARD;
-    _block = 0;
-    _first = 0;
+    _at.slice = Slice::FORWARD;
+    _at.block = 0;
+    _at.field = 0;
     for (Field& field : _sounding)
     {
         std::fill_n(field.p.re.data(), _matrix.points(), 0.0f);
@@ -176,13 +177,13 @@ void CycleEqualizer::beginForward()
 // A few rows for all fields, then the next, so that they are read from the cache.
 void CycleEqualizer::forwardBlock(std::size_t first, std::size_t last)
 {
-    const int width = _matrix.width(_block), i = _matrix.offset(_block);
+    const int width = _matrix.width(_at.block), i = _matrix.offset(_at.block);
     for (int l = 0; l < _matrix.points(); l += kRowsAtOnce)
         for (std::size_t k = first; k < last; ++k)
         {
             Field& field = _sounding[k];
-            kernels::forward(_matrix.fixedData(_block) + std::ptrdiff_t(l) * width,
-                             _matrix.fixedScale(_block) + l,
+            kernels::forward(_matrix.fixedData(_at.block) + std::ptrdiff_t(l) * width,
+                             _matrix.fixedScale(_at.block) + l,
                              std::min(kRowsAtOnce, _matrix.points() - l),
                              width,
                              width,
@@ -195,22 +196,22 @@ void CycleEqualizer::forwardBlock(std::size_t first, std::size_t last)
 
 void CycleEqualizer::beginBackward()
 {
-    _next = Slice::BACKWARD;
-    _block = 0;
-    _first = 0;
-    const auto goal = static_cast<float>(_goal);
+    _at.slice = Slice::BACKWARD;
+    _at.block = 0;
+    _at.field = 0;
+    const auto goal = static_cast<float>(_evenness.goal);
     for (Field& field : _sounding)
-        for (Eigen::Index l = 0; l < _intensity.size(); ++l)
+        for (Eigen::Index l = 0; l < _places.intensity.size(); ++l)
         {
             const auto row = static_cast<std::size_t>(l);
-            const float r = _intensity[l] / (goal * _targets2[l]) - 1.0f;
+            const float r = _places.intensity[l] / (goal * _places.targets2[l]) - 1.0f;
             field.w.set(row, r * field.w.at(row));
         }
 }
 
 void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t last)
 {
-    const int width = _matrix.width(_block), i = _matrix.offset(_block);
+    const int width = _matrix.width(_at.block), i = _matrix.offset(_at.block);
     SplitVector& sum = _sum[static_cast<std::size_t>(thread)];
     for (std::size_t k = first; k < last; ++k)
     {
@@ -221,8 +222,8 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
         for (std::size_t k = first; k < last; ++k)
         {
             Field& field = _sounding[k];
-            kernels::backward(_matrix.fixedData(_block) + std::ptrdiff_t(l) * width,
-                              _matrix.fixedScale(_block) + l,
+            kernels::backward(_matrix.fixedData(_at.block) + std::ptrdiff_t(l) * width,
+                              _matrix.fixedScale(_at.block) + l,
                               std::min(kRowsAtOnce, _matrix.points() - l),
                               width,
                               field.w.re.data() + l,
@@ -241,43 +242,43 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
 // After p = G q: the step is taken, or tried again shorter.
 void CycleEqualizer::judge()
 {
-    const double mean = _mean, variation = _variation;
+    const double mean = _evenness.mean, variation = _evenness.variation;
     const double f = evaluate();
-    if (!_started)
+    if (!_descent.isStarted)
     {
-        _given = _mean;
-        _f = f;
-        if (!(_given > 0.0) || _options.passes == 0) return end();
-        _started = true;
+        _evenness.given = _evenness.mean;
+        _descent.f = f;
+        if (!(_evenness.given > 0.0) || _options.passes == 0) return end();
+        _descent.isStarted = true;
         return beginBackward();
     }
-    if (!(f < _f + kArmijo * _share * _slope))
+    if (!(f < _descent.f + kArmijo * _descent.share * _descent.slope))
     {
-        _mean = mean;
-        _variation = variation;
-        if (_share < kLeastShare)
+        _evenness.mean = mean;
+        _evenness.variation = variation;
+        if (_descent.share < kLeastShare)
         {
             turn(0.0); // stays where it was
             return end();
         }
-        turn(0.5 * _share);
+        turn(0.5 * _descent.share);
         return beginForward();
     }
-    _f = f;
-    ++_passes;
-    if (_passes >= _options.passes || f < kEven) return end();
-    if (_passes % kLookEvery == 0) keepUp();
+    _descent.f = f;
+    ++_descent.passes;
+    if (_descent.passes >= _options.passes || f < kEven) return end();
+    if (_descent.passes % kLookEvery == 0) keepUp();
     beginBackward();
 }
 
 // Where the array can't have both, pressure comes first.
 void CycleEqualizer::keepUp()
 {
-    if (_mean >= _given) return;
-    _goal *= std::min(kMostRaise, _given / _mean);
-    _f = evaluate();
-    _descent.forget();
-    _share = 0.0; // nor is the last step remembered: its gradients are of different goals
+    if (_evenness.mean >= _evenness.given) return;
+    _evenness.goal *= std::min(kMostRaise, _evenness.given / _evenness.mean);
+    _descent.f = evaluate();
+    _descent.newton.forget();
+    _descent.share = 0.0; // nor is the last step remembered: its gradients are of different goals
 }
 
 // After z = G* (r p): with df/dphi_i^k = -(4 / (K g sum a^2)) Im(conj(z_i) q_i), the next direction
@@ -285,11 +286,11 @@ void CycleEqualizer::keepUp()
 void CycleEqualizer::direct()
 {
     const auto m = static_cast<std::size_t>(_matrix.paddedTransducers());
-    const double scale =
-        4.0 / (static_cast<double>(_fields.size()) * _goal * static_cast<double>(_targets2.sum()));
-    if (_passes > 0) _lastGradient.swap(_gradient);
-    _gradient.resize(static_cast<Eigen::Index>(m * _sounding.size()));
-    float* g = _gradient.data();
+    const double scale = 4.0 / (static_cast<double>(_fields.size()) * _evenness.goal *
+                                static_cast<double>(_places.targets2.sum()));
+    if (_descent.passes > 0) _descent.lastGradient.swap(_descent.gradient);
+    _descent.gradient.resize(static_cast<Eigen::Index>(m * _sounding.size()));
+    float* g = _descent.gradient.data();
     for (const Field& field : _sounding)
     {
         const float *qRe = field.q.re.data(), *qIm = field.q.im.data();
@@ -297,17 +298,21 @@ void CycleEqualizer::direct()
         for (std::size_t i = 0; i < m; ++i)
             *g++ = static_cast<float>(scale) * (zIm[i] * qRe[i] - zRe[i] * qIm[i]);
     }
-    if (_passes > 0 && _lastGradient.size() == _gradient.size())
-        _descent.remember(_direction, static_cast<float>(_share), _lastGradient, _gradient);
-    _descent.direct(_gradient, _direction);
-    if (_descent.isEmpty())
+    if (_descent.passes > 0 && _descent.lastGradient.size() == _descent.gradient.size())
+        _descent.newton.remember(_descent.direction,
+                                 static_cast<float>(_descent.share),
+                                 _descent.lastGradient,
+                                 _descent.gradient);
+    _descent.newton.direct(_descent.gradient, _descent.direction);
+    if (_descent.newton.isEmpty())
     {
-        const float rms = _gradient.norm() / std::sqrt(static_cast<float>(_gradient.size()));
+        const float rms =
+            _descent.gradient.norm() / std::sqrt(static_cast<float>(_descent.gradient.size()));
         if (!(rms > 0.0f)) return end();
-        _direction *= kFirstTurn / rms;
+        _descent.direction *= kFirstTurn / rms;
     }
-    _slope = static_cast<double>(_gradient.dot(_direction));
-    if (!(_slope < 0.0)) return end();
+    _descent.slope = static_cast<double>(_descent.gradient.dot(_descent.direction));
+    if (!(_descent.slope < 0.0)) return end();
     for (Field& field : _sounding)
         copy(field.q, field.kept, m);
     turn(1.0);
@@ -318,9 +323,9 @@ void CycleEqualizer::direct()
 // has modulus 1 without a sine; its angle is d for small d and never reaches half a turn.
 void CycleEqualizer::turn(double share)
 {
-    _share = share;
+    _descent.share = share;
     const auto m = static_cast<std::size_t>(_matrix.paddedTransducers());
-    const float* d = _direction.data();
+    const float* d = _descent.direction.data();
     for (Field& field : _sounding)
     {
         float *qRe = field.q.re.data(), *qIm = field.q.im.data();
@@ -345,7 +350,8 @@ std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
     played.reserve(static_cast<std::size_t>(m));
     for (const Field& field : _sounding)
     {
-        const SplitVector& q = _next == Slice::FORWARD && _started ? field.kept : field.q;
+        const SplitVector& q =
+            _at.slice == Slice::FORWARD && _descent.isStarted ? field.kept : field.q;
         kernels::quantisePhase(
             m, _drive.phaseLevels, q.re.data(), q.im.data(), played.re.data(), played.im.data());
         Eigen::VectorXcf& to = fields[field.index];

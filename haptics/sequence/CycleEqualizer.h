@@ -60,14 +60,14 @@ public:
     /// Does the next slice; returns hasWork(). Throws base::Stopped, to be called again, if the
     /// solver options' token requests it.
     bool step();
-    bool hasWork() const { return _next != Slice::DONE; }
-    void end() { _next = Slice::DONE; } ///< drops the work that is left; the memory is kept
+    bool hasWork() const { return _at.slice != Slice::DONE; }
+    void end() { _at.slice = Slice::DONE; } ///< drops the work that is left; the memory is kept
 
-    int passes() const { return _passes; } ///< accepted steps since begin()
+    int passes() const { return _descent.passes; } ///< accepted steps since begin()
     /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last of them.
-    double variation() const { return _variation; }
+    double variation() const { return _evenness.variation; }
     /// Mean of I_l, relative to that of the given fields; 1 before the first evaluation.
-    double gain() const { return _given > 0.0 ? _mean / _given : 1.0; }
+    double gain() const { return _evenness.given > 0.0 ? _evenness.mean / _evenness.given : 1.0; }
     /// The fields after passes() steps, on the array's levels.
     std::vector<Eigen::VectorXcf> fields() const;
 
@@ -84,6 +84,34 @@ private:
     {
         std::size_t index; // in _fields
         SplitVector q, kept, z, p, w;
+    };
+
+    /// The places over which the fields even out; n each.
+    struct Places
+    {
+        Eigen::VectorXf targets2;  // a_l^2
+        Eigen::VectorXf intensity; // I_l, Pa^2
+        std::vector<int> rows;
+        std::vector<double> rowSums;
+    };
+    /// Where the work is.
+    struct Cursor
+    {
+        Slice slice = Slice::DONE; // the next one
+        int block = 0;
+        std::size_t field = 0; // the first of the slice
+    };
+    struct Descent
+    {
+        QuasiNewton newton;
+        Eigen::VectorXf gradient, lastGradient, direction;
+        double f = 0.0, slope = 0.0, share = 1.0;
+        int passes = 0;
+        bool isStarted = false; // the given fields were evaluated
+    };
+    struct Evenness
+    {
+        double goal = 0.0, given = 0.0, mean = 0.0, variation = 0.0;
     };
 
     void reserve();
@@ -108,20 +136,11 @@ private:
     std::vector<Eigen::VectorXcf> _fields; // as given
     std::vector<Field> _sounding;
     std::vector<SplitVector> _sum; // one per thread, of a block
-    Eigen::VectorXf _targets2;     // n, a_l^2
-    Eigen::VectorXf _intensity;    // n, I_l, Pa^2
     Eigen::VectorXf _overlaps;     // K, ringingOverlaps(); empty: fields are steady
-    std::vector<int> _rows;
-    std::vector<double> _rowSums;
-    QuasiNewton _descent;
-    Eigen::VectorXf _gradient, _lastGradient, _direction;
-    Slice _next = Slice::DONE;
-    int _block = 0;
-    std::size_t _first = 0; // of the fields of the next slice
-    int _passes = 0;
-    bool _started = false; // the given fields were evaluated
-    double _goal = 0.0, _given = 0.0, _mean = 0.0, _variation = 0.0;
-    double _f = 0.0, _slope = 0.0, _share = 1.0;
+    Places _places;
+    Cursor _at;
+    Descent _descent;
+    Evenness _evenness;
 };
 
 } // namespace midair::haptics

@@ -10,11 +10,11 @@ namespace midair::haptics
 // Sets the sums of |p|^2, and w = p.
 void CycleEqualizer::sumSteady()
 {
-    _intensity.setZero();
+    _places.intensity.setZero();
     for (Field& field : _sounding)
     {
-        for (Eigen::Index l = 0; l < _intensity.size(); ++l)
-            _intensity[l] += std::norm(field.p.at(static_cast<std::size_t>(l)));
+        for (Eigen::Index l = 0; l < _places.intensity.size(); ++l)
+            _places.intensity[l] += std::norm(field.p.at(static_cast<std::size_t>(l)));
         copy(field.p, field.w, static_cast<std::size_t>(_matrix.points()));
     }
 }
@@ -28,7 +28,7 @@ void CycleEqualizer::sumRinging()
     for (std::size_t d = 0; d < K; ++d)
         if (std::abs(_overlaps[static_cast<Eigen::Index>(d)]) > kNothing) apart.push_back(d);
     std::vector<std::complex<float>> p(K); // silent fields are 0
-    for (Eigen::Index row = 0; row < _intensity.size(); ++row)
+    for (Eigen::Index row = 0; row < _places.intensity.size(); ++row)
     {
         const auto l = static_cast<std::size_t>(row);
         for (const Field& field : _sounding)
@@ -42,7 +42,7 @@ void CycleEqualizer::sumRinging()
             field.w.set(l, w);
             sum += std::real(std::conj(field.p.at(l)) * w);
         }
-        _intensity[row] = sum;
+        _places.intensity[row] = sum;
     }
 }
 
@@ -53,16 +53,21 @@ double CycleEqualizer::evaluate()
         sumRinging();
     else
         sumSteady();
-    _intensity /= static_cast<float>(_fields.size());
-    const Eigen::ArrayXd weight = _targets2.cast<double>();
-    const Eigen::ArrayXd ratio = _intensity.cast<double>().array() / weight;
+    _places.intensity /= static_cast<float>(_fields.size());
+    const Eigen::ArrayXd weight = _places.targets2.cast<double>();
+    const Eigen::ArrayXd ratio = _places.intensity.cast<double>().array() / weight;
     const double all = weight.sum();
-    _mean = (weight * ratio).sum() / all;
-    _variation =
-        _mean > 0.0 ? std::sqrt((weight * (ratio - _mean).square()).sum() / all) / _mean : 0.0;
-    if (!_started) _goal = (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _mean;
+    _evenness.mean = (weight * ratio).sum() / all;
+    _evenness.variation =
+        _evenness.mean > 0.0
+            ? std::sqrt((weight * (ratio - _evenness.mean).square()).sum() / all) / _evenness.mean
+            : 0.0;
+    if (!_descent.isStarted)
+        _evenness.goal =
+            (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _evenness.mean;
     // About the mean, as the two parts are known apart: ratio/goal - 1 = (ratio - mean)/goal + ..
-    const double spread = _variation * _mean / _goal, off = _mean / _goal - 1.0;
+    const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
+                 off = _evenness.mean / _evenness.goal - 1.0;
     return spread * spread + off * off;
 }
 

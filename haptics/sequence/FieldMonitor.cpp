@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 
@@ -106,7 +107,7 @@ FieldMonitor::~FieldMonitor()
     _stop = true;
     _stopWork.request();
     giveBackPriority(_thread);
-    _wake.notify_one();
+    _wake.notifyOne();
     _thread.join();
 }
 
@@ -118,12 +119,12 @@ bool FieldMonitor::isWaiting() const
 void FieldMonitor::submit(std::shared_ptr<const PlayedField> field)
 {
     _field.put(std::move(field));
-    _wake.notify_one();
+    _wake.notifyOne();
 }
 
 std::shared_ptr<const FieldMonitor::Result> FieldMonitor::latest() const
 {
-    const std::lock_guard<std::mutex> lock(_latestMutex);
+    const base::Lock lock(_latestMutex);
     if (auto result = _published.take()) _latest = std::move(result);
     return _latest;
 }
@@ -149,9 +150,9 @@ void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
 {
     // The caller notifies without the mutex, so a notification can be missed; hence it polls, too.
     constexpr std::chrono::milliseconds kLookAgain(50);
-    std::unique_lock<std::mutex> lock(_sleepMutex);
+    base::Lock lock(_sleepMutex);
     while (!_stop && !(orField && !_field.isEmpty()) && Clock::now() < end)
-        _wake.wait_until(lock, std::min(end, Clock::now() + kLookAgain));
+        _wake.waitUntil(lock, std::min(end, Clock::now() + kLookAgain));
 }
 
 const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, double spacing_m)

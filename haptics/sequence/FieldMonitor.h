@@ -2,6 +2,7 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/SurfaceStatistics.h"
@@ -14,10 +15,8 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
@@ -152,10 +151,10 @@ private:
     std::vector<Sampled> _sampled; // likewise
     Slot<const PlayedField> _field;
     mutable Slot<const Result> _published;
-    mutable std::mutex _latestMutex; // for callers of latest(); the thread never locks it
-    mutable std::shared_ptr<const Result> _latest;
-    std::mutex _sleepMutex; // used by the thread only, for _wake
-    std::condition_variable _wake;
+    mutable base::Mutex _latestMutex; // for callers of latest(); the thread never locks it
+    mutable std::shared_ptr<const Result> _latest MIDAIR_GUARDED_BY(_latestMutex);
+    base::Mutex _sleepMutex; // used by the thread only, for _wake
+    base::Condition _wake;
     std::atomic<bool> _waiting{false};
     std::atomic<bool> _stop{false};
     std::thread _thread; // last member, so that it starts after all others are made

@@ -83,7 +83,7 @@ void SolverBase::take(const SolverOptions& options)
 {
     _options = options;
     _options.loudness = std::min(options.loudness, 1.0);
-    _louder = std::max(0.0, options.loudness - 1.0);
+    _loudness.wanted = std::max(0.0, options.loudness - 1.0);
     _audibleShare = audibleShare(options.updateRate_Hz);
 }
 
@@ -143,8 +143,8 @@ double SolverBase::skipTolerance_m(const TransducerArray& array, const Medium& m
 // Divides the targets by the largest: methods use only their ratios.
 void SolverBase::scaleTargets()
 {
-    _largestTarget = _field.a.maxCoeff();
-    _field.a /= _largestTarget;
+    _targets.largest = _field.a.maxCoeff();
+    _field.a /= _targets.largest;
 }
 
 // Trades accuracy for loudness (SOLVER.md, "Louder than accurate"): a few rounds with the targets
@@ -158,21 +158,22 @@ SolverBase::Outcome SolverBase::iterateLouder(bool warm)
         if (outOfTime(_field)) return first;
     }
     const auto n = static_cast<std::size_t>(_field.n());
-    _keptU.reserve(n);
-    _keptA = _field.a;
-    std::copy_n(_field.u.re.data(), n, _keptU.re.data());
-    std::copy_n(_field.u.im.data(), n, _keptU.im.data());
+    _loudness.u.reserve(n);
+    _loudness.a = _field.a;
+    std::copy_n(_field.u.re.data(), n, _loudness.u.re.data());
+    std::copy_n(_field.u.im.data(), n, _loudness.u.im.data());
     for (int round = 0; round < kLouderRounds; ++round)
-        projectionRound(_field, _keptA);
-    const float s = fittedLevel(_field.y, _keptA);
-    const auto x = static_cast<float>(_beyond);
-    for (Eigen::Index l = 0; l < _keptA.size(); ++l)
-        _field.a[l] = _keptA[l] * std::pow(std::max(_field.y[l] / (s * _keptA[l]), kLeastShare), x);
-    std::copy_n(_keptU.re.data(), n, _field.u.re.data());
-    std::copy_n(_keptU.im.data(), n, _field.u.im.data());
+        projectionRound(_field, _loudness.a);
+    const float s = fittedLevel(_field.y, _loudness.a);
+    const auto x = static_cast<float>(_loudness.now);
+    for (Eigen::Index l = 0; l < _loudness.a.size(); ++l)
+        _field.a[l] =
+            _loudness.a[l] * std::pow(std::max(_field.y[l] / (s * _loudness.a[l]), kLeastShare), x);
+    std::copy_n(_loudness.u.re.data(), n, _field.u.re.data());
+    std::copy_n(_loudness.u.im.data(), n, _field.u.im.data());
     Outcome outcome = iterate(_field, true);
     outcome.iterations += first.iterations + kLouderRounds;
-    _field.a = _keptA;
+    _field.a = _loudness.a;
     return outcome;
 }
 
@@ -212,20 +213,20 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
     // A field for targets of the other kind is no warm start: its level means something else.
-    if (points.size() > 0 && points.absolute != _absolute) _last.good = false;
-    if (points.size() > 0) _absolute = points.absolute;
-    _beyond = _absolute ? 0.0 : _louder;
+    if (points.size() > 0 && points.absolute != _targets.isAbsolute) _last.good = false;
+    if (points.size() > 0) _targets.isAbsolute = points.absolute;
+    _loudness.now = _targets.isAbsolute ? 0.0 : _loudness.wanted;
     chooseActive(points);
-    if (_active.empty())
+    if (_points.active.empty())
         return silent(result,
                       StopReason::NOTHING_TO_DO,
                       points.size() == 0 ? "there are no control points" : "every target is 0",
                       array.size(),
                       q);
 
-    const int stale =
-        _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), isKnown);
-    _raised = raiseTargets(_field.a);
+    const int stale = _field.assign(
+        points, _points.active, array, medium, skipTolerance_m(array, medium), isKnown);
+    _targets.raised = raiseTargets(_field.a);
     if (!isKnown && _last.q.size() == array.size()) _field.toLanes(_last.q, _last.lanes);
     if (isSkippable(stale, q))
     {
@@ -250,7 +251,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
 {
     // Above the accurate loudness the targets are shifted first, so that the build can't be
     // combined with the first round.
-    const bool continues = isContinued(array) && _beyond == 0.0;
+    const bool continues = isContinued(array) && _loudness.now == 0.0;
     if (continues)
         build(_field);
     else
@@ -258,15 +259,15 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
     result.matrix_ms = _field.build_ms();
     if (dropUnreachable())
     {
-        if (_active.empty())
+        if (_points.active.empty())
             return silent(result,
                           StopReason::NOTHING_TO_DO,
                           "no transducer reaches any control point",
                           array.size(),
                           q);
-        stale +=
-            _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), true);
-        _raised = raiseTargets(_field.a);
+        stale += _field.assign(
+            points, _points.active, array, medium, skipTolerance_m(array, medium), true);
+        _targets.raised = raiseTargets(_field.a);
         _field.build();
         result.matrix_ms += _field.build_ms();
     }
@@ -275,7 +276,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
     scaleTargets();
     const bool warm = prepareStart(array);
     const double lastRms = _last.report.rms, lastOfLargest = _last.report.rmsOfLargest;
-    Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
+    Outcome outcome = _loudness.now > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable();
     keepToTargets(outcome);
     measure(outcome, points, array, medium);
@@ -296,10 +297,10 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
 // What to say where all amplitudes rounded to 0.
 std::string SolverBase::tooQuiet() const
 {
-    if (_absolute)
+    if (_targets.isAbsolute)
         return fmt::format("the targets, at most {:g} Pa, are below the least that {} can play on "
                            "this array: ask for more",
-                           _largestTarget,
+                           _targets.largest,
                            _name);
     return fmt::format(
         "a loudness of {:g} is below the least amplitude of this array: ask for more",

@@ -80,13 +80,13 @@ protected:
     std::complex<float> alignToLast(FieldProblem& field, int levels = 0);
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.arraySize(); }
     /// Returns true if the targets of this solve are in Pa.
-    bool isAbsolute() const { return _absolute; }
+    bool isAbsolute() const { return _targets.isAbsolute; }
     /// Returns true if the targets of this solve are shifted for the sake of loudness, by how loud
     /// each point happens to be.
-    bool isShifted() const { return _beyond > 0.0; }
+    bool isShifted() const { return _loudness.now > 0.0; }
     /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if
     /// the targets are in Pa.
-    float largestTarget() const { return static_cast<float>(_largestTarget / _field.unit_Pa()); }
+    float largestTarget() const { return static_cast<float>(_targets.largest / _field.unit_Pa()); }
 
 private:
     /// Result of the last solve, kept for the next one; good is false before the first field and
@@ -103,6 +103,31 @@ private:
         SplitVector u;      // phases at the points
         SolveReport report;
         Eigen::VectorXf achieved_Pa; // at all points of this solve; empty: not known well
+    };
+
+    /// Loudness above 1: share of the way to the loudest field.
+    struct Loudness
+    {
+        double wanted = 0.0; // 0 .. 1
+        double now = 0.0;    // in this solve; 0 if the targets are in Pa
+        SplitVector u;       // n, phases that its way began with
+        Eigen::VectorXf a;   // n, targets as given
+    };
+    /// The targets of this solve.
+    struct Targets
+    {
+        bool isAbsolute = false; // in Pa
+        float largest = 1.0f;    // divisor of the targets, as given
+        int raised = 0;          // targets too far below it
+        float quieter = 0.0f;    // level of a quieter field that is farther from targets in Pa
+        bool isGrown = false;    // the field is of growFromBelow()
+    };
+    /// The points that are solved for.
+    struct Points
+    {
+        std::vector<int> active;             // their indices
+        std::vector<std::uint64_t> identity; // of these, or empty
+        std::vector<int> lastOf;             // index of each in the last field; -1: new
     };
 
     SolveReport solveUnlessStopped(const ControlPoints& points,
@@ -152,21 +177,12 @@ private:
 
     std::string _name;
     SolverOptions _options;
-    double _louder = 0.0;       // 0 .. 1, loudness above 1: share of the way to the loudest field
-    double _beyond = 0.0;       // _louder in this solve; 0 if the targets are in Pa
-    int _misses = 0;            // solves in a row that took longer than the deadline
-    bool _absolute = false;     // the targets of this solve are in Pa
-    float _quieter = 0.0f;      // level of a quieter field that is farther from the targets in Pa
-    bool _isGrown = false;      // this one is of growFromBelow()
+    Loudness _loudness;
     double _audibleShare = 0.0; // audible share of a drive's change at the options' update rate
-    SplitVector _keptU;         // n
-    Eigen::VectorXf _keptA;     // n
     FieldProblem _field;
-    std::vector<int> _active;             // indices of the points that are solved for
-    std::vector<std::uint64_t> _identity; // of the points that are solved for, or empty
-    std::vector<int> _lastOf;             // index of each in the last field; -1: new
-    float _largestTarget = 1.0f;          // divisor of the targets, as given
-    int _raised = 0;                      // targets too far below it
+    Targets _targets;
+    Points _points;
+    int _misses = 0; // solves in a row that took longer than the deadline
     LastField _last;
 };
 

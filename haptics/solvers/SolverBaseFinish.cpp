@@ -76,7 +76,7 @@ void SolverBase::measure(const Outcome& outcome,
     Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(quiet.size()));
     for (Eigen::Index k = 0; k < places.cols(); ++k)
         places.col(k) = points.positions.col(
-            _active[static_cast<std::size_t>(quiet[static_cast<std::size_t>(k)])]);
+            _points.active[static_cast<std::size_t>(quiet[static_cast<std::size_t>(k)])]);
     Eigen::VectorXcf q;
     _field.fromLanes(_field.q, q);
     const Eigen::VectorXcf p =
@@ -90,7 +90,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
 {
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
-        relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
+        relativeErrors(_field.y, _field.a, _targets.isAbsolute ? largestTarget() : level);
     // A method that ended before its phases were rounded does not know what is played of them.
     const bool isRight = errors.rms <= _options.rmsTolerance;
     result.stop =
@@ -107,16 +107,16 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
             fmt::format("{} of {} control points left out: target 0 or out of the array's reach",
                         result.leftOut,
                         result.points));
-    if (_raised > 0)
+    if (_targets.raised > 0)
         add(result,
             fmt::format("{} of {} targets are below a thousandth of the largest and count as that",
-                        _raised,
+                        _targets.raised,
                         _field.n()));
-    if (_absolute && _louder > 0.0)
+    if (_targets.isAbsolute && _loudness.wanted > 0.0)
         add(result,
             fmt::format("a loudness of {:g} counts as 1, since the targets are in Pa",
-                        1.0 + _louder));
-    if (_absolute) reportTargets(result);
+                        1.0 + _loudness.wanted));
+    if (_targets.isAbsolute) reportTargets(result);
     if (hasLast(_field)) reportChange(result);
 }
 
@@ -132,22 +132,22 @@ void SolverBase::reportTargets(SolveReport& result) const
                         "Pa and gets {:.4g} Pa",
                         result.shortPoints,
                         _field.n(),
-                        _active[static_cast<std::size_t>(shortfall.which)],
-                        _largestTarget * _field.a[shortfall.which],
+                        _points.active[static_cast<std::size_t>(shortfall.which)],
+                        _targets.largest * _field.a[shortfall.which],
                         _field.unit_Pa() * _field.y[shortfall.which]));
-    if (result.level_Pa > (1.0 + kShortBy) * _largestTarget)
+    if (result.level_Pa > (1.0 + kShortBy) * _targets.largest)
         add(result,
             fmt::format("the field is louder than asked for, {:.4g} Pa instead of {:.4g} Pa: the "
                         "next quieter field that was found plays {:.4g} Pa",
                         result.level_Pa,
-                        _largestTarget,
-                        _field.unit_Pa() * _quieter));
-    else if (_isGrown)
+                        _targets.largest,
+                        _field.unit_Pa() * _targets.quieter));
+    else if (_targets.isGrown)
         add(result,
             fmt::format("fewer transducers play, or at less, since the array's levels are too "
                         "coarse: {:.4g} Pa of {:.4g} Pa",
                         result.level_Pa,
-                        _largestTarget));
+                        _targets.largest));
 }
 
 void SolverBase::reportChange(SolveReport& result) const
@@ -173,12 +173,12 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     std::copy_n(_field.q.re.data(), padded, _last.lanes.re.data());
     std::copy_n(_field.q.im.data(), padded, _last.lanes.im.data());
     _last.q = q;
-    _last.active = _active;
-    _last.identity = _identity;
+    _last.active = _points.active;
+    _last.identity = _points.identity;
     const auto n = static_cast<std::size_t>(_field.n());
     _last.u.reserve(n);
     copy(_field.u, _last.u, n);
-    _last.targets = (_field.a * _largestTarget).cast<double>();
+    _last.targets = (_field.a * _targets.largest).cast<double>();
     _last.report = result;
     _last.good = true;
     keepAchieved(result);

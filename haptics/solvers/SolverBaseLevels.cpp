@@ -134,7 +134,7 @@ bool fillFromBelow(FieldProblem& field, float most, float loudest)
 void SolverBase::makePlayable()
 {
     alignToLast(_field);
-    if (_absolute) return playTargets();
+    if (_targets.isAbsolute) return playTargets();
     const int width = _field.G.paddedTransducers();
     if (_options.phaseOnly)
     {
@@ -209,8 +209,8 @@ void SolverBase::playTargets()
 // fits is left off.
 void SolverBase::keepToTargets(Outcome& outcome)
 {
-    _isGrown = false;
-    if (!_absolute) return;
+    _targets.isGrown = false;
+    if (!_targets.isAbsolute) return;
     const auto measure = [this]
     {
         _field.forward(_field.q, _field.p);
@@ -234,9 +234,9 @@ void SolverBase::keepToTargets(Outcome& outcome)
     if (!(level > (1.0f + margin) * wanted)) return;
     const auto width = static_cast<std::size_t>(_field.G.paddedTransducers());
     copy(_field.q, _field.z, width);
-    _quieter = growFromBelow(_field, wanted);
-    _isGrown = level > kMostOver * wanted || wanted - _quieter < level - wanted;
-    if (!_isGrown) return copy(_field.z, _field.q, width);
+    _targets.quieter = growFromBelow(_field, wanted);
+    _targets.isGrown = level > kMostOver * wanted || wanted - _targets.quieter < level - wanted;
+    if (!_targets.isGrown) return copy(_field.z, _field.q, width);
     measure();
     if (outcome.stop == StopReason::CONVERGED) outcome.stop = StopReason::STALLED;
 }

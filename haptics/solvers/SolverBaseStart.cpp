@@ -19,14 +19,14 @@ constexpr double kLeastKnown = 0.5;
 
 void SolverBase::chooseActive(const ControlPoints& points)
 {
-    _active.clear();
-    _identity.clear();
+    _points.active.clear();
+    _points.identity.clear();
     const bool isIdentified = static_cast<int>(points.identity.size()) == points.size();
     for (int l = 0; l < points.size(); ++l)
     {
         if (!(points.targets[l] > 0.0)) continue;
-        _active.push_back(l);
-        if (isIdentified) _identity.push_back(points.identity[static_cast<std::size_t>(l)]);
+        _points.active.push_back(l);
+        if (isIdentified) _points.identity.push_back(points.identity[static_cast<std::size_t>(l)]);
     }
 }
 
@@ -43,24 +43,24 @@ bool SolverBase::dropUnreachable()
         return sum > kReach * best && sum > std::numeric_limits<float>::min();
     };
     std::size_t kept = 0;
-    for (std::size_t l = 0; l < _active.size(); ++l)
+    for (std::size_t l = 0; l < _points.active.size(); ++l)
     {
         if (!isReached(l)) continue;
-        _active[kept] = _active[l];
-        if (!_identity.empty()) _identity[kept] = _identity[l];
+        _points.active[kept] = _points.active[l];
+        if (!_points.identity.empty()) _points.identity[kept] = _points.identity[l];
         ++kept;
     }
-    const bool dropped = kept != _active.size();
-    _active.resize(kept);
-    if (!_identity.empty()) _identity.resize(kept);
+    const bool dropped = kept != _points.active.size();
+    _points.active.resize(kept);
+    if (!_points.identity.empty()) _points.identity.resize(kept);
     return dropped;
 }
 
 // Returns true if the points are those of the last field, in its order.
 bool SolverBase::areLastPoints() const
 {
-    if (_identity.empty() || _last.identity.empty()) return _active == _last.active;
-    return _identity == _last.identity;
+    if (_points.identity.empty() || _last.identity.empty()) return _points.active == _last.active;
+    return _points.identity == _last.identity;
 }
 
 bool SolverBase::isContinued(const TransducerArray& array) const
@@ -71,39 +71,40 @@ bool SolverBase::isContinued(const TransducerArray& array) const
 // Finds each point in the last field. Returns true if enough of them were there.
 bool SolverBase::findLastPoints()
 {
-    if (_identity.empty() || _last.identity.empty()) return false;
+    if (_points.identity.empty() || _last.identity.empty()) return false;
     std::unordered_map<std::uint64_t, int> last;
     last.reserve(_last.identity.size());
     for (std::size_t l = 0; l < _last.identity.size(); ++l)
         last.emplace(_last.identity[l], static_cast<int>(l));
-    _lastOf.clear();
+    _points.lastOf.clear();
     int known = 0;
-    for (const std::uint64_t identity : _identity)
+    for (const std::uint64_t identity : _points.identity)
     {
         const auto found = last.find(identity);
-        _lastOf.push_back(found == last.end() ? -1 : found->second);
+        _points.lastOf.push_back(found == last.end() ? -1 : found->second);
         known += found != last.end();
     }
-    return known >= kLeastKnown * static_cast<double>(_identity.size());
+    return known >= kLeastKnown * static_cast<double>(_points.identity.size());
 }
 
 // Goes on from the phases of the points that were in the last field; new ones take the phases that
 // a field of the others has there. Returns false if the method can't.
 bool SolverBase::goOn()
 {
-    if (!findLastPoints() || !carryOver(_field, _lastOf)) return false;
-    for (std::size_t l = 0; l < _lastOf.size(); ++l)
+    if (!findLastPoints() || !carryOver(_field, _points.lastOf)) return false;
+    for (std::size_t l = 0; l < _points.lastOf.size(); ++l)
     {
-        const int last = _lastOf[l];
+        const int last = _points.lastOf[l];
         const std::complex<float> u = last < 0 ? 1.0f : _last.u.at(static_cast<std::size_t>(last));
         _field.u.set(l, u);
         _field.w.set(l, last < 0 ? 0.0f : u * _field.a[static_cast<Eigen::Index>(l)]);
     }
     _field.projectRound(_field.w, _field.p);
-    for (std::size_t l = 0; l < _lastOf.size(); ++l)
+    for (std::size_t l = 0; l < _points.lastOf.size(); ++l)
     {
         const float pressure = std::abs(_field.p.at(l));
-        if (_lastOf[l] < 0 && pressure > kLeastPressure) _field.u.set(l, _field.p.at(l) / pressure);
+        if (_points.lastOf[l] < 0 && pressure > kLeastPressure)
+            _field.u.set(l, _field.p.at(l) / pressure);
     }
     return true;
 }

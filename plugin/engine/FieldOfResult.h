@@ -1,11 +1,11 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <osgMidair/HapticField>
 
 #include <memory>
-#include <mutex>
 
 namespace osgMidair
 {
@@ -24,9 +24,9 @@ public:
     get(const std::shared_ptr<const midair::bridge::HologramResult>& result) const;
 
 private:
-    mutable std::mutex _mutex;
-    mutable std::shared_ptr<const midair::bridge::HologramResult> _result;
-    mutable osg::ref_ptr<const HapticField> _field;
+    mutable midair::base::Mutex _mutex;
+    mutable std::shared_ptr<const midair::bridge::HologramResult> _result MIDAIR_GUARDED_BY(_mutex);
+    mutable osg::ref_ptr<const HapticField> _field MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace osgMidair

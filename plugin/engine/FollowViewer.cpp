@@ -265,7 +265,7 @@ bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 
 void HapticEngine::follow(osgViewer::ViewerBase& viewer)
 {
-    _joined.follow(viewer);
+    _ownership.joined.follow(viewer);
     for (const auto& follower : _followed.operations)
     {
         const auto* collect = dynamic_cast<const CollectOperation*>(follower.get());
@@ -277,31 +277,31 @@ void HapticEngine::follow(osgViewer::ViewerBase& viewer)
 }
 
 // Returns true if another owner plays the scene. This engine then closes what it has open.
-bool HapticEngine::standsBack()
+bool HapticEngine::isPlayedByOuterOwner()
 {
-    std::string outer = _owner.outer();
+    std::string outer = _ownership.owner.outer();
     const osg::ref_ptr<HapticEngine> beside = outer.empty() ? host() : nullptr;
     if (beside) outer = beside->name();
-    const bool isNew = outer != _outer;
-    _outer = std::move(outer);
-    if (isNew && !_outer.empty())
+    const bool isNew = outer != _ownership.outer;
+    _ownership.outer = std::move(outer);
+    if (isNew && !_ownership.outer.empty())
         say({midair::base::MessageCode::SCENE_INSIDE,
-             name() + (beside ? " is joined with " : " is inside ") + _outer +
+             name() + (beside ? " is joined with " : " is inside ") + _ownership.outer +
                  ", which plays it: of its own settings only its caps and Enabled count"});
-    if (!_outer.empty())
+    if (!_ownership.outer.empty())
         close();
     else if (isNew)
         _settings.isRead = false;
-    return !_outer.empty();
+    return !_ownership.outer.empty();
 }
 
 bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
 {
-    if (_kind == OwnerKind::SCENE) return true;
+    if (_ownership.kind == OwnerKind::SCENE) return true;
     const unsigned int visits = _lead.visits;
     const bool isLed =
         std::exchange(visitsSeen, visits) != visits || !_lead.isInPlace || _lead.isInPlace(root);
-    _owner.setLed(isLed);
+    _ownership.owner.setLed(isLed);
     return isLed;
 }
 
@@ -314,7 +314,7 @@ void HapticEngine::close()
         tellTouches();
         tellState();
     }
-    if (_player.isClosed()) _place.leave();
+    if (_player.isClosed()) _ownership.place.leave();
 }
 
 } // namespace osgMidair

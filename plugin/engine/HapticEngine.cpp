@@ -3,6 +3,7 @@
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/hands/KitHands.h"
@@ -37,10 +38,9 @@ void notify(const midair::bridge::SceneMessages::Line& line)
 HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind) :
     osg::Referenced(true),
     _root(&root),
-    _owner(root, kind, *this),
-    _joined(*this),
-    _kind(kind),
-    _given(&settings),
+    _ownership{
+        SceneOwner(root, kind, *this), JoinedScene(*this), PlayingPlace(), kind, std::string()},
+    _given{&settings, nullptr, {}},
     _collector(kind == OwnerKind::SCENE ? &root : nullptr,
                [this](const Message& message) { say(message); }),
     _player({notify, openSceneHands})
@@ -82,7 +82,7 @@ bool HapticEngine::rests(const osg::Node& root)
     root.getBound(); // recomputed if something below has moved
     const double now_s = midair::base::steadySeconds();
     if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
-        _rest.changesSeen != propertyChanges() || !(*_given == _settings.seen) ||
+        _rest.changesSeen != propertyChanges() || !(*_given.settings == _settings.seen) ||
         now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
         return false;
     ++_rest.frames;
@@ -100,7 +100,7 @@ void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simula
     snapshot.worldToArray = _places.toArray;
     std::vector<midair::bridge::Capsule>& props = snapshot.around.props;
     props.clear();
-    for (const Obstacle& obstacle : _obstacles)
+    for (const Obstacle& obstacle : _given.obstacles)
         props.push_back({_places.worldToArray * midair::bridge::toEigen(obstacle.a),
                          _places.worldToArray * midair::bridge::toEigen(obstacle.b),
                          obstacle.radius});
@@ -118,9 +118,10 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _rest.changesSeen = propertyChanges();
     tellDeviceLines();
     _player.messages().printDue(start_s);
-    if (standsBack()) return tellState();
-    if (_settings.isCrowded && _place.take()) _settings.isRead = false; // there is one now
-    configure(*_given);
+    if (isPlayedByOuterOwner()) return tellState();
+    if (_settings.isCrowded && _ownership.place.take())
+        _settings.isRead = false; // there is one now
+    configure(*_given.settings);
     const bool isFresh = collect(roots);
     keepInnerLimits();
     fillSnapshot(frame, start_s - age_s, simulationTime_s);
@@ -142,7 +143,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
 
 void HapticEngine::countCollected(int beingRead, double start_s)
 {
-    const std::lock_guard<std::mutex> lock(_shown.mutex);
+    const midair::base::Lock lock(_shown.mutex);
     _shown.collected.meshesRead = _collector.extractions();
     _shown.collected.objectsBeingRead = beingRead;
     _shown.collected.objects = mayPlay() ? _collector.instances() : 0;
@@ -157,7 +158,7 @@ void HapticEngine::tellTouches()
     const auto told = _touches.gather(
         touched, [this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
     {
-        const std::lock_guard<std::mutex> lock(_shown.mutex);
+        const midair::base::Lock lock(_shown.mutex);
         _shown.touches = _touches.current();
     }
     for (Message& message : _touches.tell(told))
@@ -168,10 +169,10 @@ void HapticEngine::tellTouches()
 void HapticEngine::tellState()
 {
     DeviceChange change;
-    change.before = _stateTold;
+    change.before = _told.state;
     change.now = _player.state();
     if (change.now == change.before) return;
-    _stateTold = change.now;
+    _told.state = change.now;
     change.status = _player.deviceStatus();
     const auto isTrouble = [](ArrayState state)
     { return state == ArrayState::LOST || state == ArrayState::FAULT; };
@@ -180,7 +181,7 @@ void HapticEngine::tellState()
         << "osgMidair: the array is " << midair::bridge::stateName(change.now) << " (it was "
         << midair::bridge::stateName(change.before) << "): " << printable(change.status)
         << std::endl;
-    const osg::ref_ptr<DeviceCallback> keep = _deviceCallback;
+    const osg::ref_ptr<DeviceCallback> keep = _told.callback;
     if (!keep) return;
     const std::string thrown = midair::base::thrownBy([&] { keep->changed(change); });
     if (!thrown.empty())
@@ -198,7 +199,7 @@ void HapticEngine::silence()
 
 void HapticEngine::setHandSource(HandSource* source)
 {
-    _handSource = source;
+    _given.hands = source;
     _player.setHandSource(source ? std::make_shared<KitHands>(source) : nullptr);
 }
 
@@ -237,16 +238,17 @@ std::string HapticEngine::name() const
     for (unsigned int i = 0; group && named.empty() && i < group->getNumChildren(); ++i)
         if (!group->getChild(i)->getName().empty())
             named = " with \"" + group->getChild(i)->getName() + "\"";
-    return _kind == OwnerKind::SCENE ? (named.empty() ? "a HapticScene" : "the HapticScene" + named)
-           : _kind == OwnerKind::CALLBACK ? "a HapticCallback"
-                                          : "the viewer's --device";
+    return _ownership.kind == OwnerKind::SCENE
+               ? (named.empty() ? "a HapticScene" : "the HapticScene" + named)
+           : _ownership.kind == OwnerKind::CALLBACK ? "a HapticCallback"
+                                                    : "the viewer's --device";
 }
 
 std::vector<Touch> HapticEngine::touches() const
 {
     std::vector<Touch> touches;
     {
-        const std::lock_guard<std::mutex> lock(_shown.mutex);
+        const midair::base::Lock lock(_shown.mutex);
         touches = _shown.touches;
     }
     // It may have been muted or lost since the frame.
@@ -260,7 +262,7 @@ HapticStatistics HapticEngine::statistics() const
 {
     HapticStatistics all;
     {
-        const std::lock_guard<std::mutex> lock(_shown.mutex);
+        const midair::base::Lock lock(_shown.mutex);
         all = _shown.collected;
     }
     midair::base::assignPart<midair::bridge::SceneStatistics>(all, _player.statistics());

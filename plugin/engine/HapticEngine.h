@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/player/ScenePlayer.h"
+#include "haptics/base/threads/Mutex.h"
 #include "plugin/engine/FieldOfResult.h"
 #include "plugin/engine/JoinedScene.h"
 #include "plugin/engine/SceneOwners.h"
@@ -20,7 +21,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -124,13 +124,13 @@ public:
 
     /// As HapticScene::setJoined().
     void setJoined(bool joined);
-    bool isJoined() const { return _joined.isJoined(); }
+    bool isJoined() const { return _ownership.joined.isJoined(); }
     /// The engine of a joined scene that plays this one's; null: none does. On the update thread.
-    osg::ref_ptr<HapticEngine> host() const { return _joined.host(); }
+    osg::ref_ptr<HapticEngine> host() const { return _ownership.joined.host(); }
     /// Puts the engines whose host this one is into \a guests. On the update thread.
     void findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const
     {
-        _joined.findGuests(guests);
+        _ownership.joined.findGuests(guests);
     }
     /// Returns true if this engine plays at all, and on the array and at the place that \a other
     /// asks for, so that it can play for that. On the update thread of both.
@@ -172,11 +172,11 @@ public:
 
     /// \{ As of HapticScene.
     void setHandSource(HandSource* source);
-    HandSource* handSource() const { return _handSource; }
+    HandSource* handSource() const { return _given.hands; }
     void setTouchCallback(TouchCallback* callback) { _touches.setCallback(callback); }
     TouchCallback* touchCallback() const { return _touches.callback(); }
-    void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
-    const std::vector<Obstacle>& obstacles() const { return _obstacles; }
+    void setObstacles(const std::vector<Obstacle>& obstacles) { _given.obstacles = obstacles; }
+    const std::vector<Obstacle>& obstacles() const { return _given.obstacles; }
     /// \}
     const midair::bridge::HandTracker& hands() const { return _player.hands(); }
 
@@ -196,15 +196,18 @@ public:
     bool isMuted() const { return _player.isMuted(); } ///< any thread
 
     /// Returns true if another owner, further out or beside it, plays the scene.
-    bool isPlayedByAnother() const { return !_outer.empty(); }
+    bool isPlayedByAnother() const { return !_ownership.outer.empty(); }
     /// Returns the settings as they are used, but for caps of others; before the first update() as
     /// they were given. While the root lives.
-    const HapticSettings& settings() const { return _settings.isRead ? *_settings.used : *_given; }
+    const HapticSettings& settings() const
+    {
+        return _settings.isRead ? *_settings.used : *_given.settings;
+    }
     /// Returns false if the settings or the user's caps let nothing be played.
-    bool mayPlay() const { return _settings.isRead ? _player.mayPlay() : _given->enabled; }
+    bool mayPlay() const { return _settings.isRead ? _player.mayPlay() : _given.settings->enabled; }
 
-    void setDeviceCallback(DeviceCallback* callback) { _deviceCallback = callback; }
-    DeviceCallback* deviceCallback() const { return _deviceCallback.get(); }
+    void setDeviceCallback(DeviceCallback* callback) { _told.callback = callback; }
+    DeviceCallback* deviceCallback() const { return _told.callback.get(); }
 
     /// \{ Any thread.
     std::shared_ptr<const midair::bridge::HologramResult> latestResult() const
@@ -231,6 +234,28 @@ protected:
     ~HapticEngine() override;
 
 private:
+    /// Who owns the scene, and who plays it.
+    struct Ownership
+    {
+        SceneOwner owner;
+        JoinedScene joined;
+        PlayingPlace place; ///< while there is a thread, or it waits for one
+        const OwnerKind kind;
+        std::string outer; ///< name of the owner that plays this scene instead; empty: none
+    };
+    /// What the application gives.
+    struct Given
+    {
+        const HapticSettings* const settings; ///< valid while the root is
+        osg::ref_ptr<HandSource> hands;
+        std::vector<Obstacle> obstacles;
+    };
+    /// The state as it was told last.
+    struct Told
+    {
+        osg::ref_ptr<DeviceCallback> callback;
+        ArrayState state = ArrayState::CLOSED;
+    };
     /// By whom the scene is led.
     struct Lead
     {
@@ -280,13 +305,15 @@ private:
     /// What other threads see.
     struct Shown
     {
-        mutable std::mutex mutex;   ///< guards the members below
-        HapticStatistics collected; ///< what the collection counts
-        std::vector<Touch> touches; ///< that have begun and not ended
+        mutable midair::base::Mutex mutex;
+        /// what the collection counts
+        HapticStatistics collected MIDAIR_GUARDED_BY(mutex);
+        /// that have begun and not ended
+        std::vector<Touch> touches MIDAIR_GUARDED_BY(mutex);
     };
 
     std::string name() const;
-    bool standsBack();
+    bool isPlayedByOuterOwner();
     bool takePlace(bool isEnabled);
     void openHands(const HapticSettings& settings);
     void attachMouse();
@@ -303,23 +330,16 @@ private:
     void tellState();
 
     osg::observer_ptr<osg::Node> _root;
-    SceneOwner _owner;
-    JoinedScene _joined;
-    PlayingPlace _place; ///< while there is a thread, or it waits for one
+    Ownership _ownership;
     Lead _lead;
-    const OwnerKind _kind;
-    std::string _outer; ///< name of the owner that plays this scene instead; empty: none
-    const HapticSettings* const _given; ///< valid while _root is
+    Given _given;
     Settings _settings;
     Followed _followed;
     SceneCollector _collector;
     Places _places;
-    osg::ref_ptr<HandSource> _handSource; ///< set by the application
-    std::vector<Obstacle> _obstacles;
     TouchTeller _touches;
     Rest _rest;
-    ArrayState _stateTold = ArrayState::CLOSED;
-    osg::ref_ptr<DeviceCallback> _deviceCallback;
+    Told _told;
     NewestField _newest;
     Shown _shown;
     midair::bridge::ScenePlayer _player; ///< last: its messages name what is above

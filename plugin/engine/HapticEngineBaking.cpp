@@ -16,8 +16,8 @@ HapticEngine::collectForBaking(const SceneRoot& root, unsigned int frame, double
     if (!_settings.isBaked) _settings.isRead = false; // without what was open
     _settings.isBaked = true;
     _player.keepClosed();
-    if (standsBack()) return {};
-    configure(*_given);
+    if (isPlayedByOuterOwner()) return {};
+    configure(*_given.settings);
     // Tags are looked for in each frame, so that what is found doesn't depend on the first one.
     _collector.dirtyTags();
     collect({root});

@@ -54,7 +54,7 @@ bool haveSameWishes(const HapticWishes& a, const HapticWishes& b)
 HapticSettings HapticEngine::granted(std::vector<Message>& messages) const
 {
     std::vector<std::string> wrong;
-    HapticSettings settings = Environment::replace(*_given, wrong);
+    HapticSettings settings = Environment::replace(*_given.settings, wrong);
     settings = Grants::ofUser(messages).apply(settings, name(), messages);
     const std::vector<std::string> repaired = settings.repair();
     const std::vector<std::string>& why = settings.whySilenced;
@@ -67,7 +67,7 @@ HapticSettings HapticEngine::granted(std::vector<Message>& messages) const
 
 HapticSettings HapticEngine::grantedSettings() const
 {
-    if (!_settings.isRead) return *_given;
+    if (!_settings.isRead) return *_given.settings;
     std::vector<Message> ignored; // they were said when the settings were read
     HapticSettings settings = Environment::restrict(granted(ignored));
     if (settings.isSilenced || _settings.isCrowded) settings.enabled = false;
@@ -100,19 +100,19 @@ HapticSettings HapticEngine::usable(std::vector<Message>& messages)
 bool HapticEngine::suits(const HapticEngine& other) const
 {
     const osg::ref_ptr<osg::Node> alive = root(); // and with it the settings
-    if (!alive || !_given->enabled || isRehearsed() != other.isRehearsed()) return false;
-    const HapticSettings& a = *_given;
-    const HapticSettings& b = *other._given;
+    if (!alive || !_given.settings->enabled || isRehearsed() != other.isRehearsed()) return false;
+    const HapticSettings& a = *_given.settings;
+    const HapticSettings& b = *other._given.settings;
     if (sceneSettings().effects(a, b) & (midair::base::Effect::REOPEN | midair::base::Effect::MOVE))
         return false;
     return a.arrayDescription == b.arrayDescription && haveSameWishes(a.wishes, b.wishes) &&
-           _owner.outer().empty();
+           _ownership.owner.outer().empty();
 }
 
 void HapticEngine::setJoined(bool joined)
 {
-    _joined.setJoined(joined);
-    if (joined && _followed.viewer) _joined.follow(*_followed.viewer);
+    _ownership.joined.setJoined(joined);
+    if (joined && _followed.viewer) _ownership.joined.follow(*_followed.viewer);
 }
 
 void HapticEngine::setRehearsed(bool rehearsed)
@@ -187,8 +187,8 @@ void HapticEngine::configure(const HapticSettings& given)
 bool HapticEngine::takePlace(bool isEnabled)
 {
     const bool isWanted = isEnabled && !_settings.isBaked;
-    _settings.isCrowded = isWanted && !_place.take();
-    if (!isWanted && _player.isClosed()) _place.leave();
+    _settings.isCrowded = isWanted && !_ownership.place.take();
+    if (!isWanted && _player.isClosed()) _ownership.place.leave();
     if (_settings.isCrowded)
         say({MessageCode::SCENE_LIMIT,
              fmt::format("{} is not played: {} scenes of this program play already, and no more do "

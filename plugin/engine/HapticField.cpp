@@ -1,4 +1,5 @@
 #include "engine-bridge/scene/Convert.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/PressureField.h"
 #include "plugin/engine/FieldOfResult.h"
@@ -236,7 +237,7 @@ osg::ref_ptr<const HapticField>
 NewestField::get(const std::shared_ptr<const HologramResult>& result) const
 {
     if (!result || !result->array || result->sequence.fields.empty()) return nullptr;
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const midair::base::Lock lock(_mutex);
     if (_result != result)
     {
         _field = fieldOf(result);

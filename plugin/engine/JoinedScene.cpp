@@ -1,11 +1,11 @@
 #include "plugin/engine/JoinedScene.h"
 
+#include "haptics/base/threads/Mutex.h"
 #include "plugin/engine/HapticEngine.h"
 
 #include <osg/observer_ptr>
 
 #include <algorithm>
-#include <mutex>
 
 namespace osgMidair
 {
@@ -24,10 +24,10 @@ struct JoinedEngine
 /// All joined engines, the oldest first.
 struct JoinedEngines
 {
-    std::mutex mutex;
-    std::vector<JoinedEngine> entries;
+    midair::base::Mutex mutex;
+    std::vector<JoinedEngine> entries MIDAIR_GUARDED_BY(mutex);
 
-    std::vector<JoinedEngine>::iterator find(const HapticEngine& engine)
+    std::vector<JoinedEngine>::iterator find(const HapticEngine& engine) MIDAIR_REQUIRES(mutex)
     {
         return std::find_if(entries.begin(),
                             entries.end(),
@@ -53,7 +53,7 @@ JoinedScene::~JoinedScene()
 
 void JoinedScene::setJoined(bool joined)
 {
-    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    const midair::base::Lock lock(joinedEngines().mutex);
     const auto own = joinedEngines().find(_engine);
     const bool isThere = own != joinedEngines().entries.end();
     if (joined && !isThere) joinedEngines().entries.push_back({&_engine, &_engine});
@@ -62,13 +62,13 @@ void JoinedScene::setJoined(bool joined)
 
 bool JoinedScene::isJoined() const
 {
-    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    const midair::base::Lock lock(joinedEngines().mutex);
     return joinedEngines().find(_engine) != joinedEngines().entries.end();
 }
 
 void JoinedScene::follow(const osgViewer::ViewerBase& viewer)
 {
-    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    const midair::base::Lock lock(joinedEngines().mutex);
     const auto own = joinedEngines().find(_engine);
     if (own != joinedEngines().entries.end()) own->viewer = &viewer;
 }
@@ -77,7 +77,7 @@ osg::ref_ptr<HapticEngine> JoinedScene::host() const
 {
     std::vector<osg::ref_ptr<HapticEngine>> older; // die outside the lock
     {
-        const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+        const midair::base::Lock lock(joinedEngines().mutex);
         const auto own = joinedEngines().find(_engine);
         if (own == joinedEngines().entries.end() || !own->viewer) return nullptr;
         for (auto entry = joinedEngines().entries.begin(); entry != own; ++entry)
@@ -95,7 +95,7 @@ void JoinedScene::findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) co
 {
     guests.clear();
     {
-        const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+        const midair::base::Lock lock(joinedEngines().mutex);
         const auto own = joinedEngines().find(_engine);
         if (own == joinedEngines().entries.end() || !own->viewer) return;
         for (auto entry = std::next(own); entry != joinedEngines().entries.end(); ++entry)

@@ -1,5 +1,6 @@
 #include "plugin/engine/SceneOwners.h"
 
+#include "haptics/base/threads/Mutex.h"
 #include "plugin/engine/HapticEngine.h"
 
 #include <osgMidair/HapticScene>
@@ -7,7 +8,6 @@
 #include <osg/observer_ptr>
 
 #include <algorithm>
-#include <mutex>
 #include <set>
 #include <vector>
 
@@ -28,9 +28,10 @@ struct Owner
 
 struct Owners
 {
-    std::mutex mutex;
-    std::vector<Owner> entries; ///< without scenes, which are found among the parents
-    std::vector<const osg::Node*> seen;
+    midair::base::Mutex mutex;
+    /// without scenes, which are found among the parents
+    std::vector<Owner> entries MIDAIR_GUARDED_BY(mutex);
+    std::vector<const osg::Node*> seen MIDAIR_GUARDED_BY(mutex);
 };
 
 Owners& owners()
@@ -41,9 +42,9 @@ Owners& owners()
 
 struct Places
 {
-    std::mutex mutex;
-    std::set<const PlayingPlace*> taken;
-    std::set<const PlayingPlace*> waiting;
+    midair::base::Mutex mutex;
+    std::set<const PlayingPlace*> taken MIDAIR_GUARDED_BY(mutex);
+    std::set<const PlayingPlace*> waiting MIDAIR_GUARDED_BY(mutex);
 };
 
 // Never destroyed, as scenes may end in the process's last moments.
@@ -67,6 +68,7 @@ std::string nameOf(const HapticScene& scene)
 /// Returns the name of an owner above \a node, or at it if that owner takes precedence over \a
 /// kind; empty: none. owners().seen keeps nodes with several paths from being visited twice.
 std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
+    MIDAIR_REQUIRES(owners().mutex)
 {
     std::vector<const osg::Node*>& seen = owners().seen;
     if (std::find(seen.begin(), seen.end(), &node) != seen.end()) return {};
@@ -91,13 +93,13 @@ SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engi
     _kind(kind)
 {
     if (kind == OwnerKind::SCENE) return;
-    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const midair::base::Lock lock(owners().mutex);
     owners().entries.push_back({this, &root, kind, true, &engine});
 }
 
 SceneOwner::~SceneOwner()
 {
-    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const midair::base::Lock lock(owners().mutex);
     auto& entries = owners().entries;
     entries.erase(std::remove_if(entries.begin(),
                                  entries.end(),
@@ -107,7 +109,7 @@ SceneOwner::~SceneOwner()
 
 void SceneOwner::setLed(bool isLed)
 {
-    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const midair::base::Lock lock(owners().mutex);
     for (Owner& entry : owners().entries)
         if (entry.owner == this) entry.isLed = isLed;
 }
@@ -115,7 +117,7 @@ void SceneOwner::setLed(bool isLed)
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
 {
     osg::ref_ptr<HapticEngine> found; // dies outside the lock
-    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const midair::base::Lock lock(owners().mutex);
     const Owner* best = nullptr;
     for (const Owner& entry : owners().entries)
         if (entry.isLed && entry.root == &node && (!best || entry.kind > best->kind)) best = &entry;
@@ -125,14 +127,14 @@ osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
 
 std::string SceneOwner::outer() const
 {
-    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const midair::base::Lock lock(owners().mutex);
     owners().seen.clear();
     return ownerFrom(_root, true, _kind);
 }
 
 bool PlayingPlace::take()
 {
-    const std::lock_guard<std::mutex> lock(places().mutex);
+    const midair::base::Lock lock(places().mutex);
     const bool has = places().taken.count(this) > 0 || places().taken.size() < kMost;
     (has ? places().taken : places().waiting).insert(this);
     if (has) places().waiting.erase(this);
@@ -141,14 +143,14 @@ bool PlayingPlace::take()
 
 void PlayingPlace::leave()
 {
-    const std::lock_guard<std::mutex> lock(places().mutex);
+    const midair::base::Lock lock(places().mutex);
     places().taken.erase(this);
     places().waiting.erase(this);
 }
 
 bool PlayingPlace::isWanted()
 {
-    const std::lock_guard<std::mutex> lock(places().mutex);
+    const midair::base::Lock lock(places().mutex);
     return !places().waiting.empty() && places().taken.size() >= kMost;
 }
 

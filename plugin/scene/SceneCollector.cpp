@@ -41,23 +41,23 @@ SceneCollector::SceneCollector(const osg::Node* owner, Say say) :
 
 void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
 {
-    _toArray = toArray;
-    _shadows = shadows;
+    _places.toArray = toArray;
+    _places.shadows = shadows;
     forget();
 }
 
 bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
                              std::vector<HapticObject>& objects)
 {
-    _objects = &objects;
-    _count = 0;
-    _felt = 0;
-    _silenced = false;
-    _beingRead = 0;
-    _changed = !_kept;
-    ++_frame;
-    if (_tagFrame == 0) lookForMarks(roots);
-    _tagFrame = (_tagFrame + 1) % kTagFrames;
+    _collected.objects = &objects;
+    _collected.count = 0;
+    _collected.felt = 0;
+    _collected.isSilenced = false;
+    _collected.beingRead = 0;
+    _collected.isChanged = !_frames.isKept;
+    ++_frames.now;
+    if (_frames.sinceTags == 0) lookForMarks(roots);
+    _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
     _visitor.collect(roots, _unmarked && isUnmarked ? &*_unmarked : nullptr);
     noteMarks();
@@ -72,11 +72,11 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _obstacles.endFrame();
     _meshes.endFrame();
     _points.endFrame();
-    if (objects.size() != _count) _changed = true;
-    objects.resize(_count);
-    _kept = true;
-    if (_frame % MeshCache::kKeptFrames == 0) forgetUnseen();
-    return _changed;
+    if (objects.size() != _collected.count) _collected.isChanged = true;
+    objects.resize(_collected.count);
+    _frames.isKept = true;
+    if (_frames.now % MeshCache::kKeptFrames == 0) forgetUnseen();
+    return _collected.isChanged;
 }
 
 void SceneCollector::lookForMarks(const std::vector<SceneRoot>& roots)
@@ -88,8 +88,8 @@ void SceneCollector::lookForMarks(const std::vector<SceneRoot>& roots)
         nodes.push_back(root.node);
     }
     _marks.look(nodes);
-    if (_marksTold == _marks.state() || nodes.empty()) return;
-    _marksTold = _marks.state();
+    if (_told.marks == _marks.state() || nodes.empty()) return;
+    _told.marks = _marks.state();
     tellMarks(*nodes.front());
 }
 
@@ -104,15 +104,15 @@ void SceneCollector::noteMarks()
 void SceneCollector::forgetUnseen()
 {
     for (auto known = _known.begin(); known != _known.end();)
-        known = _frame - known->second.seen > MeshCache::kKeptFrames ? _known.erase(known)
-                                                                     : std::next(known);
+        known = _frames.now - known->second.seen > MeshCache::kKeptFrames ? _known.erase(known)
+                                                                          : std::next(known);
 }
 
 std::vector<FoundObject> SceneCollector::found() const
 {
     std::vector<FoundObject> all;
     for (const auto& [id, known] : _known)
-        if (known.seen == _frame)
+        if (known.seen == _frames.now)
             all.push_back({known.node, known.path, known.property, known.count > 0});
     return all;
 }
@@ -125,7 +125,7 @@ osg::Node* SceneCollector::nodeOf(std::uint64_t instance) const
 
 void SceneCollector::fillObstacle(const HapticInstance& instance)
 {
-    if (!_shadows)
+    if (!_places.shadows)
     {
         if (!_obstacles.saidIdle)
             _say(about(MessageCode::OBSTACLE_IDLE,
@@ -137,7 +137,7 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
     _warnings.clear();
     if (instance.inWorld)
         _obstacles.add(*instance.node,
-                       _toArray * midair::bridge::toEigen(instance.world),
+                       _places.toArray * midair::bridge::toEigen(instance.world),
                        _extract.skip,
                        _warnings);
     else
@@ -151,8 +151,8 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     const auto [found, inserted] = _known.try_emplace(instance.id);
     Known& known = found->second;
     fresh = inserted;
-    changed = inserted || known.seen + 1 != _frame;
-    known.seen = _frame;
+    changed = inserted || known.seen + 1 != _frames.now;
+    known.seen = _frames.now;
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
     if (inserted) known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
@@ -201,7 +201,7 @@ void SceneCollector::fill(const HapticInstance& instance)
     Known& known = know(instance, fresh, changed);
     std::uint64_t shape = 0;
     const bool possible = known.property.enabled && instance.inWorld;
-    if (known.property.enabled && !known.property.whySilenced.empty()) _silenced = true;
+    if (known.property.enabled && !known.property.whySilenced.empty()) _collected.isSilenced = true;
     if (possible)
     {
         _extract.paint = paintOf(known.property);
@@ -210,17 +210,18 @@ void SceneCollector::fill(const HapticInstance& instance)
                                 : _meshes.look(*instance.node, _extract, _warnings);
         if (shape != known.shape) known.isGeometryTold = false;
         tellGeometry(known);
-        if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
+        if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_collected.beingRead;
     }
-    const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
-                        isSame(known.world, instance.world) && known.clips == instance.clips;
+    const bool stands = _frames.isKept && !changed && known.first == _collected.count &&
+                        known.shape == shape && isSame(known.world, instance.world) &&
+                        known.clips == instance.clips;
     known.shape = shape;
     if (!stands)
     {
-        _changed = true;
+        _collected.isChanged = true;
         known.world = instance.world;
         known.clips = instance.clips;
-        known.first = _count;
+        known.first = _collected.count;
         known.count = 0;
         if (known.property.enabled && !instance.inWorld && fresh)
             _say(about(MessageCode::OBJECT_CAMERA,
@@ -233,8 +234,8 @@ void SceneCollector::fill(const HapticInstance& instance)
         if (possible && fresh && !instance.points) tellStates(instance, known.path);
         if (possible) fillParts(instance, known);
     }
-    _count += known.count;
-    if (known.count > 0) ++_felt;
+    _collected.count += known.count;
+    if (known.count > 0) ++_collected.felt;
 }
 
 // Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
@@ -249,7 +250,7 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
         else
             tellCause(known, code, what);
     };
-    const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
+    const Eigen::Matrix4d matrix = _places.toArray * midair::bridge::toEigen(instance.world);
     _parts.clear();
     if (instance.points)
     {
@@ -298,16 +299,17 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
 {
     std::vector<Eigen::Vector4d> clips;
     for (const osg::Vec4d& plane : instance.clips)
-        clips.emplace_back(_toArray.inverse().transpose() *
+        clips.emplace_back(_places.toArray.inverse().transpose() *
                            Eigen::Vector4d(plane.x(), plane.y(), plane.z(), plane.w()));
     double pressure = 0.0;
     if (!findParts(instance, known, pressure)) return;
     known.count = _parts.size();
-    if (_objects->size() < _count + known.count) _objects->resize(_count + known.count);
+    if (_collected.objects->size() < _collected.count + known.count)
+        _collected.objects->resize(_collected.count + known.count);
     for (std::size_t i = 0; i < known.count; ++i)
     {
         const midair::bridge::CachedMesh& part = _parts[i];
-        HapticObject& object = (*_objects)[_count + i];
+        HapticObject& object = (*_collected.objects)[_collected.count + i];
         object.id = instance.id ^ part.part;
         object.whole = instance.id;
         object.path = known.path;

@@ -48,7 +48,7 @@ public:
     void configure(const Eigen::Matrix4d& toArray, bool shadows);
 
     /// Makes the next collect() look for tags, which otherwise happens every kTagFrames frames.
-    void dirtyTags() { _tagFrame = 0; }
+    void dirtyTags() { _frames.sinceTags = 0; }
     static constexpr unsigned int kTagFrames = 60;
 
     /// Collects one frame: puts what is felt below \a roots into \a objects, which must be as the
@@ -58,7 +58,7 @@ public:
                  std::vector<midair::bridge::HapticObject>& objects);
 
     /// Makes the next collect() rebuild all objects.
-    void forget() { _kept = false; }
+    void forget() { _frames.isKept = false; }
 
     /// Appends the obstacles of this frame to \a props.
     void addObstacles(std::vector<midair::bridge::Capsule>& props) const
@@ -66,13 +66,13 @@ public:
         _obstacles.addTo(props);
     }
 
-    int instances() const { return _felt; } ///< instances that can be felt
+    int instances() const { return _collected.felt; } ///< instances that can be felt
     /// Returns true if the last collect() met an object whose properties keep the whole scene from
     /// playing.
-    bool isSilenced() const { return _silenced; }
+    bool isSilenced() const { return _collected.isSilenced; }
     /// Instances whose mesh is new and not read whole yet: they are felt as before, new ones not
     /// yet.
-    int beingRead() const { return _beingRead; }
+    int beingRead() const { return _collected.beingRead; }
     std::uint64_t extractions() const { return _meshes.extractions(); }
 
     /// Returns the enabled scenes inside the owner that the last collect() met.
@@ -106,6 +106,35 @@ private:
         std::vector<std::string> leftOut; ///< what was told of points left out, without numbers
     };
 
+    /// What was told of the scene.
+    struct Told
+    {
+        std::optional<SceneMarks::State> marks;
+        bool isHidden = false; ///< nothing of what is marked is shown
+    };
+    /// What configure() was given.
+    struct Places
+    {
+        Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();
+        bool shadows = false;
+    };
+    /// The newest frame.
+    struct Collected
+    {
+        std::vector<midair::bridge::HapticObject>* objects = nullptr; ///< during collect()
+        std::size_t count = 0;                                        ///< of objects so far
+        int felt = 0;
+        int beingRead = 0;
+        bool isChanged = false;
+        bool isSilenced = false;
+    };
+    struct Frames
+    {
+        unsigned int now = 0;
+        unsigned int sinceTags = 0; ///< tags are looked for when it is 0
+        bool isKept = false;        ///< the objects are those of the last frame
+    };
+
     void lookForMarks(const std::vector<SceneRoot>& roots);
     void noteMarks();
     void tellMarks(const osg::Node& root);
@@ -126,9 +155,8 @@ private:
     const Say _say;
     std::optional<HapticProperty> _unmarked; ///< of the root, where nothing is marked
     SceneMarks _marks;
-    std::optional<SceneMarks::State> _marksTold; ///< what was told of last
-    Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity();
-    bool _shadows = false;
+    Told _told;
+    Places _places;
     CollectHapticSurfacesVisitor _visitor;
     midair::bridge::MeshCache _meshes;
     PointMeshes _points;
@@ -137,16 +165,8 @@ private:
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
-    std::vector<midair::bridge::HapticObject>* _objects = nullptr; ///< during collect()
-    std::size_t _count = 0;                                        ///< number of objects so far
-    int _felt = 0;
-    int _beingRead = 0;
-    unsigned int _frame = 0;
-    unsigned int _tagFrame = 0; ///< tags are looked for when it is 0
-    bool _kept = false;         ///< the objects are those of the last frame
-    bool _changed = false;
-    bool _silenced = false;
-    bool _isHiddenTold = false; ///< that nothing of what is marked is shown
+    Collected _collected;
+    Frames _frames;
 };
 
 } // namespace osgMidair

@@ -46,12 +46,12 @@ void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
     const bool isHidden =
         _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
         std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
-    if (isHidden && !_isHiddenTold)
+    if (isHidden && !_told.isHidden)
         _say(about(MessageCode::OBJECT_HIDDEN,
                    midair::bridge::quoted(*roots.front().node),
                    "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
                    "nothing is felt until it is shown"));
-    _isHiddenTold = isHidden;
+    _told.isHidden = isHidden;
 }
 
 void SceneCollector::sayWarnings(MessageCode code, const std::string& path)

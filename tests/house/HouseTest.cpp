@@ -238,19 +238,10 @@ TEST(House, OnlyTheUpperStoreysKnowTheSceneGraph)
 TEST(House, ClassesHaveFewMembers)
 {
     constexpr int kMost = 15;
-    const std::map<std::string, int> known = {{"HologramPipeline", 32},
-                                              {"SceneCollector", 24},
-                                              {"InstallationShell", 23},
+    const std::map<std::string, int> known = {{"InstallationShell", 23},
                                               {"Gallery", 22},
-                                              {"PropagationMatrix", 22},
-                                              {"CycleEqualizer", 22},
-                                              {"HapticEngine", 21},
-                                              {"SolverBase", 18},
-                                              {"ShapedRounding", 18},
-                                              {"PointAssembler", 18},
                                               {"InstallationRecord", 17},
-                                              {"RestRefiner", 16},
-                                              {"ContactPath", 16}};
+                                              };
     static const std::regex opens(
         R"(^ *(?:class|struct) (?:alignas\(\d+\) )?(?:OSGMIDAIR_\w+ )?(\w+)[^;]*$)");
     static const std::regex member(

@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "engine-bridge/hands/osc/OscHands.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -82,7 +83,7 @@ void HelperHandSource::run()
 std::string HelperHandSource::follow(HelperProcess& helper, double& lived_s)
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _condition.clear();
     }
     const double begin_s = base::steadySeconds();
@@ -131,7 +132,7 @@ void HelperHandSource::sendHorizon(int socket, double& sent_s)
 void HelperHandSource::lose(const std::string& why)
 {
     _inbox.say(why);
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _condition = why;
 }
 
@@ -150,7 +151,7 @@ bool HelperHandSource::setHorizon(double ahead_s)
 
 std::string HelperHandSource::status() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _inbox.status() + (_condition.empty() ? "" : "; " + _condition);
 }
 

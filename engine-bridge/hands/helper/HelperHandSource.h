@@ -2,10 +2,10 @@
 
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/hands/osc/OscInbox.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
 #include <cstddef>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -60,9 +60,9 @@ private:
     std::atomic<int> _started{0};
     std::atomic<double> _horizon_s{0.0};
     std::size_t _told = 0;
-    mutable std::mutex _mutex;
-    std::string _condition; ///< guarded by _mutex; empty: it runs
-    std::thread _thread;    ///< last: it uses the other members
+    mutable base::Mutex _mutex;
+    std::string _condition MIDAIR_GUARDED_BY(_mutex); ///< empty: it runs
+    std::thread _thread;                              ///< last: it uses the other members
 };
 
 } // namespace midair::bridge

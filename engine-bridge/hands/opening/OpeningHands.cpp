@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/opening/OpeningHands.h"
 
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <utility>
 
@@ -22,7 +23,7 @@ OpeningHands::OpeningHands(std::function<std::shared_ptr<HandSource>()> open, st
             {
                 error = base::whatWasThrown();
             }
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const base::Lock lock(_mutex);
             _source = std::move(source);
             if (!error.empty()) _messages.push_back(error);
         })
@@ -39,7 +40,7 @@ bool OpeningHands::frameAt(double time_s, HandFrame& frame)
     frame.hands.clear();
     std::shared_ptr<HandSource> source;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         source = _source;
     }
     return source && source->frameAt(time_s, frame);
@@ -47,13 +48,13 @@ bool OpeningHands::frameAt(double time_s, HandFrame& frame)
 
 std::string OpeningHands::status() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _source ? _source->status() : _name + ": not open";
 }
 
 std::vector<std::string> OpeningHands::takeMessages()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return std::exchange(_messages, {});
 }
 

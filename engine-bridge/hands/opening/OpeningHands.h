@@ -1,10 +1,10 @@
 #pragma once
 
 #include "engine-bridge/hands/HandSource.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -29,9 +29,9 @@ public:
 
 private:
     const std::string _name;
-    mutable std::mutex _mutex;
-    std::shared_ptr<HandSource> _source; ///< null until it is open
-    std::vector<std::string> _messages;
+    mutable base::Mutex _mutex;
+    std::shared_ptr<HandSource> _source MIDAIR_GUARDED_BY(_mutex); ///< null until it is open
+    std::vector<std::string> _messages MIDAIR_GUARDED_BY(_mutex);
     std::thread _thread; ///< last: it uses the other members
 };
 

@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/openxr/OpenXrTracker.h"
 
 #include "engine-bridge/hands/openxr/OpenXrSession.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -29,17 +30,17 @@ constexpr double kFarthest_s = 1.0;
 /// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
 
-std::chrono::duration<double> seconds(double time_s)
+auto after(double time_s)
 {
-    return std::chrono::duration<double>(time_s);
+    return std::chrono::steady_clock::now() + std::chrono::duration<double>(time_s);
 }
 
 /// The right to use the program's one OpenXR instance: one tracker has it at a time.
 struct Turn
 {
-    std::mutex mutex;
-    std::condition_variable ended;
-    bool taken = false;
+    base::Mutex mutex;
+    base::Condition ended;
+    bool taken MIDAIR_GUARDED_BY(mutex) = false;
 };
 
 Turn& turn()
@@ -57,9 +58,9 @@ bool operator==(const OpenXrOptions& a, const OpenXrOptions& b)
 
 std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
 {
-    static std::mutex mutex;
+    static base::Mutex mutex;
     static std::weak_ptr<OpenXrTracker> last;
-    const std::lock_guard<std::mutex> lock(mutex);
+    const base::Lock lock(mutex);
     std::shared_ptr<OpenXrTracker> tracker = last.lock();
     if (tracker && tracker->_options == options) return tracker;
     tracker = std::make_shared<OpenXrTracker>(options);
@@ -78,12 +79,12 @@ OpenXrTracker::~OpenXrTracker()
 {
     _stop = true;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _wake.notify_all();
+        const base::Lock lock(_mutex);
+        _wake.notifyAll();
     }
     {
-        const std::lock_guard<std::mutex> lock(turn().mutex);
-        turn().ended.notify_all();
+        const base::Lock lock(turn().mutex);
+        turn().ended.notifyAll();
     }
     _thread.join();
 }
@@ -95,13 +96,16 @@ void OpenXrTracker::run()
     for (bool again = true; again && !_stop;)
     {
         if (followSession(again)) retry_s = _options.retry_s;
-        std::unique_lock<std::mutex> lock(_mutex);
-        if (again) _wake.wait_for(lock, seconds(retry_s), [this] { return _stop.load(); });
+        base::Lock lock(_mutex);
+        const auto end = after(retry_s);
+        while (again && !_stop && _wake.waitUntil(lock, end))
+        {
+        }
         retry_s = std::max(retry_s, std::min(2.0 * retry_s, kLongestRetry_s));
     }
-    const std::lock_guard<std::mutex> lock(turn().mutex);
+    const base::Lock lock(turn().mutex);
     turn().taken = false;
-    turn().ended.notify_all();
+    turn().ended.notifyAll();
 }
 
 bool OpenXrTracker::followSession(bool& again)
@@ -125,14 +129,16 @@ bool OpenXrTracker::followSession(bool& again)
 bool OpenXrTracker::takeTurn()
 {
     Turn& mine = turn();
-    std::unique_lock<std::mutex> lock(mine.mutex);
-    const auto ready = [this, &mine] { return _stop || !mine.taken; };
-    if (!mine.ended.wait_for(lock, seconds(kHandOver_s), ready))
+    base::Lock lock(mine.mutex);
+    const auto end = after(kHandOver_s);
+    while (!_stop && mine.taken && mine.ended.waitUntil(lock, end))
     {
+    }
+    if (!_stop && mine.taken)
         lose("openxr: another hand source of this program follows OpenXR with other options; no "
              "hands until it ends");
-        mine.ended.wait(lock, ready);
-    }
+    while (!_stop && mine.taken)
+        mine.ended.wait(lock);
     if (_stop) return false;
     mine.taken = true;
     return true;
@@ -141,7 +147,7 @@ bool OpenXrTracker::takeTurn()
 void OpenXrTracker::follow(OpenXrSession& session)
 {
     HandFrame frame;
-    std::unique_lock<std::mutex> lock(_mutex);
+    base::Lock lock(_mutex);
     while (!_stop)
     {
         const bool asked = isAskedFor();
@@ -154,15 +160,16 @@ void OpenXrTracker::follow(OpenXrSession& session)
         _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
         if (asked) _frame = frame;
         if (asked && !frame.hands.empty()) ++_frames;
-        _wake.wait_for(lock,
-                       seconds(asked ? kInterval_s : kIdleInterval_s),
-                       [this, asked] { return _stop || (!asked && isAskedFor()); });
+        const auto end = after(asked ? kInterval_s : kIdleInterval_s);
+        while (!_stop && (asked || !isAskedFor()) && _wake.waitUntil(lock, end))
+        {
+        }
     }
 }
 
 void OpenXrTracker::lose(const std::string& why)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _frame.hands.clear();
     _condition = why;
     _messages.say({base::MessageCode::HANDS_SOURCE, why});
@@ -170,7 +177,7 @@ void OpenXrTracker::lose(const std::string& why)
 
 void OpenXrTracker::say(const std::string& message)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _messages.say({base::MessageCode::HANDS_SOURCE, message});
 }
 
@@ -181,8 +188,8 @@ bool OpenXrTracker::isAskedFor() const
 
 bool OpenXrTracker::latest(HandFrame& frame)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    if (!isAskedFor()) _wake.notify_all();
+    const base::Lock lock(_mutex);
+    if (!isAskedFor()) _wake.notifyAll();
     _asked_s = base::steadySeconds();
     frame.hands.clear();
     if (_asked_s - _frame.time_s > kStale_s) return false;
@@ -200,7 +207,7 @@ void OpenXrTracker::setHorizon(double ahead_s)
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const std::vector<std::string> all = _messages.all();
     const std::size_t fresh = std::min(_messages.added() - told, all.size());
     told = _messages.added();
@@ -209,7 +216,7 @@ std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 
 std::string OpenXrTracker::status() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return fmt::format(
         "{}; {} frames with hands, {} joints left out", _condition, _frames, _leftOut);
 }

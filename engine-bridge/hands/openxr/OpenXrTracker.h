@@ -2,12 +2,11 @@
 
 #include "engine-bridge/hands/Hand.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -79,19 +78,20 @@ private:
     void follow(OpenXrSession& session);
     void lose(const std::string& why);
     void say(const std::string& message);
-    bool isAskedFor() const;
+    bool isAskedFor() const MIDAIR_REQUIRES(_mutex);
 
     const OpenXrOptions _options;
     std::atomic<bool> _stop{false};
     std::atomic<double> _horizon_s{0.0};
-    mutable std::mutex _mutex; ///< guards the members that follow, except _thread
-    std::condition_variable _wake;
-    HandFrame _frame;         ///< time_s: steady clock, when it was located
-    double _asked_s;          ///< steady clock, when latest() was called last
-    std::size_t _frames = 0;  ///< frames with a hand
-    std::size_t _leftOut = 0; ///< OpenXrSession::jointsLeftOut()
-    std::string _condition = "openxr: connecting";
-    base::MessageLog _messages;
+    mutable base::Mutex _mutex;
+    base::Condition _wake;
+    /// time_s: steady clock, when it was located
+    HandFrame _frame MIDAIR_GUARDED_BY(_mutex);
+    double _asked_s MIDAIR_GUARDED_BY(_mutex); ///< steady clock, when latest() was called last
+    std::size_t _frames MIDAIR_GUARDED_BY(_mutex) = 0;  ///< frames with a hand
+    std::size_t _leftOut MIDAIR_GUARDED_BY(_mutex) = 0; ///< OpenXrSession::jointsLeftOut()
+    std::string _condition MIDAIR_GUARDED_BY(_mutex) = "openxr: connecting";
+    base::MessageLog _messages MIDAIR_GUARDED_BY(_mutex);
     std::thread _thread; ///< last: it uses the other members
 };
 

@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/osc/OscInbox.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 
@@ -21,7 +22,7 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
     {
         wrong = error.what();
     }
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     ++_counts.datagrams;
     if (!wrong.empty())
     {
@@ -78,7 +79,7 @@ void OscInbox::takeHand(const OscContent::Timed& timed, const std::string& sende
 
 bool OscInbox::mayBeOf(const std::string& sender, double now_s) const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return std::any_of(_sides.begin(),
                        _sides.end(),
                        [&](const Side& side)
@@ -87,7 +88,7 @@ bool OscInbox::mayBeOf(const std::string& sender, double now_s) const
 
 void OscInbox::passOver()
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     ++_counts.datagrams;
     ++_counts.ofOthers;
     tellOnce(OF_OTHERS, "another sender is ignored, as the first one has both hands");
@@ -95,7 +96,7 @@ void OscInbox::passOver()
 
 bool OscInbox::latest(double now_s, HandFrame& frame) const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     frame.hands.clear();
     for (const Side& side : _sides)
     {
@@ -118,13 +119,13 @@ void OscInbox::tellOnce(Told what, const std::string& message)
 
 void OscInbox::say(const std::string& message)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _messages.say({base::MessageCode::HANDS_SOURCE, _name + ": " + message});
 }
 
 std::vector<std::string> OscInbox::messages(std::size_t& told) const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const std::vector<std::string> all = _messages.all();
     const std::size_t fresh = std::min(_messages.added() - told, all.size());
     told = _messages.added();
@@ -133,7 +134,7 @@ std::vector<std::string> OscInbox::messages(std::size_t& told) const
 
 OscCounts OscInbox::counts() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _counts;
 }
 

@@ -2,11 +2,11 @@
 
 #include "engine-bridge/hands/osc/OscHands.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -79,15 +79,16 @@ private:
         TOLD
     };
 
-    void takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s);
-    void tellOnce(Told what, const std::string& message);
+    void takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s)
+        MIDAIR_REQUIRES(_mutex);
+    void tellOnce(Told what, const std::string& message) MIDAIR_REQUIRES(_mutex);
 
     const std::string _name;
-    mutable std::mutex _mutex; ///< guards all below
-    std::array<Side, 2> _sides;
-    OscCounts _counts;
-    std::array<bool, TOLD> _isTold{};
-    base::MessageLog _messages;
+    mutable base::Mutex _mutex;
+    std::array<Side, 2> _sides MIDAIR_GUARDED_BY(_mutex);
+    OscCounts _counts MIDAIR_GUARDED_BY(_mutex);
+    std::array<bool, TOLD> _isTold MIDAIR_GUARDED_BY(_mutex){};
+    base::MessageLog _messages MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::bridge

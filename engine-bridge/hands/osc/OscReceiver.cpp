@@ -1,13 +1,13 @@
 #include "engine-bridge/hands/osc/OscReceiver.h"
 
 #include "engine-bridge/hands/osc/SocketAddress.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <mutex>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -54,9 +54,9 @@ bool operator==(const OscOptions& a, const OscOptions& b)
 
 std::shared_ptr<OscReceiver> OscReceiver::open(const OscOptions& options)
 {
-    static std::mutex mutex;
+    static base::Mutex mutex;
     static std::vector<std::weak_ptr<OscReceiver>> all;
-    const std::lock_guard<std::mutex> lock(mutex);
+    const base::Lock lock(mutex);
     all.erase(std::remove_if(all.begin(), all.end(), [](const auto& one) { return one.expired(); }),
               all.end());
     for (const std::weak_ptr<OscReceiver>& one : all)

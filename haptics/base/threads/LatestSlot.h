@@ -1,9 +1,9 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <utility>
 
 namespace midair::base
@@ -32,7 +32,7 @@ public:
     bool put(T& value, const Meanwhile& meanwhile)
     {
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const Lock lock(_mutex);
             if (_closed) return false;
             std::swap(_value, value);
             ++_puts;
@@ -40,7 +40,7 @@ public:
             _full = true;
             meanwhile();
         }
-        _filled.notify_one();
+        _filled.notifyOne();
         return true;
     }
 
@@ -56,10 +56,10 @@ public:
     void wake()
     {
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const Lock lock(_mutex);
             _woken = true;
         }
-        _filled.notify_one();
+        _filled.notifyOne();
     }
 
     /// Waits for a value for at most \a atMost_s and swaps it into \a value.
@@ -71,10 +71,13 @@ public:
     template<typename Meanwhile>
     Taken take(T& value, double atMost_s, const Meanwhile& meanwhile)
     {
-        std::unique_lock<std::mutex> lock(_mutex);
-        _filled.wait_for(lock,
-                         std::chrono::duration<double>(atMost_s),
-                         [this] { return _full || _closed || _woken; });
+        Lock lock(_mutex);
+        using Clock = std::chrono::steady_clock;
+        const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                            std::chrono::duration<double>(atMost_s));
+        while (!_full && !_closed && !_woken && _filled.waitUntil(lock, end))
+        {
+        }
         _woken = false;
         if (_closed) return Taken::CLOSED;
         if (!_full) return Taken::NOTHING;
@@ -92,46 +95,48 @@ public:
     void close(const Meanwhile& meanwhile)
     {
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const Lock lock(_mutex);
             _closed = true;
             meanwhile();
         }
-        _filled.notify_all();
+        _filled.notifyAll();
     }
 
     /// Calls \a meanwhile(true if a value waits, true if closed) while nothing can be put or taken.
     template<typename Meanwhile>
     void between(const Meanwhile& meanwhile)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         meanwhile(_full, _closed);
     }
 
     /// Returns true if a value waits.
     bool isFull() const
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         return _full;
     }
 
-    std::uint64_t puts() const { return locked(_puts); }
-    std::uint64_t drops() const { return locked(_drops); }
-
-private:
-    std::uint64_t locked(const std::uint64_t& counter) const
+    std::uint64_t puts() const
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        return counter;
+        const Lock lock(_mutex);
+        return _puts;
+    }
+    std::uint64_t drops() const
+    {
+        const Lock lock(_mutex);
+        return _drops;
     }
 
-    mutable std::mutex _mutex;
-    std::condition_variable _filled;
-    T _value{};
-    bool _full = false;
-    bool _closed = false;
-    bool _woken = false;
-    std::uint64_t _puts = 0;
-    std::uint64_t _drops = 0;
+private:
+    mutable Mutex _mutex;
+    Condition _filled;
+    T _value MIDAIR_GUARDED_BY(_mutex){};
+    bool _full MIDAIR_GUARDED_BY(_mutex) = false;
+    bool _closed MIDAIR_GUARDED_BY(_mutex) = false;
+    bool _woken MIDAIR_GUARDED_BY(_mutex) = false;
+    std::uint64_t _puts MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::uint64_t _drops MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
 } // namespace midair::base

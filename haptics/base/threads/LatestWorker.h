@@ -1,11 +1,11 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -31,10 +31,10 @@ public:
     ~LatestWorker()
     {
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const Lock lock(_mutex);
             _stop = true;
         }
-        _changed.notify_all();
+        _changed.notifyAll();
         _thread.join();
     }
     LatestWorker(const LatestWorker&) = delete;
@@ -43,16 +43,16 @@ public:
     void submit(Request request)
     {
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const Lock lock(_mutex);
             _request = std::make_unique<Request>(std::move(request));
         }
-        _changed.notify_all();
+        _changed.notifyAll();
     }
 
     /// Returns the newest answer that was not taken yet, or null.
     std::unique_ptr<Answer> take()
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         return std::move(_answer);
     }
 
@@ -60,41 +60,51 @@ public:
     /// answer that is there, or returns null.
     std::unique_ptr<Answer> waitFor(std::uint64_t frame, double timeout_s)
     {
-        std::unique_lock<std::mutex> lock(_mutex);
-        _changed.wait_for(lock,
-                          std::chrono::duration<double>(timeout_s),
-                          [&] { return _answer && _answer->frame >= frame; });
+        Lock lock(_mutex);
+        const Clock::time_point end = after(timeout_s);
+        while (!(_answer && _answer->frame >= frame) && _changed.waitUntil(lock, end))
+        {
+        }
         return std::move(_answer);
     }
 
 private:
+    using Clock = std::chrono::steady_clock;
+
+    static Clock::time_point after(double time_s)
+    {
+        return Clock::now() +
+               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s));
+    }
+
     void run()
     {
-        using Clock = std::chrono::steady_clock;
-        std::unique_lock<std::mutex> lock(_mutex);
+        Lock lock(_mutex);
         for (;;)
         {
-            _changed.wait(lock, [&] { return _stop || _request; });
+            while (!_stop && !_request)
+                _changed.wait(lock);
             if (_stop) return;
             const std::unique_ptr<Request> request = std::move(_request);
             lock.unlock();
-            const auto next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                                 std::chrono::duration<double>(_pause_s));
+            const Clock::time_point next = after(_pause_s);
             std::unique_ptr<Answer> answer = _work(*request);
             lock.lock();
             _answer = std::move(answer);
-            _changed.notify_all();
-            _changed.wait_until(lock, next, [&] { return _stop; });
+            _changed.notifyAll();
+            while (!_stop && _changed.waitUntil(lock, next))
+            {
+            }
         }
     }
 
     std::function<std::unique_ptr<Answer>(const Request&)> _work;
     double _pause_s;
-    std::mutex _mutex;
-    std::condition_variable _changed;
-    std::unique_ptr<Request> _request;
-    std::unique_ptr<Answer> _answer;
-    bool _stop = false;
+    Mutex _mutex;
+    Condition _changed;
+    std::unique_ptr<Request> _request MIDAIR_GUARDED_BY(_mutex);
+    std::unique_ptr<Answer> _answer MIDAIR_GUARDED_BY(_mutex);
+    bool _stop MIDAIR_GUARDED_BY(_mutex) = false;
     std::thread _thread;
 };
 

@@ -1,5 +1,7 @@
 #include "haptics/base/threads/ThreadPool.h"
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <algorithm>
 
 namespace midair::base
@@ -38,11 +40,11 @@ ThreadPool::ThreadPool(int threads) : _spins(threads <= coreCount() ? kSpins : 0
 ThreadPool::~ThreadPool()
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         _stop = true;
         _generation += 2;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
     for (std::thread& worker : _workers)
         worker.join();
 }
@@ -50,7 +52,7 @@ ThreadPool::~ThreadPool()
 void ThreadPool::begin(Function function, void* data, bool isHelped)
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         _function = function;
         _data = data;
         const unsigned even = _generation & ~1U;
@@ -60,7 +62,7 @@ void ThreadPool::begin(Function function, void* data, bool isHelped)
             _running = static_cast<int>(_workers.size());
         _generation = even + (isHelped ? 3 : 2);
     }
-    _wake.notify_all();
+    _wake.notifyAll();
 }
 
 void ThreadPool::runErased(Function function, void* data)
@@ -84,10 +86,10 @@ void ThreadPool::wake()
 {
     if (_workers.empty() || _spins == 0) return;
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const Lock lock(_mutex);
         ++_calls;
     }
-    _wake.notify_all();
+    _wake.notifyAll();
 }
 
 // Spins first: the others have as much work and finish at about the same time, unless there are too
@@ -100,9 +102,10 @@ void ThreadPool::waitUntil(const IsDone& isDone)
         if (isDone()) return;
         pause();
     }
-    std::unique_lock<std::mutex> lock(_mutex);
+    Lock lock(_mutex);
     _callerSleeps = true;
-    _done.wait(lock, isDone);
+    while (!isDone())
+        _done.wait(lock);
     _callerSleeps = false;
 }
 
@@ -111,8 +114,8 @@ void ThreadPool::waitUntil(const IsDone& isDone)
 void ThreadPool::tellCaller()
 {
     if (!_callerSleeps) return;
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _done.notify_one();
+    const Lock lock(_mutex);
+    _done.notifyOne();
 }
 
 // Enters the run that is open, which may be a later one than \a generation; returns its number. The
@@ -139,11 +142,10 @@ unsigned ThreadPool::waitForWork(unsigned seen)
         if (generation != seen) return generation;
         pause();
     }
-    std::unique_lock<std::mutex> lock(_mutex);
+    Lock lock(_mutex);
     const unsigned calls = _calls;
-    _wake.wait(lock,
-               [&]
-               { return _calls != calls || _generation.load(std::memory_order_relaxed) != seen; });
+    while (_calls == calls && _generation.load(std::memory_order_relaxed) == seen)
+        _wake.wait(lock);
     return _generation.load(std::memory_order_relaxed);
 }
 

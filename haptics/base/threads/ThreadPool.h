@@ -1,8 +1,8 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <atomic>
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -70,15 +70,16 @@ private:
     const int _spins; ///< checks before a thread sleeps
 
     std::vector<std::thread> _workers;
-    std::mutex _mutex;
-    std::condition_variable _wake; ///< workers wait for work
-    std::condition_variable _done; ///< the caller waits for workers
+    Mutex _mutex;
+    Condition _wake; ///< workers wait for work
+    Condition _done; ///< the caller waits for workers
     std::atomic<bool> _callerSleeps{false};
     std::atomic<unsigned> _generation{0}; ///< of runs; odd: a run that workers may help
     std::atomic<int> _running{0};         ///< workers that have to be waited for
     std::atomic<int> _inside{kClosed};    ///< workers that help
     std::atomic<bool> _stop{false};
-    unsigned _calls = 0; ///< of wake()
+    unsigned _calls MIDAIR_GUARDED_BY(_mutex) = 0; ///< of wake()
+    // Written before a generation begins, read by its threads alone: the generation orders them.
     Function _function = nullptr;
     void* _data = nullptr;
 };

@@ -57,24 +57,27 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
 {
     constexpr int kLanes = kernels::kShapingLanes;
     _equations.choose(field, _twice);
-    _stride = (_equations.rows() + kLanes - 1) / kLanes * kLanes;
+    _rows.stride = (_equations.rows() + kLanes - 1) / kLanes * kLanes;
     _parts.clear();
-    _count = 0;
+    _lanes.count = 0;
     for (int block = 0; block < field.G.blocks(); ++block)
     {
         const int begin = first(field, block, effort);
-        _parts.push_back({field.G.offset(block) + begin, field.G.width(block) - begin, _count});
-        _count += _parts.back().count;
+        _parts.push_back(
+            {field.G.offset(block) + begin, field.G.width(block) - begin, _lanes.count});
+        _lanes.count += _parts.back().count;
     }
-    const auto count = static_cast<std::size_t>(_count), stride = static_cast<std::size_t>(_stride);
-    _columns.reserve(count * stride);
-    if (isCoarse(field)) _columns2.reserve(count * stride);
-    for (base::AlignedBuffer<float>* v : {&_square, &_wanted, &_level, &_amplitude})
+    const auto count = static_cast<std::size_t>(_lanes.count),
+               stride = static_cast<std::size_t>(_rows.stride);
+    _columns.first.reserve(count * stride);
+    if (isCoarse(field)) _columns.second.reserve(count * stride);
+    for (base::AlignedBuffer<float>* v :
+         {&_columns.square, &_lanes.wanted, &_lanes.level, &_lanes.amplitude})
         v->reserve(count);
-    _drive.reserve(count);
-    _error.reserve(stride);
-    _aim.reserve(stride);
-    _p.reserve(stride);
+    _lanes.drive.reserve(count);
+    _rows.error.reserve(stride);
+    _rows.aim.reserve(stride);
+    _rows.p.reserve(stride);
     _factor.reserve(stride * static_cast<std::size_t>(field.threads()));
     _change.reserve(static_cast<std::size_t>(field.G.paddedTransducers()));
 }
@@ -85,7 +88,8 @@ void ShapedRounding::findFactors(
     const FieldProblem& field, int thread, int block, float s, bool turned)
 {
     const float* scale = field.G.fixedScale(block);
-    const std::size_t part = static_cast<std::size_t>(thread) * static_cast<std::size_t>(_stride);
+    const std::size_t part =
+        static_cast<std::size_t>(thread) * static_cast<std::size_t>(_rows.stride);
     float *re = _factor.re.data() + part, *im = _factor.im.data() + part;
     for (int k = 0; k < _equations.rows(); ++k)
     {
@@ -106,7 +110,7 @@ void ShapedRounding::formColumns(const FieldProblem& field,
                                  base::AlignedBuffer<float>& columns)
 {
     const Part& part = _parts[static_cast<std::size_t>(block)];
-    const auto stride = static_cast<std::size_t>(_stride);
+    const auto stride = static_cast<std::size_t>(_rows.stride);
     int width = 0;
     const std::int32_t* G = _equations.gather(
         field, thread, block, part.lane - field.G.offset(block), part.count, width);
@@ -118,9 +122,9 @@ void ShapedRounding::formColumns(const FieldProblem& field,
                              _factor.im.data() + static_cast<std::size_t>(thread) * stride,
                              qRe,
                              qIm,
-                             _stride,
+                             _rows.stride,
                              columns.data() + static_cast<std::size_t>(part.place) * stride,
-                             _square.data() + part.place);
+                             _columns.square.data() + part.place);
 }
 
 // Linearises |p|: e_l = (|p_l| - s a_l)/(s d_l) changes by the column of J times the turn.
@@ -134,26 +138,30 @@ void ShapedRounding::chooseFine(FieldProblem& field,
         {
             const int lane = _parts[static_cast<std::size_t>(block)].lane;
             findFactors(field, thread, block, s, true);
-            formColumns(
-                field, thread, block, field.q.re.data() + lane, field.q.im.data() + lane, _columns);
+            formColumns(field,
+                        thread,
+                        block,
+                        field.q.re.data() + lane,
+                        field.q.im.data() + lane,
+                        _columns.first);
         });
-    float* e = _error.data();
+    float* e = _rows.error.data();
     for (int l = 0; l < field.n(); ++l)
         e[l] = field.y[l] / (s * field.a[l]) - 1.0f;
     for (const int l : quiet.points())
         e[l] = (field.y[l] - s * field.a[l]) / (s * _yard[l]);
-    std::fill(e + field.n(), e + _stride, 0.0f);
+    std::fill(e + field.n(), e + _rows.stride, 0.0f);
     const auto step =
         static_cast<float>(base::kTwoPi / static_cast<double>(field.drive().phaseLevels));
     for (int pass = 0; pass < effort.passes; ++pass)
-        kernels::shapeLevels(_count,
-                             _stride,
-                             _columns.data(),
-                             _square.data(),
+        kernels::shapeLevels(_lanes.count,
+                             _rows.stride,
+                             _columns.first.data(),
+                             _columns.square.data(),
                              step,
                              effort.reach,
-                             _wanted.data(),
-                             _level.data(),
+                             _lanes.wanted.data(),
+                             _lanes.level.data(),
                              e);
 }
 
@@ -171,8 +179,8 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
         {
             const auto place = static_cast<std::size_t>(part.place + i);
             const auto lane = static_cast<std::size_t>(part.lane + i);
-            _drive.set(place, field.q.at(lane));
-            _amplitude[place] = amplitudes ? amplitudes[lane] : 1.0f;
+            _lanes.drive.set(place, field.q.at(lane));
+            _lanes.amplitude[place] = amplitudes ? amplitudes[lane] : 1.0f;
         }
     // Phases that are off by up to half a step all over play this share of the level.
     const auto levels = static_cast<float>(field.drive().phaseLevels);
@@ -182,31 +190,31 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
         [&](int thread, int block)
         {
             findFactors(field, thread, block, level, false);
-            formColumns(field, thread, block, zeros, minus, _columns);
-            formColumns(field, thread, block, minus, zeros, _columns2);
+            formColumns(field, thread, block, zeros, minus, _columns.first);
+            formColumns(field, thread, block, minus, zeros, _columns.second);
         });
-    for (int l = 0; l < _stride; ++l)
+    for (int l = 0; l < _rows.stride; ++l)
     {
         const auto row = static_cast<std::size_t>(l);
-        _p.set(row, l < field.n() ? field.p.at(row) / (level * _yard[l]) : 1.0f);
-        _aim[row] = l < field.n() ? field.a[l] / _yard[l] : 1.0f;
+        _rows.p.set(row, l < field.n() ? field.p.at(row) / (level * _yard[l]) : 1.0f);
+        _rows.aim[row] = l < field.n() ? field.a[l] / _yard[l] : 1.0f;
     }
     const float reach = std::min(2.0f, std::floor(0.5f * levels));
     for (int pass = 0; pass < effort.passes; ++pass)
-        kernels::shapeCoarseLevels(_count,
-                                   _stride,
-                                   _columns.data(),
-                                   _columns2.data(),
+        kernels::shapeCoarseLevels(_lanes.count,
+                                   _rows.stride,
+                                   _columns.first.data(),
+                                   _columns.second.data(),
                                    levels,
                                    static_cast<int>(reach),
-                                   _amplitude.data(),
-                                   _wanted.data(),
-                                   _level.data(),
-                                   _drive.re.data(),
-                                   _drive.im.data(),
-                                   _aim.data(),
-                                   _p.re.data(),
-                                   _p.im.data());
+                                   _lanes.amplitude.data(),
+                                   _lanes.wanted.data(),
+                                   _lanes.level.data(),
+                                   _lanes.drive.re.data(),
+                                   _lanes.drive.im.data(),
+                                   _rows.aim.data(),
+                                   _rows.p.re.data(),
+                                   _rows.p.im.data());
 }
 
 // Sets q to the levels chosen, and adds what that changes to the partial sums.
@@ -218,7 +226,7 @@ void ShapedRounding::take(FieldProblem& field, int block, const float* amplitude
     float *dRe = _change.re.data() + part.lane, *dIm = _change.im.data() + part.lane;
     std::copy_n(re, part.count, dRe);
     std::copy_n(im, part.count, dIm);
-    kernels::unitAtLevel(part.count, levels, _level.data() + part.place, re, im);
+    kernels::unitAtLevel(part.count, levels, _lanes.level.data() + part.place, re, im);
     if (amplitudes) kernels::scaleBy(part.count, amplitudes + part.lane, re, im);
     for (int i = 0; i < part.count; ++i)
     {
@@ -236,7 +244,7 @@ void ShapedRounding::shape(FieldProblem& field,
 {
     weigh(field, quiet);
     reserve(field, effort);
-    if (_count == 0 || !(s > 0.0f)) return;
+    if (_lanes.count == 0 || !(s > 0.0f)) return;
     const auto levels = static_cast<float>(field.drive().phaseLevels);
     for (const Part& part : _parts)
     {
@@ -244,8 +252,9 @@ void ShapedRounding::shape(FieldProblem& field,
                                levels,
                                field.q.re.data() + part.lane,
                                field.q.im.data() + part.lane,
-                               _wanted.data() + part.place);
-        std::copy_n(_wanted.data() + part.place, part.count, _level.data() + part.place);
+                               _lanes.wanted.data() + part.place);
+        std::copy_n(
+            _lanes.wanted.data() + part.place, part.count, _lanes.level.data() + part.place);
     }
     if (isCoarse(field))
         chooseCoarse(field, amplitudes, s, effort);

@@ -46,6 +46,32 @@ private:
         int place = 0; // of its first lane in the vectors below
     };
 
+    /// The lanes that are shaped.
+    struct Lanes
+    {
+        int count = 0;
+        base::AlignedBuffer<float> wanted; // in levels, as the next
+        base::AlignedBuffer<float> level;
+        base::AlignedBuffer<float> amplitude;
+        SplitVector drive;
+    };
+    /// The rows of the equations.
+    struct Rows
+    {
+        int stride = 0; // their number, rounded up; the length of each
+        base::AlignedBuffer<float> error;
+        base::AlignedBuffer<float> aim; // |p| wanted, in the columns' units
+        SplitVector p;
+    };
+    /// What a turn of each lane changes in each row: count x stride, in units of the level times
+    /// the yards.
+    struct Columns
+    {
+        base::AlignedBuffer<float> first;
+        base::AlignedBuffer<float> second; // used for coarse levels only
+        base::AlignedBuffer<float> square; // count, |first|^2
+    };
+
     void reserve(const FieldProblem& field, const Effort& effort);
     void weigh(const FieldProblem& field, const QuietPoints& quiet);
     void findFactors(const FieldProblem& field, int thread, int block, float s, bool turned);
@@ -63,20 +89,11 @@ private:
     Eigen::VectorXf _yard;   // n, what errors count by
     std::vector<int> _twice; // points so quiet that rounding is felt at right angles, too
     Equations _equations;
-    int _count = 0;                       // lanes that are shaped
-    int _stride = 0;                      // rows of _equations, rounded up
-    base::AlignedBuffer<float> _columns;  // _count x _stride, in units of the level times the yards
-    base::AlignedBuffer<float> _columns2; // the same; used for coarse levels only
-    base::AlignedBuffer<float> _square;   // _count, |column|^2
-    base::AlignedBuffer<float> _wanted;   // _count, in levels, as the next
-    base::AlignedBuffer<float> _level;
-    base::AlignedBuffer<float> _amplitude; // _count
-    SplitVector _drive;                    // _count
-    base::AlignedBuffer<float> _error;     // _stride
-    base::AlignedBuffer<float> _aim;       // _stride, |p| wanted, in the columns' units
-    SplitVector _p;                        // _stride
-    SplitVector _factor;                   // threads x _stride
-    SplitVector _change;                   // m
+    Lanes _lanes;
+    Rows _rows;
+    Columns _columns;
+    SplitVector _factor; // threads x stride
+    SplitVector _change; // m
 };
 
 } // namespace midair::haptics
