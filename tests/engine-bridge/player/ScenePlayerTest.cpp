@@ -1,5 +1,6 @@
 #include "engine-bridge/player/ScenePlayer.h"
 
+#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "tests/device/limits/UserCapTexts.h"
@@ -215,6 +216,62 @@ TEST(ScenePlayer, MutedIsMutedBeforeThereIsADevice)
     EXPECT_EQ(of.log->loudestAmplitude, 0.0F);
     of.player.setMuted(false);
     EXPECT_TRUE(of.plays());
+}
+
+TEST(ScenePlayer, StaysMutedWhenItsThreadEnds)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    of.player.setMuted(true);
+    of.player.end().reset();
+    EXPECT_TRUE(of.player.isMuted());
+    of.log = std::make_shared<FakeLog>();
+    of.configure();
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.frame();
+            return of.player.state() == ArrayState::MUTED;
+        }));
+    EXPECT_EQ(of.log->loudestAmplitude, 0.0F);
+    of.player.setMuted(false);
+    EXPECT_TRUE(of.plays());
+}
+
+// It is destroyed later, and until then nobody leads it: its device's hold silences it.
+TEST(ScenePlayer, AThreadThatHasEndedIsNotKeptAliveByTheFramesOfTheNextOne)
+{
+    Played of;
+    of.player.setFilter(
+        [&of](HologramOptions& options)
+        {
+            const HologramOptions fakes = fakeOptions(of.log);
+            options.solverFactory = fakes.solverFactory;
+            options.deviceFactory =
+                [make = fakes.deviceFactory](const std::string& uri,
+                                             const midair::device::DeviceLayout& layout)
+            {
+                midair::device::SafetyLimits limits;
+                limits.hold_s = 0.3;
+                return std::make_unique<midair::device::GuardedDevice>(
+                    make(uri, layout), limits, layout.transducers);
+            };
+        });
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    const std::shared_ptr<FakeLog> before = of.log;
+    const int silences = before->silences;
+    const std::shared_ptr<void> ended = of.player.end();
+    of.log = std::make_shared<FakeLog>();
+    of.configure();
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.frame();
+            return before->silences > silences;
+        }));
+    EXPECT_EQ(before->closed, 0);
 }
 
 TEST(ScenePlayer, ClosesAndOpensAgain)
