@@ -82,7 +82,7 @@ void addSteps(const std::vector<DriveSignal>& signals,
 } // namespace
 
 /// What a FieldBaker works with.
-struct OSGMIDAIR_NO_EXPORT FieldBaker::Part
+struct FieldBaker::Part
 {
     Part(HapticScene& baked, int wantedThreads) : scene(&baked), threads(wantedThreads) {}
 

@@ -5,7 +5,6 @@
 #include "plugin/engine/FieldOfResult.h"
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/scene/FeltNode.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticField>
 
@@ -18,7 +17,7 @@ namespace osgMidair
 
 using midair::bridge::HologramResult;
 
-struct OSGMIDAIR_NO_EXPORT HapticField::Data
+struct HapticField::Data
 {
     std::shared_ptr<const HologramResult> result; ///< not null, with a field and an array
     std::vector<Object> objects;

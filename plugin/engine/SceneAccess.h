@@ -4,7 +4,6 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "plugin/engine/HapticEngine.h"
-#include "plugin/settings/ForTests.h"
 
 #include <memory>
 
@@ -17,7 +16,7 @@ class HapticScene;
 
 /// Access to the implementation behind the installed classes, for the kit itself and its tests. No
 /// installed header names these types.
-class OSGMIDAIR_FOR_TESTS SceneAccess
+class SceneAccess
 {
 public:
     using Result = std::shared_ptr<const midair::bridge::HologramResult>;

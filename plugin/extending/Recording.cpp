@@ -9,7 +9,6 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Range.h"
 #include "plugin/extending/ArrayConversion.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayDescription>
 #include <osgMidair/HapticField>
@@ -63,7 +62,7 @@ bool readDead(std::vector<unsigned int> given,
 
 } // namespace
 
-struct OSGMIDAIR_NO_EXPORT Recorder::Part
+struct Recorder::Part
 {
     Part(const std::string& file, int transducers, bool overwrite) :
         device(file,
@@ -125,7 +124,7 @@ std::string Recorder::getStatus() const
     return _part->device.status();
 }
 
-struct OSGMIDAIR_NO_EXPORT RecordingReader::Part
+struct RecordingReader::Part
 {
     Part(std::string content, const std::string& file) :
         bytes(std::move(content)),
@@ -184,7 +183,7 @@ const std::string& RecordingReader::getError() const
     return _part->error;
 }
 
-struct OSGMIDAIR_NO_EXPORT Player::Part
+struct Player::Part
 {
     Part(recording::Show show,
          const midair::device::PlayingDevice::Options& options,

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <string>
 
 namespace osgMidair
@@ -10,6 +8,6 @@ namespace osgMidair
 /// Returns what the application registered for the scene's setting \a setting (solver, device,
 /// hands), as the setting takes it, with commas between: "mine:, other:". Empty: nothing, or
 /// another setting. From any thread.
-OSGMIDAIR_FOR_TESTS std::string registeredNames(const std::string& setting);
+std::string registeredNames(const std::string& setting);
 
 } // namespace osgMidair

@@ -2,7 +2,6 @@
 
 #include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/TinyGltf.h"
-#include "plugin/settings/ForTests.h"
 
 #include <cstddef>
 #include <string>
@@ -22,10 +21,10 @@ constexpr std::size_t kMostGltfBuffers = 64;
 /// GltfError for what would make that take more memory or stack than there is, or look beyond a
 /// buffer, and for what needs an extension that the kit doesn't know. \a messages get the
 /// extensions and the haptic extras that aren't followed.
-OSGMIDAIR_FOR_TESTS void screenGltf(const std::string& file, GltfMessages& messages);
+void screenGltf(const std::string& file, GltfMessages& messages);
 
 /// True if \a file is a .glb by its first bytes.
-OSGMIDAIR_FOR_TESTS bool isGlb(const std::string& file);
+bool isGlb(const std::string& file);
 
 /// Reads the file at \a path, regular and of a limited size, and what it names beside it or below
 /// its folder; a name of anything else throws. Images are left as their files' bytes, those within

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "plugin/gltf/GltfMessages.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osg/Node>
 #include <osg/ref_ptr>
@@ -15,12 +14,10 @@ namespace osgMidair
 /// and the extras of nodes, meshes and the scene as tags; metres, turned from y up to OSG's z up.
 /// Throws GltfError, which says what is wrong; what is left out of a model that is read is in \a
 /// messages.
-OSGMIDAIR_FOR_TESTS osg::ref_ptr<osg::Node> readGltf(const std::string& path,
-                                                     GltfMessages& messages);
+osg::ref_ptr<osg::Node> readGltf(const std::string& path, GltfMessages& messages);
 
 /// The same of a file's bytes, which name no other file.
-OSGMIDAIR_FOR_TESTS osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes,
-                                                          GltfMessages& messages);
+osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes, GltfMessages& messages);
 
 /// The same, telling the messages as OSG's warnings and notices, too; null, with the reason in \a
 /// error, if it isn't read.

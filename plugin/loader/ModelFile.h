@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osg/BoundingBox>
 #include <osg/Node>
 #include <osg/ref_ptr>
@@ -30,6 +28,6 @@ ModelFile readModelFile(const std::string& name, const osgDB::Options* options);
 
 /// The box of all below \a node in the frame of its parent. (OSG's own has floats, which lose the
 /// digits of places far from the origin.)
-OSGMIDAIR_FOR_TESTS osg::BoundingBoxd boundsOf(osg::Node& node);
+osg::BoundingBoxd boundsOf(osg::Node& node);
 
 } // namespace osgMidair

@@ -5,7 +5,6 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/hands/KitHands.h"
-#include "plugin/settings/ForTests.h"
 #include "plugin/settings/Grants.h"
 
 #include <osgMidair/HandBodies>
@@ -33,7 +32,7 @@ constexpr double kStep_s = 1.0 / 240.0; // as a RigidBodyWorld's
 
 } // namespace
 
-struct OSGMIDAIR_NO_EXPORT HandBodies::Part
+struct HandBodies::Part
 {
     Part(btDiscreteDynamicsWorld& world, double length_s) :
         bodies(world),
@@ -140,12 +139,12 @@ bool HandBodies::getBone(const btCollisionObject& object, int& hand, int& bone) 
     return _part->bodies.find(object, hand, bone);
 }
 
-struct OSGMIDAIR_NO_EXPORT RigidBodyWorld::Stepper
+struct RigidBodyWorld::Stepper
 {
     osg::ref_ptr<midair::bridge::RigidBodyStepper> stepper;
 };
 
-struct OSGMIDAIR_NO_EXPORT RigidBodyCallback::Pose
+struct RigidBodyCallback::Pose
 {
     osg::ref_ptr<midair::bridge::RigidBodyPose> pose;
 };

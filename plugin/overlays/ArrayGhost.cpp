@@ -3,7 +3,6 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/Vectors.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
@@ -118,7 +117,7 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 } // namespace
 
 /// Draws a disc for each transducer and the outlines of their boards.
-class OSGMIDAIR_NO_EXPORT ArrayGhost::Part : public OverlayPart
+class ArrayGhost::Part : public OverlayPart
 {
 public:
     Part();

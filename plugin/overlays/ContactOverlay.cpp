@@ -5,7 +5,6 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/Vectors.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ContactOverlay>
 
@@ -108,7 +107,7 @@ Eigen::Vector3d onEllipse(const ContactView& contact, int corner, double major_m
 
 } // namespace
 
-class OSGMIDAIR_NO_EXPORT ContactOverlay::Part : public OverlayPart
+class ContactOverlay::Part : public OverlayPart
 {
 public:
     Part();

@@ -1,7 +1,6 @@
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>
@@ -68,7 +67,7 @@ const osg::Vec3f kLeftOut(0.45F, 0.45F, 0.47F);
 
 } // namespace
 
-class OSGMIDAIR_NO_EXPORT ControlPointOverlay::Part : public OverlayPart
+class ControlPointOverlay::Part : public OverlayPart
 {
 public:
     Part();

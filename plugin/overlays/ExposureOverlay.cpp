@@ -5,7 +5,6 @@
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/LevelSphere.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ExposureOverlay>
@@ -140,7 +139,7 @@ float shareOf(float level_dB)
 
 } // namespace
 
-class OSGMIDAIR_NO_EXPORT ExposureOverlay::Part : public OverlayPart
+class ExposureOverlay::Part : public OverlayPart
 {
 public:
     Part();

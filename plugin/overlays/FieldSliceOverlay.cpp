@@ -9,7 +9,6 @@
 #include "plugin/overlays/drawing/GpuSlice.h"
 #include "plugin/overlays/drawing/SliceDisc.h"
 #include "plugin/overlays/drawing/Vectors.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
@@ -96,7 +95,7 @@ double median(Eigen::VectorXd values)
 } // namespace
 
 /// A textured disc; the worker's thread or a fragment shader fills the texture.
-class OSGMIDAIR_NO_EXPORT FieldSliceOverlay::Part : public OverlayPart
+class FieldSliceOverlay::Part : public OverlayPart
 {
 public:
     explicit Part(osg::Group& owner);

@@ -3,7 +3,6 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/FieldVolume.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 
@@ -70,7 +69,7 @@ void main()
 
 } // namespace
 
-class OSGMIDAIR_NO_EXPORT FieldVolumeOverlay::Part : public OverlayPart
+class FieldVolumeOverlay::Part : public OverlayPart
 {
 public:
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,

@@ -5,7 +5,6 @@
 #include "plugin/overlays/drawing/PixelDrawing.h"
 #include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/overlays/hud/HudRoom.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HandsOverlay>
 
@@ -131,7 +130,7 @@ osg::ref_ptr<osg::Geometry> makeCapsules()
 
 } // namespace
 
-class OSGMIDAIR_NO_EXPORT HandsOverlay::Part : public OverlayPart
+class HandsOverlay::Part : public OverlayPart
 {
 public:
     /// A touch that goes on, or has ended and fades.

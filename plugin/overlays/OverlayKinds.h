@@ -1,7 +1,6 @@
 #pragma once
 
 #include "haptics/base/settings/Setting.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/Overlay>
 
@@ -42,7 +41,7 @@ OverlayNumber overlayNumber(const char* name,
 }
 
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.
-struct OSGMIDAIR_FOR_TESTS OverlayKind
+struct OverlayKind
 {
     int place = 0;    ///< in lists, and so of its key
     std::string name; ///< name of its switch in files, after "Show": "FieldSlice"
@@ -61,16 +60,16 @@ struct OSGMIDAIR_FOR_TESTS OverlayKind
 };
 
 /// Returns all kinds by their place. Keys, files, options and documents have their names from here.
-OSGMIDAIR_FOR_TESTS const std::map<int, OverlayKind>& overlayKinds();
+const std::map<int, OverlayKind>& overlayKinds();
 
 /// Returns the kind of that name in files or word on command lines; null: there is none, and \a
 /// error says so, with the nearest.
-OSGMIDAIR_FOR_TESTS const OverlayKind* findOverlayKind(const std::string& name, std::string& error);
+const OverlayKind* findOverlayKind(const std::string& name, std::string& error);
 
 /// Registers a kind of overlay: define a static object of this class in the overlay's source. A
 /// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused
 /// with a message.
-class OSGMIDAIR_FOR_TESTS OverlayRegistration
+class OverlayRegistration
 {
 public:
     explicit OverlayRegistration(const OverlayKind& kind);

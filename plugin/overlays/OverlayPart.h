@@ -5,7 +5,6 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osg/Node>
 
@@ -23,7 +22,7 @@ class Overlay;
 /// Implementation of an Overlay: receives the array, its fields and the hands, in types that no
 /// installed header names. All functions are called on the thread of the update traversal; the
 /// default implementations do nothing.
-class OSGMIDAIR_FOR_TESTS OverlayPart
+class OverlayPart
 {
 public:
     OverlayPart() = default;
@@ -53,7 +52,7 @@ public:
 /// Implementation of HapticOverlays: passes what the outermost owner above it (HapticScene,
 /// HapticCallback or HapticDevice) plays to its overlays. All functions are called on the thread of
 /// the update traversal.
-class OSGMIDAIR_FOR_TESTS OverlayFeed
+class OverlayFeed
 {
 public:
     explicit OverlayFeed(HapticOverlays& overlays);

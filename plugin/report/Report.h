@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osgMidair/HapticField>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
@@ -13,9 +11,9 @@ namespace osgMidair
 
 /// Returns the statistics of a scene as a JSON object, with the objects and control points of \a
 /// field, its newest; null: there is none.
-OSGMIDAIR_FOR_TESTS std::string reportJson(const HapticStatistics& statistics,
-                                           const HapticSettings& settings,
-                                           const HapticField* field = nullptr);
+std::string reportJson(const HapticStatistics& statistics,
+                       const HapticSettings& settings,
+                       const HapticField* field = nullptr);
 
 /// What the report has of a scene.
 struct ReportedScene

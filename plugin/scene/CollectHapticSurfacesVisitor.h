@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osgMidair/HapticProperty>
 
 #include <osg/ClipNode>
@@ -51,7 +49,7 @@ struct SceneRoot
 ///
 /// It skips subtrees without haptic nodes: these request the event traversal, and OSG counts such
 /// nodes up to the root. For tagged nodes markTags() has to make that request.
-class OSGMIDAIR_FOR_TESTS CollectHapticSurfacesVisitor : public osg::NodeVisitor
+class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
     /// \a owner: the scene that it collects for. Other scenes that it meets are inside that one:
@@ -117,18 +115,18 @@ private:
 
 /// Makes tagged nodes below \a root request the event traversal, as haptic nodes do. Walks the
 /// whole subtree: not for every frame.
-OSGMIDAIR_FOR_TESTS void markTags(osg::Node& root);
+void markTags(osg::Node& root);
 
 /// Reads the text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...".
 /// Returns false if the node has none.
-OSGMIDAIR_FOR_TESTS bool hapticTag(const osg::Node& node, std::string& text);
-OSGMIDAIR_FOR_TESTS bool hasHapticTag(const osg::Node& node);
+bool hapticTag(const osg::Node& node, std::string& text);
+bool hasHapticTag(const osg::Node& node);
 
 /// Returns true if the node has the user value "obstacle" (a bool) or a description "obstacle": a
 /// real object that blocks sound.
-OSGMIDAIR_FOR_TESTS bool hasObstacleTag(const osg::Node& node);
+bool hasObstacleTag(const osg::Node& node);
 
 /// Returns true for a HapticSurface, a HapticPoints or a node with a marked tag: a separate object.
-OSGMIDAIR_FOR_TESTS bool isOwnObject(const osg::Node& node);
+bool isOwnObject(const osg::Node& node);
 
 } // namespace osgMidair

@@ -2,7 +2,6 @@
 
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/scene/PaintReader.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticProperty>
 
@@ -12,11 +11,11 @@ namespace osgMidair
 {
 
 /// Returns the part of \a property that goes to the hologram thread with each object.
-OSGMIDAIR_FOR_TESTS midair::bridge::HapticProperties forBridge(const HapticProperty& property);
+midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 
 /// Returns what is wrong with the material of \a property, so that nothing is felt where the object
 /// is touched, or with the user's file of materials; empty: nothing.
-OSGMIDAIR_FOR_TESTS std::string problemOfMaterial(const HapticProperty& property);
+std::string problemOfMaterial(const HapticProperty& property);
 
 /// Returns the part of \a property that describes the paint of the mesh.
 midair::bridge::PaintOptions paintOf(const HapticProperty& property);

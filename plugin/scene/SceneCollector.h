@@ -8,7 +8,6 @@
 #include "plugin/scene/PointMeshes.h"
 #include "plugin/scene/SceneMarks.h"
 #include "plugin/scene/TaggedObstacles.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FoundObject>
 
@@ -30,7 +29,7 @@ namespace osgMidair
 /// that have not changed since the last frame are checked but not made again.
 ///
 /// For the thread that updates the scene only.
-class OSGMIDAIR_FOR_TESTS SceneCollector
+class SceneCollector
 {
 public:
     using Say = std::function<void(const midair::base::Message&)>;

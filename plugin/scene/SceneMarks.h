@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osg/Node>
 
 #include <string>
@@ -15,7 +13,7 @@ namespace osgMidair
 /// Hiding what is marked must not make felt what isn't, so marks that were seen once count for
 /// good, those of parts that have been unloaded since too. While a part is not loaded that may have
 /// the first one, nothing is known.
-class OSGMIDAIR_FOR_TESTS SceneMarks
+class SceneMarks
 {
 public:
     enum class State
@@ -41,6 +39,6 @@ private:
 
 /// Returns the first file that a PagedLOD or a ProxyNode names and has not loaded; empty: none, or
 /// another node.
-OSGMIDAIR_FOR_TESTS std::string missingFile(const osg::Node& node);
+std::string missingFile(const osg::Node& node);
 
 } // namespace osgMidair

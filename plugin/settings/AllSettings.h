@@ -1,7 +1,6 @@
 #pragma once
 
 #include "haptics/base/settings/SettingTable.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
@@ -26,9 +25,9 @@ using midair::base::SettingTable;
 using midair::base::Word;
 
 /// The settings of a HapticScene.
-OSGMIDAIR_FOR_TESTS const SettingTable<HapticSettings>& sceneSettings();
+const SettingTable<HapticSettings>& sceneSettings();
 
 /// The properties of a HapticSurface or a tag.
-OSGMIDAIR_FOR_TESTS const SettingTable<HapticProperty>& surfaceProperties();
+const SettingTable<HapticProperty>& surfaceProperties();
 
 } // namespace osgMidair

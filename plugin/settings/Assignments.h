@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osg/Matrixd>
 #include <osg/Vec3d>
 
@@ -24,19 +22,18 @@ struct Assignment
 /// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
 /// follows. A comma between two digits separates nothing. Quotes keep a value together. A word
 /// without "=" comes with an empty name. # begins a comment up to the end of the line.
-OSGMIDAIR_FOR_TESTS void forEachAssignment(const std::string& text,
-                                           const std::function<void(const Assignment&)>& take);
+void forEachAssignment(const std::string& text, const std::function<void(const Assignment&)>& take);
 
 /// Reads \a count finite numbers in \a unit, separated by blanks, into \a values, with a decimal
 /// point in every locale; "0 5 12 cm", a unit behind them, counts for all of them, "5cm" for one.
 /// For any other text it returns false and leaves \a values unchanged.
-OSGMIDAIR_FOR_TESTS bool parseNumbers(const std::string& text,
-                                      double* values,
-                                      int count,
-                                      const std::string& unit = std::string());
+bool parseNumbers(const std::string& text,
+                  double* values,
+                  int count,
+                  const std::string& unit = std::string());
 
 /// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them. Returns
 /// false for any other text.
-OSGMIDAIR_FOR_TESTS bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
+bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 
 } // namespace osgMidair

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osgMidair/HapticSettings>
 
 #include <string>
@@ -10,7 +8,7 @@ namespace osgMidair
 {
 
 /// The OSG_MIDAIR_* variables, listed by --help-env.
-struct OSGMIDAIR_FOR_TESTS Environment
+struct Environment
 {
     /// Returns \a settings as the environment overrides them, but for the user's caps, which
     /// restrict() or whoever plays adds. Adds a sentence to \a errors for each value that isn't

@@ -2,7 +2,6 @@
 
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/text/Words.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticSettings>
 

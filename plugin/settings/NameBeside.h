@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osgMidair/HapticSettings>
 
 #include <string>
@@ -15,6 +13,6 @@ std::string nameBeside(const std::string& folder, const std::string& name);
 
 /// Looks up the array, the thermometer and the recording of hands in \a settings beside the user's
 /// own file that they are from, as nameBeside() does.
-OSGMIDAIR_FOR_TESTS void lookBeside(const std::string& folder, HapticSettings& settings);
+void lookBeside(const std::string& folder, HapticSettings& settings);
 
 } // namespace osgMidair

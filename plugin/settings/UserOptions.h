@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osgMidair/HapticSettings>
 
 #include <functional>
@@ -12,7 +10,7 @@ namespace osgMidair
 
 /// Returns the options of the command line, "-O ..", which come from the user. The options that a
 /// reader gets may come from elsewhere: other kinds of files (OSG's .p3d) pass their own.
-OSGMIDAIR_FOR_TESTS std::string userOptions();
+std::string userOptions();
 
 /// Sets the settings that the user's options name. Values that aren't understood give a warning;
 /// options for other readers are ignored.
@@ -20,10 +18,10 @@ void applyUserOptions(HapticSettings& settings);
 
 /// Turns the device, array, hands and thermometer of \a settings into wishes, unless they are the
 /// defaults or the user's options set the same values. \a folder: folder of the file.
-OSGMIDAIR_FOR_TESTS void makeWishes(HapticSettings& settings, const std::string& folder);
+void makeWishes(HapticSettings& settings, const std::string& folder);
 
 /// Returns a warning if \a word, which has no "=", looks like the rest of a list of devices that
 /// was cut at its comma; empty for other words.
-OSGMIDAIR_FOR_TESTS std::string cutListWarning(const std::string& word);
+std::string cutListWarning(const std::string& word);
 
 } // namespace osgMidair

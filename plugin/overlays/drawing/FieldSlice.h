@@ -5,7 +5,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/settings/ForTests.h"
 
 #include <Eigen/Core>
 
@@ -19,7 +18,7 @@ namespace osgMidair
 /// Interpolates samples 0.37 wavelengths apart to a finer grid. A field of one wavelength has no
 /// detail below half of it, so a windowed sinc (Kaiser, 12 taps) restores the values in between to
 /// half a percent of the peak.
-class OSGMIDAIR_FOR_TESTS BandLimitedZoom
+class BandLimitedZoom
 {
 public:
     /// the outermost kTaps / 2 samples on every side only support the interpolation
@@ -77,7 +76,7 @@ constexpr int kSlicePixels = 256;
 
 /// Returns \a value rounded up to two digits: this uses most of the map and gives the scale a
 /// readable end; 1 if \a value is not over 0.
-OSGMIDAIR_FOR_TESTS float roundedUp(float value);
+float roundedUp(float value);
 
 /// Returns the opacity of the disc, 0 .. 1, where |p| is \a share of the range: silence is slightly
 /// transparent, pressure opaque.
@@ -89,7 +88,7 @@ constexpr float kSliceRim = 0.03F; ///< fraction of the radius over which the di
 
 /// Computes |p| on the square around a request's disc and colours it. Only samples that the disc
 /// needs are computed. Buffers and tables are kept for the next request.
-class OSGMIDAIR_FOR_TESTS SliceComputer
+class SliceComputer
 {
 public:
     SliceComputer();

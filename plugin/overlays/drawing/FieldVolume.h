@@ -5,7 +5,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osg/Vec3>
 #include <osg/Vec4ub>
@@ -46,7 +45,7 @@ struct FieldVolume
 
 /// Samples the field a third of a wavelength apart in all places within the margin of a control
 /// point.
-class OSGMIDAIR_FOR_TESTS VolumeComputer
+class VolumeComputer
 {
 public:
     FieldVolume compute(const VolumeRequest& request);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osg/Vec3>
 
 #include <Eigen/Core>
@@ -15,7 +13,7 @@ namespace osgMidair
 /// A sphere around the y axis with a level at its corners, as a map: a finer grid between them, and
 /// lines of equal level. Corners are numbered ring by ring from pole to pole; the last of each ring
 /// is its first again. Where a level is not above 0 there is nothing.
-class OSGMIDAIR_FOR_TESTS LevelSphere
+class LevelSphere
 {
 public:
     static constexpr int kRings = 13; ///< of corners, poles included

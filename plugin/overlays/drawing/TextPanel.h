@@ -1,7 +1,6 @@
 #pragma once
 
 #include "plugin/overlays/drawing/PixelDrawing.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osg/Group>
 #include <osg/Texture2D>
@@ -14,7 +13,7 @@ namespace osgMidair::pixels
 
 /// Panel with text and strokes that change often, drawn in two draw calls whatever its content: the
 /// number of drawables costs time, not the pixels.
-class OSGMIDAIR_FOR_TESTS TextPanel : public osg::Group
+class TextPanel : public osg::Group
 {
 public:
     enum Align
@@ -72,7 +71,7 @@ struct Scale
 
 /// Small curve of the last values of a figure from 0 to their maximum, with its name, the last
 /// value and the maximum.
-class OSGMIDAIR_FOR_TESTS Sparkline
+class Sparkline
 {
 public:
     /// \a unit is shown after each number.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramResult.h"
-#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticStatistics>
 
@@ -45,22 +44,20 @@ struct OverlayRates
 using HudRows = std::vector<std::pair<std::string, std::string>>;
 
 /// Returns what a scene without an owner tells: what \a result says by itself.
-OSGMIDAIR_FOR_TESTS ArrayNews newsOf(const midair::bridge::HologramResult& result);
+ArrayNews newsOf(const midair::bridge::HologramResult& result);
 
 /// Returns MUTED, LOST, FAULT, SILENT or CAPPED with its reason. \a result may be null.
-OSGMIDAIR_FOR_TESTS HudAlarm alarmOf(const ArrayNews& news,
-                                     const midair::bridge::HologramResult* result);
+HudAlarm alarmOf(const ArrayNews& news, const midair::bridge::HologramResult* result);
 
 /// Returns the figures by name, the most important first: where there is little room, only the
 /// first ones are shown. Without a \a result, before the first field, there is only the state.
-OSGMIDAIR_FOR_TESTS HudRows rowsOf(const midair::bridge::HologramResult* result,
-                                   const ArrayNews& news,
-                                   const OverlayRates& rates);
+HudRows rowsOf(const midair::bridge::HologramResult* result,
+               const ArrayNews& news,
+               const OverlayRates& rates);
 
 /// Returns the messages, the most important first, without the reason of \a alarm: what keeps the
 /// array from playing, then what is left out, then what is done otherwise; the newest of each
 /// first. Each begins with its cause and ends with the name of the node.
-OSGMIDAIR_FOR_TESTS std::vector<std::string> messagesOf(const ArrayNews& news,
-                                                        const HudAlarm& alarm);
+std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm);
 
 } // namespace osgMidair

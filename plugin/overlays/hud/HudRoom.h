@@ -1,7 +1,5 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <osg/Vec2>
 
 namespace osgUtil
@@ -27,11 +25,11 @@ struct HudRoom
 
 /// Returns the pixels per unit in which figures can be read in a viewport of that size: 1 up to
 /// 1050 pixels of height and 1400 of width, and 0.5 more for each further 350 and 467.
-OSGMIDAIR_FOR_TESTS double hudScale(double width, double height);
+double hudScale(double width, double height);
 
 /// Returns the room for figures in the viewport of \a visitor: all of it, but for what osgViewer's
 /// statistics (the `s` key) cover there now. \a scale: pixels per unit; 0: hudScale(). From any
 /// thread that culls.
-OSGMIDAIR_FOR_TESTS HudRoom roomOf(osgUtil::CullVisitor& visitor, double scale);
+HudRoom roomOf(osgUtil::CullVisitor& visitor, double scale);
 
 } // namespace osgMidair

@@ -3,7 +3,6 @@
 #include "plugin/overlays/drawing/TextPanel.h"
 #include "plugin/overlays/hud/HudContent.h"
 #include "plugin/overlays/hud/SkinTrace.h"
-#include "plugin/settings/ForTests.h"
 
 #include <array>
 #include <string>
@@ -31,7 +30,7 @@ struct HudLayout
 };
 
 /// For little, medium and much room.
-OSGMIDAIR_FOR_TESTS extern const std::array<HudLayout, 3> kHudLayouts;
+extern const std::array<HudLayout, 3> kHudLayouts;
 
 /// A key and what it shows.
 struct HudKey

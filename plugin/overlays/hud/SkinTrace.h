@@ -2,7 +2,6 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/playing/PlayedDrives.h"
-#include "plugin/settings/ForTests.h"
 
 #include <Eigen/Core>
 
@@ -26,8 +25,8 @@ struct SkinCurve
 /// transducers and the way of the sound, by PressureProbe. Of recent fields the first 2 ms are left
 /// out, in which the sound of those from before would arrive. Empty where nothing is touched and
 /// where fields are too few or not of the array.
-OSGMIDAIR_FOR_TESTS SkinCurve skinCurveOf(const midair::bridge::HologramResult& result,
-                                          const midair::bridge::PlayedDrives& played = {});
+SkinCurve skinCurveOf(const midair::bridge::HologramResult& result,
+                      const midair::bridge::PlayedDrives& played = {});
 
 /// Keeps the newest skin curve, computed in a thread of its own ten times a second at most. All
 /// functions are called on the update thread and wait for nothing.
