@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <exception>
 #include <filesystem>
 #include <iterator>
 #include <sstream>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include <fmt/format.h>
+#include <tiny_obj_loader.h>
 
 namespace midair::haptics
 {
@@ -34,8 +34,6 @@ public:
     }
 
     void write();
-
-    std::vector<Eigen::Vector3i> triangles; ///< of the faces that were written, by their vertices
 
 private:
     void writeMaterials();
@@ -135,24 +133,22 @@ void PlainWriter::writeCorner(const ObjCorner& corner)
 
 void PlainWriter::writeFace(const ObjElement& face, const ObjCorner* corners)
 {
-    std::vector<std::array<int, 3>> parts{{0, 1, 2}};
+    std::vector<std::array<int, 3>> triangles{{0, 1, 2}};
     if (face.corners > 3)
     {
         Eigen::Matrix3Xd places(3, face.corners);
         for (int i = 0; i < face.corners; ++i)
             places.col(i) = place(corners[i]);
         bool crosses = false;
-        parts = triangulated(places, crosses);
+        triangles = triangulated(places, crosses);
         if (crosses && _crossing++ == 0) _crossingLine = face.line;
     }
-    for (const auto& part : parts)
+    for (const auto& triangle : triangles)
     {
         _plain.text += 'f';
-        for (const int corner : part)
+        for (const int corner : triangle)
             writeCorner(corners[corner]);
         _plain.text += '\n';
-        const auto vertex = [&](int k) { return static_cast<int>(corners[part[k]].vertex); };
-        triangles.emplace_back(vertex(0), vertex(1), vertex(2));
     }
 }
 
@@ -187,29 +183,69 @@ void PlainWriter::write()
                         _crossing > 1 ? fmt::format(", as {} more do", _crossing - 1) : ""));
 }
 
-/// \a triangles: those of the faces, by their vertices.
-PlainObj plainObj(ObjText& text, const std::string& path, std::vector<Eigen::Vector3i>& triangles)
+PlainObj plainObj(ObjText& text, const std::string& path)
 {
     PlainObj plain;
     plain.warnings = std::move(text.warnings);
     plain.notes = std::move(text.notes);
-    PlainWriter writer(text, path, plain);
-    writer.write();
-    triangles = std::move(writer.triangles);
+    PlainWriter(text, path, plain).write();
     return plain;
 }
 
-/// Appends lines and points as triangles without area.
-void addSegments(const ObjText& text, std::vector<Eigen::Vector3i>& triangles)
+/// The plain text's triangles and colours, as the OBJ library reads them.
+TriangleMesh parsed(const std::string& text, const std::string& path)
 {
+    tinyobj::attrib_t attributes;
+    std::vector<tinyobj::shape_t> shapes;
+    std::vector<tinyobj::material_t> materials;
+    std::string warning;
+    std::string error;
+    bool good = false;
+    try
+    {
+        std::istringstream stream(text);
+        good = tinyobj::LoadObj(
+            &attributes, &shapes, &materials, &warning, &error, &stream, nullptr, true, false);
+    }
+    catch (const std::exception& exception)
+    {
+        error = exception.what();
+    }
+    if (!good) throw base::InputError(path + ": the file can't be parsed: " + error);
+    TriangleMesh mesh;
+    std::vector<int> indices;
+    for (const tinyobj::shape_t& shape : shapes)
+        for (const tinyobj::index_t& index : shape.mesh.indices)
+            indices.push_back(index.vertex_index);
+    mesh.triangles = Eigen::Map<const Eigen::Matrix3Xi>(
+        indices.data(), 3, static_cast<Eigen::Index>(indices.size() / 3));
+    if (!attributes.colors.empty())
+        mesh.intensity = Eigen::Map<const Eigen::Matrix3Xd>(
+                             attributes.colors.data(),
+                             3,
+                             static_cast<Eigen::Index>(attributes.colors.size() / 3))
+                             .colwise()
+                             .mean()
+                             .cast<float>();
+    return mesh;
+}
+
+/// Appends lines and points as triangles without area.
+void addSegments(TriangleMesh& mesh, const ObjText& text)
+{
+    std::vector<Eigen::Vector3i> segments;
     const ObjCorner* corner = text.corners.data();
     for (const ObjElement& element : text.elements)
     {
         const auto from = static_cast<int>(corner[0].vertex);
         const auto to = static_cast<int>(corner[element.corners - 1].vertex);
-        if (element.corners < 3) triangles.emplace_back(from, to, to);
+        if (element.corners < 3) segments.emplace_back(from, to, to);
         corner += element.corners;
     }
+    Eigen::Index t = mesh.triangles.cols();
+    mesh.triangles.conservativeResize(3, t + static_cast<Eigen::Index>(segments.size()));
+    for (const Eigen::Vector3i& segment : segments)
+        mesh.triangles.col(t++) = segment;
 }
 
 } // namespace
@@ -217,23 +253,12 @@ void addSegments(const ObjText& text, std::vector<Eigen::Vector3i>& triangles)
 TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings)
 {
     ObjText text = readObjText(path);
-    std::vector<Eigen::Vector3i> triangles;
-    const PlainObj plain = plainObj(text, path, triangles);
-    addSegments(text, triangles);
-    TriangleMesh mesh;
+    const PlainObj plain = plainObj(text, path);
+    TriangleMesh mesh = parsed(plain.text, path);
     mesh.vertices = Eigen::Map<const Eigen::Matrix3Xd>(
         text.coordinates.data(), 3, static_cast<Eigen::Index>(text.coordinates.size() / 3));
-    mesh.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
-    for (std::size_t t = 0; t < triangles.size(); ++t)
-        mesh.triangles.col(static_cast<Eigen::Index>(t)) = triangles[t];
-    if (!text.colours.empty())
-        mesh.intensity =
-            Eigen::Map<const Eigen::Matrix4Xd>(
-                text.colours.data(), 4, static_cast<Eigen::Index>(text.colours.size() / 4))
-                .topRows<3>()
-                .colwise()
-                .mean()
-                .cast<float>();
+    if (text.colours.empty()) mesh.intensity.resize(0);
+    addSegments(mesh, text);
     if (warnings != nullptr)
     {
         warnings->insert(warnings->end(), plain.warnings.begin(), plain.warnings.end());
@@ -245,8 +270,7 @@ TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings
 PlainObj readPlainObj(const std::string& path)
 {
     ObjText text = readObjText(path);
-    std::vector<Eigen::Vector3i> unused;
-    return plainObj(text, path, unused);
+    return plainObj(text, path);
 }
 
 } // namespace midair::haptics
