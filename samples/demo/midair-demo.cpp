@@ -1,11 +1,11 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
-#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/monitor/SceneMonitor.h"
+#include "samples/views/EmulatedDevices.h"
 #include "samples/views/Offscreen.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/ShownObject.h"
@@ -343,7 +343,7 @@ int main(int argc, char** argv)
     if (!parseDemoOptions(argc, argv, options, status)) return status;
     catchStopSignals();
     catchMuteSignals();
-    midair::device::registerRehearsedAutd3();
+    registerEmulatedDevices();
     try
     {
         if (options.benchmark) return runBenchmark(options);

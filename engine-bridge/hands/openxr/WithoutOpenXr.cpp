@@ -8,10 +8,6 @@
 namespace midair::bridge
 {
 
-class OpenXrSession
-{
-};
-
 bool operator==(const OpenXrOptions& a, const OpenXrOptions& b)
 {
     return a.loader == b.loader && a.space == b.space && a.retry_s == b.retry_s;

@@ -1,8 +1,8 @@
-#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "haptics/base/UserEnvironment.h"
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
 #include "samples/monitor/SceneMonitor.h"
+#include "samples/views/EmulatedDevices.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/Signals.h"
 
@@ -226,7 +226,7 @@ int runInstallation(Installation& installation, int argc, char** argv)
     InstallationOptions options;
     int status = 0;
     if (!parseInstallationOptions(installation, argc, argv, options, status)) return status;
-    midair::device::registerRehearsedAutd3();
+    registerEmulatedDevices();
     catchStopSignals();
     catchMuteSignals();
     try
