@@ -117,7 +117,7 @@ done
 [ $vm = 0 ] || timed vm tests/vm/run.sh || failed+=(vm)
 [ $avx512 = 0 ] || timed avx512 tests/vm/avx512.sh || failed+=(avx512)
 [ $cluster = 0 ] || timed cluster tests/cluster/run.sh build/bin || failed+=(cluster)
-[ $browser = 0 ] || timed browser tests/samples/monitor/browser.py build/bin || failed+=(browser)
+[ $browser = 0 ] || timed browser tests/samples/shared/monitor/browser.py build/bin || failed+=(browser)
 [ $packages = 0 ] || timed packages tests/packages/run.sh || failed+=(packages)
 [ $packages = 0 ] || timed clone tests/packages/clone.sh || failed+=(clone)
 [ $arm64 = 0 ] || timed arm64 tests/arm64/run.sh || failed+=(arm64)

@@ -1,7 +1,7 @@
 #include "samples/demo/DemoOptions.h"
 
-#include "samples/OverlayOptions.h"
-#include "samples/SettingOptions.h"
+#include "samples/shared/OverlayOptions.h"
+#include "samples/shared/SettingOptions.h"
 
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>

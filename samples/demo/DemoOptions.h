@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/monitor/MonitorOptions.h"
+#include "samples/shared/monitor/MonitorOptions.h"
 
 #include <string>
 #include <utility>

@@ -1,7 +1,7 @@
 #include "samples/demo/DemoScene.h"
 
-#include "samples/views/SampleFiles.h"
-#include "samples/views/ShownObject.h"
+#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticSurface>

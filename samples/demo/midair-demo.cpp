@@ -4,12 +4,12 @@
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
-#include "samples/monitor/SceneMonitor.h"
-#include "samples/views/EmulatedDevices.h"
-#include "samples/views/Offscreen.h"
-#include "samples/views/PictureTaker.h"
-#include "samples/views/ShownObject.h"
-#include "samples/views/Signals.h"
+#include "samples/shared/monitor/SceneMonitor.h"
+#include "samples/shared/views/EmulatedDevices.h"
+#include "samples/shared/views/Offscreen.h"
+#include "samples/shared/views/PictureTaker.h"
+#include "samples/shared/views/ShownObject.h"
+#include "samples/shared/views/Signals.h"
 
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/FieldVolumeOverlay>

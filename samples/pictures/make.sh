@@ -54,6 +54,6 @@ $tune run --plan "$out/plan.csv" --array board --device sim: --settle 0 --integr
     --out "$out/readings.csv"
 $tune fit --plan "$out/plan.csv" --array board --readings "$out/readings.csv" --out "$out/tuning.json" --picture samples/pictures/tuning.svg >/dev/null
 # Needs a browser: the packages of tests/run.sh --browser.
-tests/samples/monitor/browser.py build/bin --pictures "$out"
+tests/samples/shared/monitor/browser.py build/bin --pictures "$out"
 convert "$out/monitor.png" -colors 256 PNG8:samples/pictures/monitor.png
 ls -l samples/pictures/*.png samples/pictures/*.svg

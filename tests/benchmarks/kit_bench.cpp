@@ -5,7 +5,7 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/kit/Reading.h"
 #include "tests/benchmarks/kit/Touching.h"

@@ -27,7 +27,7 @@ while read -r library; do
     case $(basename "$library") in
     libmidair.so*) own='^(midair::|midair_|MIDAIR_)' ;;
     libosgMidair.so*) own='^(osgMidair|midair)::' ;;
-    midair-picture.so) own='^midairDrawPicture$' ;; # samples/solve/Picture.h
+    midair-picture.so) own='^midairDrawPicture$' ;; # samples/tools/solve/Picture.h
     *) own='^$' ;;
     esac
     ! grep -vE "$own" "$folder/names" >"$folder/others" ||

@@ -71,7 +71,7 @@ cmake -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_PREFIX_PATH="$pre
 cmake --build "$folder/build" --target reader >/dev/null
 "$folder/build/reader" "$shared/samples/scenes/star.osgt" moved || fail "the scene file isn't read from the moved prefix"
 
-for file in CMakeLists.txt features/01-first-touch.cpp features/Frames.h features/24-c.c demo/midair-demo.cpp solve/midair-solve.cpp; do
+for file in CMakeLists.txt features/01-first-touch.cpp features/Frames.h features/24-c.c demo/midair-demo.cpp tools/solve/midair-solve.cpp; do
     [ -f "$shared/samples/$file" ] || fail "the sample $file isn't installed"
 done
 

@@ -7,7 +7,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
-#include "samples/solve/SolveFiles.h"
+#include "samples/tools/solve/SolveFiles.h"
 #include "tests/engine-bridge/hands/WrittenHands.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/MemoryFile.h"

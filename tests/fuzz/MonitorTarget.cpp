@@ -1,7 +1,7 @@
-#include "samples/monitor/page/Metrics.h"
-#include "samples/monitor/page/MonitorAddress.h"
-#include "samples/monitor/page/MonitorToken.h"
-#include "samples/monitor/page/PageServer.h"
+#include "samples/shared/monitor/page/Metrics.h"
+#include "samples/shared/monitor/page/MonitorAddress.h"
+#include "samples/shared/monitor/page/MonitorToken.h"
+#include "samples/shared/monitor/page/PageServer.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
 

@@ -154,17 +154,17 @@ TEST(House, NoIncludeGoesUp)
 // (midair-solve's and midair-sweep's).
 TEST(House, SamplesStandSideBySide)
 {
-    const std::set<std::string> shared = {"samples",
+    const std::set<std::string> shared = {"samples/shared",
                                           "samples/installations/shell",
-                                          "samples/monitor",
-                                          "samples/monitor/page",
-                                          "samples/views",
-                                          "samples/shards"};
+                                          "samples/shared/monitor",
+                                          "samples/shared/monitor/page",
+                                          "samples/shared/views",
+                                          "samples/shared/shards"};
     const std::set<std::pair<std::string, std::string>> lent = {
-        {"samples/bake", "samples/check"},
-        {"samples/installations/jnd", "samples/paper"},
-        {"samples/installations/paper", "samples/paper"},
-        {"samples/sweep", "samples/solve"}};
+        {"samples/tools/bake", "samples/tools/check"},
+        {"samples/experiments/jnd", "samples/experiments/paper"},
+        {"samples/installations/paper", "samples/experiments/paper"},
+        {"samples/tools/sweep", "samples/tools/solve"}};
     int looked = 0;
     for (const fs::path& file : allFiles())
     {
@@ -190,8 +190,8 @@ TEST(House, SamplesStandSideBySide)
             // Those in the folder itself and the main one show the kit, by its public headers
             // alone.
             if (own == "samples/demo" ||
-                ((own == "samples" || own == "samples/features") && file.extension() == ".cpp" &&
-                 file.filename() != "23-without-scene.cpp"))
+                ((own == "samples/tools" || own == "samples/features") &&
+                 file.extension() == ".cpp" && file.filename() != "23-without-scene.cpp"))
             {
                 if (*fs::path(include).begin() == "samples") continue;
                 EXPECT_NE(folder.find("/include/osgMidair"), std::string::npos)

@@ -4,8 +4,8 @@
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
 #include "samples/installations/shell/VisitorHand.h"
-#include "samples/views/SampleFiles.h"
-#include "samples/views/ShownObject.h"
+#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticSurface>

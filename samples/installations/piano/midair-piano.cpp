@@ -4,7 +4,7 @@
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
 #include "samples/installations/shell/VisitorHand.h"
-#include "samples/views/SampleFiles.h"
+#include "samples/shared/views/SampleFiles.h"
 
 #include <osgMidair/HapticSurface>
 

@@ -1,8 +1,8 @@
 #include "samples/installations/shell/InstallationOptions.h"
 
 #include "device/opening/MultiDevice.h"
-#include "samples/OverlayOptions.h"
-#include "samples/SettingOptions.h"
+#include "samples/shared/OverlayOptions.h"
+#include "samples/shared/SettingOptions.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "samples/SettingOptions.h"
 #include "samples/installations/shell/Installation.h"
-#include "samples/monitor/MonitorOptions.h"
+#include "samples/shared/SettingOptions.h"
+#include "samples/shared/monitor/MonitorOptions.h"
 
 #include <cstdint>
 #include <string>

@@ -1,10 +1,10 @@
 #include "haptics/base/UserEnvironment.h"
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
-#include "samples/monitor/SceneMonitor.h"
-#include "samples/views/EmulatedDevices.h"
-#include "samples/views/PictureTaker.h"
-#include "samples/views/Signals.h"
+#include "samples/shared/monitor/SceneMonitor.h"
+#include "samples/shared/views/EmulatedDevices.h"
+#include "samples/shared/views/PictureTaker.h"
+#include "samples/shared/views/Signals.h"
 
 #include <osg/Timer>
 #include <osgDB/WriteFile>

@@ -1,7 +1,7 @@
 #include "samples/installations/shell/InstallationShell.h"
 
 #include "samples/installations/shell/EarChoice.h"
-#include "samples/views/ShownObject.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/Hud>
 

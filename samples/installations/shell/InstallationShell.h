@@ -6,7 +6,7 @@
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/installations/shell/VisitorSign.h"
-#include "samples/views/Signals.h"
+#include "samples/shared/views/Signals.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>

@@ -1,6 +1,6 @@
 #include "samples/installations/shell/MuteMemory.h"
 
-#include "samples/shards/LineJournal.h"
+#include "samples/shared/shards/LineJournal.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include "samples/installations/shell/VisitorSign.h"
 
-#include "samples/views/SampleFiles.h"
+#include "samples/shared/views/SampleFiles.h"
 
 #include <osgMidair/Overlay>
 

@@ -1,5 +1,5 @@
 #include "plugin/engine/SceneAccess.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticOverlays>

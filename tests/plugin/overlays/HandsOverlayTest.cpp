@@ -1,7 +1,7 @@
 #include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/hands/HandProximity.h"
 #include "plugin/overlays/OverlayPart.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 
 #include <osgMidair/HandsOverlay>
 #include <osgMidair/HapticOverlays>

@@ -1,4 +1,4 @@
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticOverlays>

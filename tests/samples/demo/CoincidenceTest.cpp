@@ -6,7 +6,7 @@
 #include "haptics/propagation/PressureField.h"
 #include "plugin/engine/SceneAccess.h"
 #include "samples/demo/DemoScene.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/engine-bridge/scene/ExtractedMesh.h"
 
 #include <osgMidair/HapticSurface>

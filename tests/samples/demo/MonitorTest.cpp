@@ -1,10 +1,10 @@
 // The operator's page of a program with a scene.
-#include "samples/monitor/Monitor.h"
+#include "samples/shared/monitor/Monitor.h"
 
-#include "samples/monitor/SceneMonitor.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/monitor/SceneMonitor.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/samples/Shell.h"
-#include "tests/samples/monitor/Request.h"
+#include "tests/samples/shared/monitor/Request.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>

@@ -3,7 +3,7 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/FieldSlice.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/FieldSliceOverlay>

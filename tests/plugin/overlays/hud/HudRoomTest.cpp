@@ -2,7 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "plugin/overlays/OverlayPart.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/Hud>

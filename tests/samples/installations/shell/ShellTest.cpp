@@ -2,7 +2,7 @@
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
-#include "samples/views/Offscreen.h"
+#include "samples/shared/views/Offscreen.h"
 #include "tests/samples/installations/Run.h"
 
 #include <osgDB/ReadFile>

@@ -1,0 +1,376 @@
+#include "samples/tools/check/LoadedScene.h"
+
+#include <osgMidair/FileFormats>
+#include <osgMidair/HapticDevice>
+
+#include <osg/NodeVisitor>
+#include <osg/PagedLOD>
+#include <osg/ProxyNode>
+#include <osg/Switch>
+#include <osgDB/FileNameUtils>
+#include <osgDB/FileUtils>
+#include <osgDB/Options>
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <cctype>
+#include <deque>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+/// A file that is the next child of a node.
+struct Wanted
+{
+    osg::ref_ptr<osg::Group> parent;
+    std::string name;
+    osg::ref_ptr<osgDB::Options> options;
+    std::function<void(std::deque<Wanted>&)> addNext; ///< asks for the parent's next file
+};
+
+template<typename Loader>
+void addWanted(Loader& loader, std::deque<Wanted>& wanted)
+{
+    const unsigned int next = loader.getNumChildren();
+    if (next >= loader.getNumFileNames() || loader.getFileName(next).empty()) return;
+    wanted.push_back({&loader,
+                      loader.getDatabasePath() + loader.getFileName(next),
+                      dynamic_cast<osgDB::Options*>(loader.getDatabaseOptions()),
+                      [&loader](std::deque<Wanted>& all) { addWanted(loader, all); }});
+}
+
+/// Finds the files that are not loaded, those of hidden nodes too.
+class FindWanted : public osg::NodeVisitor
+{
+public:
+    explicit FindWanted(std::deque<Wanted>& wanted) :
+        osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
+        _wanted(wanted)
+    {
+        setNodeMaskOverride(~0U);
+    }
+
+    void apply(osg::PagedLOD& node) override
+    {
+        addWanted(node, _wanted);
+        traverse(node);
+    }
+    void apply(osg::ProxyNode& node) override
+    {
+        if (node.getLoadingExternalReferenceMode() != osg::ProxyNode::NO_AUTOMATIC_LOADING)
+            addWanted(node, _wanted);
+        traverse(node);
+    }
+
+private:
+    std::deque<Wanted>& _wanted;
+};
+
+using osgMidair::HapticScene;
+
+const std::string kOurs = "osgMidair: ";
+
+/// Finds the scenes that a viewer would play.
+class FindScenes : public osg::NodeVisitor
+{
+public:
+    FindScenes() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Group& group) override
+    {
+        auto* scene = dynamic_cast<HapticScene*>(&group);
+        if (scene && std::find(found.begin(), found.end(), scene) == found.end())
+            found.push_back(scene);
+        traverse(group);
+    }
+
+    std::vector<HapticScene*> found;
+};
+
+/// True for what OSG's readers say of materials, pictures and fonts alone, which nobody feels, and
+/// of faces that they turned to the side that their normals show.
+bool isAboutLooks(std::string line)
+{
+    std::transform(line.begin(),
+                   line.end(),
+                   line.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto has = [&line](const char* word) { return line.find(word) != std::string::npos; };
+    for (const char* word : {"material",
+                             "texture",
+                             "image",
+                             "shader",
+                             "were reversed",
+                             ".mtl",
+                             ".png",
+                             ".jp",
+                             ".tga",
+                             ".bmp",
+                             ".dds"})
+        if (has(word)) return true;
+    return false;
+}
+
+/// What was said last, for why a file can't be read.
+std::string why(const NoticeKeeper& keeper)
+{
+    const std::vector<NoticeKeeper::Line> said = keeper.lines();
+    return said.empty() ? "no plugin of OpenSceneGraph reads it, or it isn't there"
+                        : said.back().text;
+}
+
+} // namespace
+
+osgDB::ReaderWriter::ReadResult readSafely(const std::string& file, const osgDB::Options* options)
+{
+    osgDB::Registry* registry = osgDB::Registry::instance();
+    return registry->getReadFileCallback() ? registry->getReadFileCallback()->readNode(
+                                                 file, options ? options : registry->getOptions())
+                                           : osgMidair::readModel(file, options);
+}
+
+std::vector<std::string> readPagedFiles(osg::Node& root)
+{
+    std::vector<std::string> notRead;
+    std::deque<Wanted> wanted;
+    FindWanted finder(wanted);
+    root.accept(finder);
+    for (int read = 0; !wanted.empty() && read < kMostPagedFiles; ++read)
+    {
+        const Wanted one = wanted.front();
+        wanted.pop_front();
+        const osg::ref_ptr<osg::Node> child = readSafely(one.name, one.options).getNode();
+        if (!child)
+        {
+            notRead.push_back(
+                fmt::format("{} '{}' names \"{}\", which can't be read; what it would "
+                            "have is not judged",
+                            one.parent->className(),
+                            one.parent->getName(),
+                            one.name));
+            continue;
+        }
+        one.parent->addChild(child);
+        one.addNext(wanted);
+        child->accept(finder);
+    }
+    if (!wanted.empty())
+        notRead.push_back(
+            fmt::format("only the first {} files of PagedLODs and ProxyNodes are read, "
+                        "not \"{}\" and {} more; what they have is not judged",
+                        kMostPagedFiles,
+                        wanted.front().name,
+                        wanted.size() - 1));
+    return notRead;
+}
+
+void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
+{
+    std::string line = message;
+    while (!line.empty() && (line.back() == '\n' || line.back() == ' '))
+        line.pop_back();
+    // OSG's own notices are about itself.
+    const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;
+    if (severity > (isOurs ? osg::NOTICE : osg::WARN)) return;
+    const bool isNote = severity > osg::WARN || (!isOurs && isAboutLooks(line));
+    if (isOurs) line.erase(0, kOurs.size());
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (_isPaused) return;
+    const auto isIt = [&line](const Line& one) { return one.text == line; };
+    if (!line.empty() && std::none_of(_lines.begin(), _lines.end(), isIt))
+        _lines.push_back({line, isOurs, isNote});
+}
+
+void NoticeKeeper::setPaused(bool isPaused)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _isPaused = isPaused;
+}
+
+std::vector<NoticeKeeper::Line> NoticeKeeper::lines() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _lines;
+}
+
+LoadedScene::LoadedScene(const CheckOptions& options) :
+    _file(options.file),
+    _keeper(new NoticeKeeper),
+    _before(osg::getNotifyHandler()),
+    _root(new osg::Group)
+{
+    osg::setNotifyHandler(_keeper);
+    if (!options.options.empty())
+        osgDB::Registry::instance()->setOptions(new osgDB::Options(options.options));
+    osgDB::ReaderWriter::ReadResult read = readSafely(options.file, nullptr);
+    const osg::ref_ptr<osg::Node> node = read.getNode();
+    if (!node)
+    {
+        osg::setNotifyHandler(_before);
+        throw std::runtime_error("can't read \"" + options.file + "\": " +
+                                 (read.message().empty() ? why(*_keeper) : read.message()));
+    }
+    _notRead = readPagedFiles(*node);
+    FindScenes finder;
+    node->accept(finder);
+    if (finder.found.empty() || !options.settings.empty())
+        wrap(options, *node);
+    else
+        _root->addChild(node);
+    for (HapticScene* scene : finder.found)
+        _scenes.push_back({scene, scene->getSettings()});
+    for (const Scene& scene : _scenes)
+        scene.node->setRehearsed(true);
+    readLines();
+}
+
+LoadedScene::~LoadedScene()
+{
+    _scenes.clear();
+    _root = nullptr; // which may have something to say
+    osg::setNotifyHandler(_before);
+}
+
+// As a viewer's --device does: it plays the tagged nodes, and all of a scene that has none.
+void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
+{
+    const osg::ref_ptr<HapticScene> scene = new HapticScene;
+    osgMidair::HapticProperty property;
+    if (!options.settings.empty())
+    {
+        osg::ref_ptr<osg::Object> read = osgDB::readRefObjectFile(options.settings);
+        const auto* device = dynamic_cast<const osgMidair::HapticDevice*>(read.get());
+        if (!device)
+        {
+            osg::setNotifyHandler(_before);
+            throw std::runtime_error("can't read the settings \"" + options.settings +
+                                     "\": " + why(*_keeper));
+        }
+        scene->setSettings(device->getSettings());
+        property = device->getProperty();
+        _keeper->setPaused(true); // as it is in no view, it says that it has played nothing
+        read = nullptr;
+        _keeper->setPaused(false);
+    }
+    else
+        scene->endReading(osgDB::getFilePath(osgDB::findDataFile(options.file)));
+    scene->setName(osgDB::getSimpleFileName(options.file));
+    scene->setRehearsed(true);
+    const osgMidair::HapticSettings asked = scene->getSettings();
+    scene->addChild(&node);
+    _root->addChild(scene);
+    _scenes.push_back({scene, asked});
+    scene->setUnmarkedProperty(property);
+    _wrapped = "it has no HapticScene, so it is played as by a viewer's --device";
+    if (!options.settings.empty()) _wrapped = "it is played with \"" + options.settings + "\"";
+}
+
+std::string LoadedScene::hiddenBy(const osg::Node& node)
+{
+    const auto nameOf = [](const osg::Node& one)
+    {
+        const std::string name = one.getName();
+        return one.className() + (name.empty() ? name : " '" + name + "'");
+    };
+    if (node.getNodeMask() == 0) return "its node mask";
+    if (node.getNumParents() == 0) return {};
+    std::string by;
+    for (const osg::Group* parent : node.getParents())
+    {
+        const auto* choice = dynamic_cast<const osg::Switch*>(parent);
+        if (choice && !choice->getChildValue(&node))
+            by = nameOf(*parent);
+        else if (parent->getNodeMask() == 0)
+            by = "the node mask of " + nameOf(*parent);
+        else
+            by = hiddenBy(*parent);
+        if (by.empty()) return {};
+    }
+    return by;
+}
+
+osg::Matrixd LoadedScene::worldAbove(osg::Node& node)
+{
+    const osg::NodePathList paths = node.getParentalNodePaths();
+    if (paths.empty() || paths.front().size() < 2) return osg::Matrixd();
+    return osg::computeLocalToWorld(osg::NodePath(paths.front().begin(), paths.front().end() - 1));
+}
+
+// Only text files have lines.
+void LoadedScene::readLines()
+{
+    const std::string extension = osgDB::getLowerCaseFileExtension(_file);
+    if (extension != "osgt" && extension != "osgx") return;
+    std::ifstream in(osgDB::findDataFile(_file));
+    const std::string start = extension == "osgt" ? "Name \"" : "<Name attribute=\"&quot;";
+    const std::string end = extension == "osgt" ? "\"" : "&quot;";
+    int number = 1;
+    for (std::string line; std::getline(in, line); ++number)
+        for (std::size_t at = line.find(start); at != std::string::npos; at = line.find(start, at))
+        {
+            at += start.size();
+            const std::size_t stop = line.find(end, at);
+            if (stop != std::string::npos) _names.emplace_back(line.substr(at, stop - at), number);
+        }
+}
+
+CheckedMessage LoadedScene::located(const osgMidair::HapticMessage& message) const
+{
+    CheckedMessage result;
+    result.message = message;
+    const std::string& path = message.path;
+    const std::size_t end =
+        path.empty() || path.back() != '\'' ? std::string::npos : path.size() - 1;
+    if (end == std::string::npos || end == 0) return result;
+    const std::size_t begin = path.rfind('\'', end - 1);
+    if (begin == std::string::npos) return result;
+    const std::string name = path.substr(begin + 1, end - begin - 1);
+    const auto isIt = [&name](const std::pair<std::string, int>& one) { return one.first == name; };
+    if (std::count_if(_names.begin(), _names.end(), isIt) != 1) return result;
+    result.file = _file;
+    result.line = std::find_if(_names.begin(), _names.end(), isIt)->second;
+    return result;
+}
+
+std::vector<CheckedMessage> LoadedScene::notices(const std::vector<CheckedScene>& scenes) const
+{
+    std::vector<CheckedMessage> result;
+    for (const std::string& what : _notRead)
+    {
+        CheckedMessage& kept = result.emplace_back();
+        kept.message.code = "reading";
+        kept.message.text = what;
+    }
+    for (const NoticeKeeper::Line& line : _keeper->lines())
+    {
+        const bool isTold =
+            std::any_of(scenes.begin(),
+                        scenes.end(),
+                        [&line](const CheckedScene& scene)
+                        {
+                            const auto& told = scene.statistics.told;
+                            return std::any_of(told.begin(),
+                                               told.end(),
+                                               [&line](const osgMidair::HapticMessage& message)
+                                               { return message.text == line.text; });
+                        });
+        if (isTold) continue;
+        CheckedMessage& kept = result.emplace_back();
+        kept.message.severity =
+            line.isNote ? osgMidair::HapticMessage::NOTICE : osgMidair::HapticMessage::WARNING;
+        kept.message.code = line.isOurs ? "reading" : "osg";
+        kept.message.text = line.text;
+    }
+    return result;
+}
+
+} // namespace midair::samples

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "haptics/base/simd/InstructionSet.h"
+#include "samples/tools/solve/Solution.h"
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// Draws the field of \a solution into field.png in \a folder, with the module midair-picture.so,
+/// which is searched next to the program, in ../lib and where it is installed; and what its probes
+/// have heard and what tolerances cost, if any, into probe.png and tolerance.png. Returns what went
+/// wrong, or an empty text.
+std::string
+drawPictures(const Solution& solution, const std::string& title, const std::string& folder);
+
+} // namespace midair::samples
+
+/// Function that the module exports, and nothing else: it has the field's code a second time, which
+/// runs with \a set as the program's does.
+extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
+                                  const std::string& title,
+                                  const std::string& path,
+                                  midair::base::InstructionSet set,
+                                  std::string& problem);

@@ -1,0 +1,71 @@
+// Module that draws midair-solve's picture, separate so that the program itself needs no scene
+// graph.
+#include "haptics/propagation/PressureField.h"
+#include "samples/shared/views/FieldImage.h"
+#include "samples/tools/solve/Picture.h"
+
+#include <exception>
+
+#include <fmt/format.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+std::string draw(const Solution& solution, const std::string& title, const std::string& path)
+{
+    const SolveScene& scene = solution.scene;
+    const std::vector<Eigen::VectorXcf>& fields = solution.sequence.fields;
+    FieldImage image;
+    image.grid = bestSlice(solution.points, 0.02, 4e-4);
+    image.pressure_Pa =
+        haptics::pressureAt(image.grid.points(), scene.array, scene.medium, fields.front(), 2);
+    if (fields.size() > 1)
+    {
+        // Root mean square over the fields, as the skin averages them.
+        Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
+        for (const Eigen::VectorXcf& q : fields)
+            square += haptics::pressureAt(image.grid.points(), scene.array, scene.medium, q, 2)
+                          .cwiseAbs2() /
+                      static_cast<float>(fields.size());
+        image.pressure_Pa = square.cwiseSqrt().cast<std::complex<float>>();
+    }
+    image.points = solution.points;
+    image.achieved_Pa = solution.achieved_Pa.cast<float>();
+    image.level_Pa = solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0;
+    if (scene.mesh.triangles.cols() > 0)
+        image.outline = outlineInPlane(scene.mesh, scene.pose, image.grid);
+    image.title = title;
+    const haptics::SolveReport& report = solution.sequence.report;
+    image.caption = fmt::format("{}, {} points, rms {:.2f} %, {:.0f} Pa peak",
+                                report.solver,
+                                report.points,
+                                100.0 * report.rms,
+                                report.level_Pa);
+    std::string message;
+    writeFieldImage(path, image, &message);
+    return message;
+}
+
+} // namespace
+
+} // namespace midair::samples
+
+extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
+                                  const std::string& title,
+                                  const std::string& path,
+                                  midair::base::InstructionSet set,
+                                  std::string& problem)
+{
+    try
+    {
+        midair::base::useInstructionSet(set);
+        problem = midair::samples::draw(solution, title, path);
+    }
+    catch (const std::exception& error)
+    {
+        problem = error.what();
+    }
+}

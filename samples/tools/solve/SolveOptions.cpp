@@ -1,0 +1,196 @@
+#include "samples/tools/solve/SolveOptions.h"
+
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/Quantity.h"
+#include "haptics/sequence/FieldSettings.h"
+#include "haptics/solvers/SolverSettings.h"
+#include "samples/shared/SettingOptions.h"
+#include "samples/tools/solve/SolveTolerance.h"
+
+#include <map>
+#include <memory>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+/// Returns the settings of a field at rest as options, with the values in \a defaults as the
+/// defaults.
+std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
+{
+    using Setting = base::Setting<haptics::FieldSettings>;
+    std::vector<SettingOption> options;
+    for (const Setting& row : haptics::fieldSettings().rows())
+    {
+        if (!(row.use & base::Use::STILL)) continue;
+        SettingOption& option = options.emplace_back();
+        option.name = row.name;
+        option.summary = row.summary(defaults);
+        option.type = typeOf(row.unit, !row.words.empty());
+        option.isFlag = std::holds_alternative<bool haptics::FieldSettings::*>(row.member);
+        option.problemOf = [&row](const std::string& text) -> std::string
+        {
+            haptics::FieldSettings scratch;
+            if (row.assign(scratch, text)) return row.problem(scratch, text);
+            return "is \"" + text + "\", should be " + row.expected();
+        };
+    }
+    return options;
+}
+
+void addFieldSettings(CLI::App& app, SolveArguments& arguments)
+{
+    const auto given = std::make_shared<Given>();
+    addSettings(app, fieldOptions(arguments.settings), "The field", {}, *given);
+    app.parse_complete_callback(
+        [given, &arguments]
+        {
+            std::string error;
+            for (const auto& [name, value] : *given)
+                if (!haptics::fieldSettings().set(arguments.settings, name, value, error))
+                    throw CLI::ValidationError(error);
+        });
+}
+
+} // namespace
+
+namespace
+{
+
+void addProbeOptions(CLI::App& app, SolveArguments& arguments)
+{
+    auto* probe =
+        app.add_option("--probe",
+                       arguments.probes,
+                       "Pressure over time at X Y Z (metres, array frame) while the field "
+                       "is played, with ringing and the time that sound takes: probe.csv, "
+                       "spectrum.csv, probe_points.csv and probe.png; again for more")
+            ->transform(inUnit("m", base::parseQuantity))
+            ->type_size(3)
+            ->type_name("X Y Z")
+            ->allow_extra_args(false);
+    app.add_flag("--probe-points", arguments.probePoints, "The same at each control point");
+    app.add_option("--probe-patch",
+                   arguments.probePatch_m,
+                   "The same at the surface's places within this distance of each --probe, metres")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->check(CLI::PositiveNumber)
+        ->needs(probe)
+        ->excludes("--points-file");
+    app.add_option("--duration",
+                   arguments.probeDuration_s,
+                   "How long probes listen, seconds; the first sample is when a cycle begins")
+        ->transform(inUnit("s", base::parseQuantity))
+        ->check(CLI::Range(1e-6, 3600.0))
+        ->capture_default_str();
+    app.add_option("--probe-rate", arguments.probeRate_Hz, "Samples of a probe per second")
+        ->transform(inUnit("Hz", base::parseQuantity))
+        ->check(CLI::Range(1.0, 1e6))
+        ->capture_default_str();
+    app.add_option("--modulation",
+                   arguments.modulation_Hz,
+                   "Frequency, Hz, at which all pressure goes down to 0 and up again as probes and "
+                   "figures with ringing have it; drives are at its top")
+        ->transform(inUnit("Hz", base::parseQuantity))
+        ->check(CLI::Range(0.0, base::kMostModulation_Hz));
+    app.add_option("--ringing",
+                   arguments.ringing_s,
+                   "Time constant of the transducers in place of the array's, seconds; 0: none")
+        ->transform(inUnit("s", base::parseQuantity))
+        ->check(CLI::Range(0.0, haptics::kMostRinging_s));
+}
+
+} // namespace
+
+void addOptions(CLI::App& app, SolveArguments& arguments)
+{
+    static const std::map<std::string, haptics::Sampling> kSamplings{
+        {"surface", haptics::Sampling::SURFACE},
+        {"edges", haptics::Sampling::EDGES},
+        {"vertices", haptics::Sampling::VERTICES}};
+    addFieldSettings(app, arguments);
+    for (const char* name : {"--cycle-steps", "--even"})
+        app.get_option(name)->needs("--cycle");
+    auto* model = app.add_option("MODEL", arguments.model, "Wavefront OBJ file");
+    app.add_option("--points-file",
+                   arguments.pointsFile,
+                   "CSV instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
+                   "target (relative)")
+        ->excludes(model, app.get_option("--cycle"));
+    app.add_option("--ears",
+                   arguments.earsFile,
+                   "CSV of listening places, x_m,y_m,z_m: their levels go into exposure.csv, and "
+                   "the ear limit holds there, too");
+    app.add_option("--size",
+                   arguments.size_m,
+                   "Largest extent of the model in metres, or 8cm (default: as in the file)")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->check(CLI::PositiveNumber);
+    app.add_option("--position", arguments.position, "Where the model's centre goes, metres")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->expected(3);
+    app.add_option("--rotation-deg",
+                   arguments.rotation_deg,
+                   "Rotation about x, then y, then z of the array frame")
+        ->transform(inUnit("deg", base::parseQuantity))
+        ->expected(3);
+    app.add_option(
+           "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
+        ->capture_default_str();
+    app.add_option("--spacing",
+                   arguments.spacing_m,
+                   "Between control points, metres (default: one wavelength)")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->check(CLI::PositiveNumber);
+    app.add_option(
+           "--sampling", arguments.sampling, "surface, edges or vertices (default: surface)")
+        ->transform(CLI::CheckedTransformer(kSamplings).description(""));
+    app.add_option("--pressure",
+                   arguments.pressure_Pa,
+                   "Peak pressure at every point in Pa (default: as loud as it accurately can)")
+        ->transform(inUnit("Pa", base::parseQuantity))
+        ->check(CLI::PositiveNumber);
+    static const std::map<std::string, haptics::Crowding> kCrowdings{
+        {"thin", haptics::Crowding::THIN},
+        {"merge", haptics::Crowding::MERGE},
+        {"drop", haptics::Crowding::DROP}};
+    app.add_option(
+           "--crowding",
+           arguments.crowding,
+           "thin, merge or drop what is nearer than a third of a wavelength (default: thin; points "
+           "of a file are kept unless it is given)")
+        ->transform(CLI::CheckedTransformer(kCrowdings).description(""))
+        ->each([&arguments](const std::string&) { arguments.crowdingGiven = true; });
+    app.add_option(
+        "--directivity", arguments.directivity, "t4010a1-harmonics, t4010a1-table or point");
+    auto* outline = app.add_flag(
+        "--outline",
+        arguments.outline,
+        "The model's edges in one stationary field of dense points, nearly without ripples");
+    outline->excludes(
+        "--points-file", "--cycle", "--subsets", "--solver", "--max-points", "--crowding");
+    // Outlines have a solver of their own.
+    for (const auto& row : haptics::solverSettings().rows())
+        if (row.name != "loudness" && row.name != "threads")
+            outline->excludes(optionName(row.name));
+    // They place or sample a model, and set its targets; a file's points have all that.
+    for (const char* name :
+         {"--size", "--position", "--rotation-deg", "--spacing", "--sampling", "--pressure"})
+        app.get_option("--points-file")->excludes(name);
+    addProbeOptions(app, arguments);
+    addToleranceOptions(app, arguments);
+    app.add_flag(
+        "--certify",
+        arguments.certify,
+        "Bound from below what any phases could reach, and tell how far this field is from it");
+    app.add_option("--out",
+                   arguments.out,
+                   "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json, "
+                   "field.png and exposure.csv")
+        ->capture_default_str();
+}
+
+} // namespace midair::samples
