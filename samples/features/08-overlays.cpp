@@ -1,5 +1,5 @@
 // To look at the field: one node anywhere under the scene draws points, slice, array and figures,
-// and brings the keys F2 to F12 along.
+// and brings the keys F1 to F12 along.
 
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>

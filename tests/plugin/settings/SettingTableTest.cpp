@@ -282,7 +282,7 @@ TEST(SettingTable, RowsJudgeTexts)
     for (const auto& [name, value, why] :
          {std::tuple{"earPoints", "0 0", "earPoints is \"0 0\", should be "},
           std::tuple{"dead", "7, 7", "dead has 7 twice"},
-          std::tuple{"weak", "3:0", "weak is "}})
+          std::tuple{"weak", "3:0", "weak has \"3:0\", should be "}})
     {
         const Setting<HapticSettings>& row = *sceneSettings().find(name);
         HapticSettings settings;
