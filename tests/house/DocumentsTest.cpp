@@ -15,7 +15,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-std::string textOf(const fs::path& file)
+std::string textOfFile(const fs::path& file)
 {
     std::ifstream in(file);
     std::ostringstream text;
@@ -45,7 +45,7 @@ bool hasHeading(const std::string& document, const std::string& anchor)
 int checkLinks(const fs::path& file)
 {
     static const std::regex link(R"(\]\(([^)\s#]*)(?:#([^)\s]*))?\))");
-    const std::string text = textOf(file);
+    const std::string text = textOfFile(file);
     int count = 0;
     for (std::sregex_iterator match(text.begin(), text.end(), link), end; match != end; ++match)
     {
@@ -57,7 +57,7 @@ int checkLinks(const fs::path& file)
         const std::string anchor = (*match)[2];
         if (!anchor.empty() && fs::is_regular_file(other))
         {
-            EXPECT_TRUE(hasHeading(textOf(other), anchor))
+            EXPECT_TRUE(hasHeading(textOfFile(other), anchor))
                 << file << " links to " << other << ", which has no heading for #" << anchor;
         }
     }
@@ -70,12 +70,13 @@ int checkLinks(const fs::path& file)
 TEST(Documents, EachSettingHasItsSetter)
 {
     const fs::path root = MIDAIR_ROOT;
-    const std::string headers = textOf(root / "plugin/include/osgMidair/HapticSettings") +
-                                textOf(root / "plugin/include/osgMidair/HapticProperty") +
-                                textOf(root / "engine-bridge/include/osgMidair/SceneSettings") +
-                                textOf(root / "engine-bridge/include/osgMidair/ObjectSettings") +
-                                textOf(root / "haptics/include/osgMidair/FieldSettings");
-    const std::string text = textOf(root / "plugin/SCENES.md");
+    const std::string headers =
+        textOfFile(root / "plugin/include/osgMidair/HapticSettings") +
+        textOfFile(root / "plugin/include/osgMidair/HapticProperty") +
+        textOfFile(root / "engine-bridge/include/osgMidair/SceneSettings") +
+        textOfFile(root / "engine-bridge/include/osgMidair/ObjectSettings") +
+        textOfFile(root / "haptics/include/osgMidair/FieldSettings");
+    const std::string text = textOfFile(root / "plugin/SCENES.md");
     const std::string tables =
         text.substr(text.find("## Objects"), text.find("## Names") - text.find("## Objects"));
     static const std::regex row(R"(\n\| `(\w+)` \|)");
