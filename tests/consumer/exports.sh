@@ -25,8 +25,8 @@ looked=0
 while read -r library; do
     names "$library" >"$folder/names"
     case $(basename "$library") in
-    libmidair.so*) own='^(midair::|midair_|MIDAIR_)' ;;
-    libosgMidair.so*) own='^(osgMidair|midair)::' ;;
+    libmidair.so*) own='^((bool )?midair::|midair_|MIDAIR_)' ;;
+    libosgMidair.so*) own='^(bool )?(osgMidair|midair)::' ;;
     midair-picture.so) own='^midairDrawPicture$' ;; # samples/tools/solve/Picture.h
     *) own='^$' ;;
     esac
