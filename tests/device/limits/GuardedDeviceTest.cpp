@@ -98,7 +98,7 @@ TEST(GuardedDevice, ramps_down_at_the_end)
 {
     SendLog log; // closing waits for time to pass
     SafetyLimits limits;
-    limits.ramp_s = 0.1;
+    limits.ramp_s = 0.5; // some steps come on a busy machine, too
     auto device = guarded(log, limits);
     ASSERT_TRUE(device->send(evenField(4, 0, 255)));
     ASSERT_TRUE(eventually([&] { return log.all().back().amplitude == 1; }));
@@ -143,13 +143,13 @@ TEST(GuardedDevice, keeps_the_mean_drive_within_the_budget)
         const auto device = guarded(log, limits);
         clock.await(1);
         ASSERT_TRUE(device->send(evenField(4, 0, 255)));
-        for (int k = 0; k < 400; ++k)
+        for (int k = 0; k < 100; ++k)
         {
             if (isSentAgain)
             {
                 ASSERT_TRUE(device->send(evenField(4, 0, 255)));
             }
-            clock.pass(0.005);
+            clock.pass(0.01);
         }
         // The mean, recomputed from what reached the device: dE/dt = (P - E)/tau.
         const auto events = log.all();

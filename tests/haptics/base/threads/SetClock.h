@@ -33,7 +33,7 @@ public:
             _waiting[&condition] = {until_s, _round};
         }
         _begun.notify_all();
-        condition.waitFor(lock, std::chrono::microseconds(200));
+        condition.waitFor(lock, std::chrono::milliseconds(1)); // where the word came too early
     }
 
     /// Waits until \a count threads wait; for threads that have just been started.
@@ -68,6 +68,8 @@ private:
     {
         std::unique_lock<std::mutex> lock(_mutex);
         ++_round;
+        for (const auto& one : _waiting)
+            one.first->notifyAll();
         double next_s = 0.0;
         const auto isSettled = [&]
         {
@@ -94,7 +96,7 @@ private:
     std::atomic<double> _now_s;
     mutable std::mutex _mutex; ///< guards what follows
     mutable std::condition_variable _begun;
-    mutable std::map<const base::Condition*, Waiting> _waiting;
+    mutable std::map<base::Condition*, Waiting> _waiting;
     std::uint64_t _round = 0;
 };
 
