@@ -189,6 +189,7 @@ TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
     EXPECT_NEAR(contact.force_N,
                 25e6 / (1.204 * 343.2 * 343.2) * contact.overlap_m2,
                 2e-3 * contact.force_N);
+    const double force_N = contact.force_N;
     pressed.properties.pressureInPa = false;
     pressed.properties.pressure = 0.5;
     proximity.update({pressed}, finger(-0.002), 0.1);
@@ -197,7 +198,7 @@ TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
     known.relative_Pa = 10000.0;
     HandProximity measuring(known);
     measuring.update({pressed}, finger(-0.002), 0.2);
-    EXPECT_NEAR(measuring.contacts()[0].force_N, contact.force_N, 1e-12);
+    EXPECT_NEAR(measuring.contacts()[0].force_N, force_N, 1e-12);
     measuring.update({pressed}, finger(0.001), 0.3);
     EXPECT_EQ(measuring.contacts()[0].force_N, 0.0);
 }

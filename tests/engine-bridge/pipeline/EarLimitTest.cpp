@@ -165,7 +165,7 @@ TEST(EarLimit, WhatIsNoLimitPlaysNothing)
         EXPECT_EQ(result->played().norm(), 0.0f) << wrong;
         EXPECT_NE(result->messages.back().find("earLimit is "), std::string::npos)
             << result->messages.back();
-        EXPECT_NE(result->messages.back().find("it must be 0 or within 20 .. 200 dB"),
+        EXPECT_NE(result->messages.back().find("it must be a number, 0 or 20 .. 200 dB"),
                   std::string::npos)
             << result->messages.back();
         EXPECT_THROW(HologramPipeline again(eared(wrong)), std::exception);
