@@ -17,12 +17,23 @@ template<typename T>
 Written unusual(const Setting<T>& row)
 {
     const T defaults;
-    for (const char* text :
-         {"false", "true", "3", "0.25", "0.1", "0.002", "110", "60000", "\"board\""})
+    for (const char* text : {"false",
+                             "true",
+                             "3",
+                             "0.25",
+                             "0.1",
+                             "0.002",
+                             "110",
+                             "60000",
+                             "\"board\"",
+                             "\"3\"",
+                             "\"3:0.5\"",
+                             "\"0 0 0.3\""})
     {
         T object;
         std::string what;
-        const std::string bare = text[0] == '"' ? "board" : text;
+        std::string bare = text;
+        bare.erase(std::remove(bare.begin(), bare.end(), '"'), bare.end());
         const bool isText = std::holds_alternative<std::string T::*>(row.member);
         if (isText == (text[0] == '"') && row.words.empty() && row.assign(object, bare) &&
             !row.repair(object, what) && !isSame<T>(row.member, object, defaults))

@@ -118,6 +118,7 @@ inline osg::ref_ptr<HapticScene> unusualScene()
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
     overlays->setShown("array", false);
     overlays->setShown("ears", true);
+    overlays->setShown("axes", true);
     EXPECT_TRUE(overlays->setNumber("sliceRadius", 0.0625));
     scene->addChild(overlays);
     return scene;

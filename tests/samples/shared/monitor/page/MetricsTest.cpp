@@ -4,6 +4,7 @@
 
 #include "tests/samples/shared/monitor/FakeInstallation.h"
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
