@@ -157,7 +157,7 @@ TEST_F(MidairTune, checks_foci_afterwards)
                                     "--readings lines --out focus-readings.csv --array " +
                                     of);
         ASSERT_EQ(played.code, 0) << played.output;
-        EXPECT_TRUE(says(played, "[##############################] ")) << played.output;
+        EXPECT_TRUE(says(played, "100 % of 163 rows")) << played.output;
         const Outcome checked =
             tune("check --plan focus.csv --readings focus-readings.csv --array " + of);
         EXPECT_EQ(checked.code, code) << checked.output;
