@@ -41,7 +41,7 @@ done < <(find "$folder" -name '*.so*' -type f)
 data()
 {
     nm -C --defined-only "$1" | grep -E '^[0-9a-f]+ [bBdDuV] ' | cut -d' ' -f3- | sed 's/^guard variable for //' | grep -E '^midair::' |
-        grep -vE '::\(anonymous namespace\)::|::(k[A-Z][A-Za-z]*|none)$' | sort -u # nor constants
+        grep -vE '::\(anonymous namespace\)::|::(k[A-Z][A-Za-z]*|none|steadyClock\(\)::clock)$' | sort -u # nor constants, nor what has no state
 }
 kit=$(readlink -f "$(find "$folder" -name libosgMidair.so)")
 midair=$(readlink -f "$(find "$folder" -name libmidair.so)")
