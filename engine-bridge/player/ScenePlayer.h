@@ -183,8 +183,8 @@ private:
     {
         mutable base::Mutex mutex;
         /// the thread's, or that of the next one
-        std::shared_ptr<device::Lead> lead MIDAIR_GUARDED_BY(mutex) =
-            std::make_shared<device::Lead>();
+        std::shared_ptr<device::Lead>
+            lead MIDAIR_GUARDED_BY(mutex) = std::make_shared<device::Lead>();
         /// that of _opening, which outlives each lock
         HologramThread* thread MIDAIR_GUARDED_BY(mutex) = nullptr;
         /// that of a thread that ended

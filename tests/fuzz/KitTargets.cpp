@@ -1,8 +1,8 @@
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
+#include "tests/TrustedVariables.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
-#include "tests/TrustedVariables.h"
 
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>

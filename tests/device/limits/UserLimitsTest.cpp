@@ -1,7 +1,7 @@
 #include "device/limits/UserLimits.h"
 
-#include "tests/device/limits/UserCapTexts.h"
 #include "tests/TrustedVariables.h"
+#include "tests/device/limits/UserCapTexts.h"
 
 #include <gtest/gtest.h>
 

@@ -106,7 +106,8 @@ TEST(PaperScenes, StarKeepsAllElevenPoints)
     {
         // The paper's figures 3 and 4 show points missing under GS and all there under SDP. A star
         // of this size, from equal phases, loses none in either; what differs is a few percent, and
-        // clipping makes most of it. Smaller stars from random phases do: tests/samples/experiments/paper.
+        // clipping makes most of it. Smaller stars from random phases do:
+        // tests/samples/experiments/paper.
         EXPECT_LT(solve("gs", star(), phaseOnly, q).max, 0.25);
         EXPECT_LT(solve("sdp-bcd", star(), phaseOnly, q).max, 0.25);
         const SolveReport best = solve("gauss-newton", star(), phaseOnly, q);

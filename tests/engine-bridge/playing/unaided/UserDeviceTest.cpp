@@ -3,8 +3,8 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/propagation/Exposure.h"
-#include "tests/device/limits/UserCapTexts.h"
 #include "tests/TrustedVariables.h"
+#include "tests/device/limits/UserCapTexts.h"
 
 #include <gtest/gtest.h>
 
