@@ -272,6 +272,12 @@ void PageServer::serve(int socket)
     {
         std::fprintf(stderr, "the operator's page hangs up: %s\n", error.what());
     }
+    {
+        // Whoever has an answer is the first to be hung up on where others wait for one.
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _sockets.remove(socket);
+        _sockets.push_front(socket);
+    }
     stream.finish();
     {
         const std::lock_guard<std::mutex> lock(_mutex);
