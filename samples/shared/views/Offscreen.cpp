@@ -4,6 +4,7 @@
 #include <osg/MatrixTransform>
 
 #include <cstdlib>
+#include <vector>
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -190,16 +191,24 @@ osg::ref_ptr<osg::Image> averagedDown(const osg::Image& image, int scale)
     const int width = image.s() / scale;
     const int height = image.t() / scale;
     small->allocateImage(width, height, 1, GL_RGB, GL_UNSIGNED_BYTE, 1);
+    const int step = static_cast<int>(image.getPixelSizeInBits()) / 8;
     for (int y = 0; y < height; ++y)
+    {
+        // osg::Image works out a row's size anew at each call of data().
+        unsigned char* to = small->data(0, y);
+        std::vector<const unsigned char*> rows;
+        for (int dy = 0; dy < scale; ++dy)
+            rows.push_back(image.data(0, y * scale + dy));
         for (int x = 0; x < width; ++x)
             for (int channel = 0; channel < 3; ++channel)
             {
                 int sum = scale * scale / 2;
-                for (int dy = 0; dy < scale; ++dy)
+                for (const unsigned char* row : rows)
                     for (int dx = 0; dx < scale; ++dx)
-                        sum += image.data(x * scale + dx, y * scale + dy)[channel];
-                small->data(x, y)[channel] = static_cast<unsigned char>(sum / (scale * scale));
+                        sum += row[(x * scale + dx) * step + channel];
+                *to++ = static_cast<unsigned char>(sum / (scale * scale));
             }
+    }
     return small;
 }
 
