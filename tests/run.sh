@@ -5,8 +5,7 @@
 #   --tests           builds with g++ into build/ and runs all tests
 #   --format          clang-format
 #   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
-#   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
-#                     tenth of all, another tenth with each commit
+#   --tidy            clang-tidy on all that differs from the commit that tests/stages.sh names, tests and samples too
 #   --docs            the reference of all installed headers by Doxygen, without a warning
 #   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
 #   --sanitize        all tests under these two, what has threads under the thread sanitizer, the solvers by themselves under the
@@ -56,12 +55,12 @@ minutes()
         format | docs) echo 3 ;;
         tests) echo $((long ? 240 : 45)) ;;
         clang) echo 25 ;;
-        tidy) echo 15 ;;
+        tidy) echo 30 ;;
         quick-sanitize) echo 30 ;;
         sanitize-address) echo 60 ;;
         sanitize-threads) echo 25 ;;
         sanitize-memory) echo 10 ;;
-        tidy-all) echo 35 ;;
+        tidy-all) echo 90 ;;
         cluster | browser) echo 15 ;;
         packages) echo 45 ;;
         clone) echo 20 ;;

@@ -5,15 +5,16 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
 jobs=$(nproc)
+tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-sources=('haptics/*.cpp' 'device/*.cpp' 'engine-bridge/*.cpp' 'plugin/*.cpp') # for clang-tidy
+tidied=335ed262c7b9d0566a11558c378d6f9f142323fc # the commit up to which clang-tidy has looked at all that changed
 
-# run FOLDER [ctest option]..: the tests of one build, as many at a time as there are cores.
+# run FOLDER [ctest option]..: the tests of one build.
 run()
 {
     local folder=$1
     shift
-    ctest --test-dir "$folder" -j "$jobs" --output-on-failure --no-tests=error -R "$filter" "$@"
+    ctest --test-dir "$folder" -j "$tests_at_once" --output-on-failure --no-tests=error -R "$filter" "$@"
 }
 
 stage_format()
@@ -41,55 +42,30 @@ stage_docs()
     midair_build build-docs doc -DMIDAIR_TESTS=OFF
 }
 
-# tidy FILE..: clang-tidy with the project's configuration; every finding is an error.
+# tidy BASE: clang-tidy on what differs from the commit BASE; "": on everything.
 tidy()
 {
-    [ $# -gt 0 ] || return 0
-    midair_build build-tidy build.ninja -DMIDAIR_TESTS=ON -DCMAKE_UNITY_BUILD=OFF -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-    printf '%s\0' "$@" | xargs -0 -n 1 -P "$jobs" bash -c \
-        'clang-tidy-14 -p build-tidy --quiet --warnings-as-errors="*" "$0" 2>/dev/null || { echo "clang-tidy: $0" >&2; exit 1; }'
-    echo "clang-tidy found nothing in $# files"
+    midair_build build-tidy build.ninja -DMIDAIR_TESTS=ON -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+    tests/tidy.py build-tidy "$1"
 }
 
 stage_tidy_all()
 {
-    mapfile -t files < <(git ls-files "${sources[@]}")
-    tidy "${files[@]}"
+    tidy ""
 }
 
-# What differs from the last release's tag, or without a tag everything; where that is more than fits, the newest commit's files
-# and part of the rest, the next part with the next commit.
+# What differs from the commit up to which it has looked at everything; a clone without that commit is looked at as a whole.
 stage_tidy()
 {
-    local tag atMost=30 file
-    local -a candidates left=()
-    local -A chosen=()
-    if tag=$(git describe --tags --abbrev=0 2>/dev/null); then
-        echo "clang-tidy on what differs from $tag"
-        mapfile -t candidates < <(git diff --name-only --diff-filter=d "$tag" -- "${sources[@]}")
-    else
-        mapfile -t candidates < <(git ls-files "${sources[@]}")
+    local base=$tidied
+    if ! git cat-file -e "$base^{commit}" 2>/dev/null; then
+        echo "this clone lacks the commit $base: clang-tidy looks at everything"
+        base=""
     fi
-    if [ ${#candidates[@]} -gt $atMost ]; then
-        # A clone of depth 1 knows no number of commits: then the commit's hash is the number.
-        local number=$((16#$(git rev-parse --short=7 HEAD))) parts=$(((${#candidates[@]} + 14) / 15)) i
-        [ "$(git rev-parse --is-shallow-repository)" = true ] || number=$(git rev-list --count HEAD)
-        echo "of ${#candidates[@]} files the newest commit's and part $((number % parts + 1)) of $parts"
-        while read -r file; do
-            if [ ${#chosen[@]} -lt $atMost ]; then chosen[$file]=1; else left+=("$file"); fi
-        done < <(git diff --name-only --diff-filter=d HEAD~1 -- "${sources[@]}" 2>/dev/null)
-        for ((i = number % parts; i < ${#candidates[@]}; i += parts)); do chosen[${candidates[i]}]=1; done
-        for i in "${!left[@]}"; do [ -z "${chosen[${left[i]}]:-}" ] || unset "left[i]"; done
-        [ ${#left[@]} -eq 0 ] || echo "NOT LOOKED AT are ${#left[@]} files of the newest commit, beyond $atMost: ${left[*]}" >&2
-    else
-        for file in "${candidates[@]}"; do chosen[$file]=1; done
-    fi
-    tidy "${!chosen[@]}"
+    tidy "$base"
 }
 
 # With its own code in the way, g++ warns of what isn't so (std::regex "may be used uninitialized"): warnings are the other builds'.
-# Tests that link the kit and its parts have each global twice, as the same definition: the address sanitizer counts these too.
-export ASAN_OPTIONS=detect_odr_violation=0
 sanitized=(-DMIDAIR_TESTS=ON -DMIDAIR_WERROR=OFF)
 
 # What computes, and what talks to arrays: the suites that take minutes under the sanitizers, building included.

@@ -196,9 +196,9 @@ osg::ref_ptr<osg::Image> averagedDown(const osg::Image& image, int scale)
     {
         // osg::Image works out a row's size anew at each call of data().
         unsigned char* to = small->data(0, y);
-        std::vector<const unsigned char*> rows;
+        std::vector<const unsigned char*> rows(scale);
         for (int dy = 0; dy < scale; ++dy)
-            rows.push_back(image.data(0, y * scale + dy));
+            rows[dy] = image.data(0, y * scale + dy);
         for (int x = 0; x < width; ++x)
             for (int channel = 0; channel < 3; ++channel)
             {
