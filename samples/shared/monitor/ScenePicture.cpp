@@ -1,5 +1,6 @@
 #include "samples/shared/monitor/ScenePicture.h"
 
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <osg/BufferObject>
@@ -14,7 +15,6 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <mutex>
 #include <sstream>
 
 namespace midair::samples
@@ -64,16 +64,17 @@ struct ScenePicture::Shared
 {
     std::atomic<double> askedUntil_s{0.0};
     std::atomic<bool> isShown{false};
-    mutable std::mutex mutex; ///< guards what follows; held for copies of pointers and numbers
-    std::condition_variable changed;
-    osg::ref_ptr<osg::Image> image; ///< the newest
-    double taken_s = 0.0;
-    PictureCost cost;
-    bool isWaitedFor = false; ///< by one, and no more: whoever else asks takes what there is
+    osg::ref_ptr<osgDB::ReaderWriter> writer; ///< set before there are other threads
+    mutable base::Mutex mutex;                ///< held for copies of pointers and numbers
+    base::Condition changed;
+    osg::ref_ptr<osg::Image> image MIDAIR_GUARDED_BY(mutex); ///< the newest
+    double taken_s MIDAIR_GUARDED_BY(mutex) = 0.0;
+    PictureCost cost MIDAIR_GUARDED_BY(mutex);
+    /// By one, and no more: whoever else asks takes what there is.
+    bool isWaitedFor MIDAIR_GUARDED_BY(mutex) = false;
 
-    std::mutex encoding; ///< guards the encoded picture; taken before mutex
-    MonitorPicture encoded;
-    osg::ref_ptr<osgDB::ReaderWriter> writer;
+    base::Mutex encoding; ///< taken before mutex
+    MonitorPicture encoded MIDAIR_GUARDED_BY(encoding);
 };
 
 /// Reads back what was drawn. All on the thread that draws.
@@ -147,7 +148,7 @@ private:
     {
         const osg::ref_ptr<osg::Image> image = smaller(pixels, _width, _height);
         {
-            const std::lock_guard<std::mutex> lock(_shared->mutex);
+            const base::Lock lock(_shared->mutex);
             _shared->image = image;
             _shared->taken_s = _begun_s;
             PictureCost& cost = _shared->cost;
@@ -157,7 +158,7 @@ private:
             cost.most_ms = std::max(cost.most_ms, cost.last_ms);
             cost.sum_ms += cost.last_ms;
         }
-        _shared->changed.notify_all();
+        _shared->changed.notifyAll();
     }
 
     std::shared_ptr<Shared> _shared;
@@ -173,6 +174,7 @@ private:
 ScenePicture::ScenePicture() : _shared(std::make_shared<Shared>())
 {
     _shared->writer = osgDB::Registry::instance()->getReaderWriterForExtension("jpg");
+    const base::Lock lock(_shared->mutex);
     _shared->cost.problem =
         _shared->writer ? "there is no picture yet" : "OpenSceneGraph's plugin for JPEG is missing";
 }
@@ -190,7 +192,7 @@ void ScenePicture::show(osg::Camera& camera)
 
 void ScenePicture::showNothing(const std::string& why)
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     _shared->cost.problem = why;
 }
 
@@ -206,18 +208,21 @@ MonitorPicture ScenePicture::newest()
     osg::ref_ptr<osg::Image> image;
     double taken_s = 0.0;
     {
-        std::unique_lock<std::mutex> lock(_shared->mutex);
-        const auto isNew = [&] { return _shared->taken_s > now_s - kOldPicture_s; };
+        base::Lock lock(_shared->mutex);
         if (!_shared->isWaitedFor && _shared->isShown)
         {
             _shared->isWaitedFor = true;
-            _shared->changed.wait_for(lock, std::chrono::duration<double>(kFirstWait_s), isNew);
+            const double end_s = now_s + kFirstWait_s;
+            while (_shared->taken_s <= now_s - kOldPicture_s &&
+                   _shared->changed.waitUntil_s(lock, end_s))
+            {
+            }
             _shared->isWaitedFor = false;
         }
         image = _shared->image;
         taken_s = _shared->taken_s;
     }
-    const std::lock_guard<std::mutex> lock(_shared->encoding);
+    const base::Lock lock(_shared->encoding);
     if (!image || !_shared->writer || _shared->encoded.taken_s >= taken_s) return _shared->encoded;
     std::ostringstream out;
     const osg::ref_ptr<osgDB::Options> options = new osgDB::Options("JPEG_QUALITY 82");
@@ -228,7 +233,7 @@ MonitorPicture ScenePicture::newest()
 
 PictureCost ScenePicture::cost() const
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     return _shared->cost;
 }
 

@@ -1,5 +1,6 @@
 #include "samples/shared/monitor/page/MonitorWatch.h"
 
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <condition_variable>
 #include <cstdio>
 #include <exception>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -107,12 +107,12 @@ bool isAsAsked(osgMidair::ArrayState state, bool muted)
 struct MonitorWatch::Shared
 {
     std::shared_ptr<MonitorSource> source;
-    mutable std::mutex mutex; ///< guards what follows; never held while the source is called
-    std::condition_variable changed;
-    MonitorView view;
-    std::uint64_t mutes = 0;      ///< that the page has asked for ..
-    std::uint64_t mutesBegun = 0; ///< .. counted before each, too
-    bool isStopped = false;
+    mutable base::Mutex mutex; ///< never held while the source is called
+    base::Condition changed;
+    MonitorView view MIDAIR_GUARDED_BY(mutex);
+    std::uint64_t mutes MIDAIR_GUARDED_BY(mutex) = 0;      ///< that the page has asked for ..
+    std::uint64_t mutesBegun MIDAIR_GUARDED_BY(mutex) = 0; ///< .. counted before each, too
+    bool isStopped MIDAIR_GUARDED_BY(mutex) = false;
 };
 
 MonitorWatch::MonitorWatch(std::shared_ptr<MonitorSource> source) :
@@ -125,10 +125,10 @@ MonitorWatch::MonitorWatch(std::shared_ptr<MonitorSource> source) :
 MonitorWatch::~MonitorWatch()
 {
     {
-        const std::lock_guard<std::mutex> lock(_shared->mutex);
+        const base::Lock lock(_shared->mutex);
         _shared->isStopped = true;
     }
-    _shared->changed.notify_all();
+    _shared->changed.notifyAll();
     if (!_threads.finish(2.0))
         std::fprintf(stderr,
                      "the operator's page: reading the scene hangs; it is left to itself\n");
@@ -136,7 +136,7 @@ MonitorWatch::~MonitorWatch()
 
 void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
 {
-    std::unique_lock<std::mutex> lock(shared->mutex);
+    base::Lock lock(shared->mutex);
     while (!shared->isStopped)
     {
         const std::uint64_t mutes = shared->mutes;
@@ -160,21 +160,23 @@ void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
             takeReading(shared->view, std::move(reading), begin_s, isOurs);
         else
             addEvent(shared->view, begin_s, "the scene can't be read: " + problem);
-        shared->changed.wait_for(
-            lock, std::chrono::duration<double>(kInterval_s), [&] { return shared->isStopped; });
+        const double next_s = base::steadySeconds() + kInterval_s;
+        while (!shared->isStopped && shared->changed.waitUntil_s(lock, next_s))
+        {
+        }
     }
 }
 
 MonitorView MonitorWatch::view() const
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     return _shared->view;
 }
 
 MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
 {
     {
-        const std::lock_guard<std::mutex> lock(_shared->mutex);
+        const base::Lock lock(_shared->mutex);
         ++_shared->mutesBegun;
     }
     const double begin_s = base::steadySeconds();
@@ -184,12 +186,12 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
     }
     catch (...) // it is over all the same: what others mute is theirs
     {
-        const std::lock_guard<std::mutex> lock(_shared->mutex);
+        const base::Lock lock(_shared->mutex);
         ++_shared->mutes;
         throw;
     }
     {
-        const std::lock_guard<std::mutex> lock(_shared->mutex);
+        const base::Lock lock(_shared->mutex);
         ++_shared->mutes;
         _shared->view.isMuteKnown = muted;
         _shared->view.mutedBy = who;
@@ -213,7 +215,7 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
 
 void MonitorWatch::note(const std::string& text)
 {
-    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    const base::Lock lock(_shared->mutex);
     addEvent(_shared->view, base::steadySeconds(), text);
 }
 

@@ -183,25 +183,25 @@ int PageServer::listen(const MonitorAddress& address)
 /// last file, or a caller has gone.
 void PageServer::serveAll()
 {
-    for (std::unique_lock<std::mutex> lock(_mutex); !_isEnded;)
+    for (base::Lock lock(_mutex); !_isEnded;)
     {
         lock.unlock();
         svr_sock_ = ::fcntl(_listener, F_DUPFD_CLOEXEC, 0); // which the library closes
         if (svr_sock_ != INVALID_SOCKET) listen_after_bind();
         lock.lock();
-        _left.wait_for(lock, kPause, [this] { return _isEnded; });
+        if (!_isEnded) _left.waitFor(lock, kPause);
     }
 }
 
 void PageServer::end()
 {
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _isEnded = true;
         for (const int socket : _sockets)
             ::shutdown(socket, SHUT_RDWR);
     }
-    _left.notify_all();
+    _left.notifyAll();
     ::shutdown(_listener, SHUT_RDWR);
     if (!_threads.finish(2.0))
         std::fprintf(stderr, "the operator's page: an answer hangs; it is left to itself\n");
@@ -212,22 +212,22 @@ void PageServer::end()
 void PageServer::take(std::function<void()> serving)
 {
     {
-        std::unique_lock<std::mutex> lock(_mutex);
+        base::Lock lock(_mutex);
         while (_taken >= _limits.connections)
         {
             if (!_sockets.empty()) ::shutdown(_sockets.front(), SHUT_RDWR);
             // The next one is hung up on if this one's answer is still being made.
             if (!_sockets.empty()) _sockets.splice(_sockets.end(), _sockets, _sockets.begin());
-            _left.wait_for(lock, kPause, [this] { return _taken < _limits.connections; });
+            _left.waitFor(lock, kPause);
         }
         ++_taken;
     }
     const auto serveAndLeave = [self = shared_from_this(), serving = std::move(serving)]
     {
         serving();
-        const std::lock_guard<std::mutex> lock(self->_mutex);
+        const base::Lock lock(self->_mutex);
         --self->_taken;
-        self->_left.notify_all();
+        self->_left.notifyAll();
     };
     try
     {
@@ -249,7 +249,7 @@ void PageServer::serve(int socket)
 {
     ::fcntl(socket, F_SETFD, FD_CLOEXEC);
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _sockets.push_back(socket);
         if (_isEnded) ::shutdown(socket, SHUT_RDWR);
     }
@@ -274,13 +274,13 @@ void PageServer::serve(int socket)
     }
     {
         // Whoever has an answer is the first to be hung up on where others wait for one.
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _sockets.remove(socket);
         _sockets.push_front(socket);
     }
     stream.finish();
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         if (stream.status() > 0) ++_counts.answers[stream.status()];
         _sockets.remove(socket);
     }
@@ -295,7 +295,7 @@ MonitorState PageServer::state() const
     state.now_s = base::steadySeconds();
     state.picture.problem = "this program shows none";
     if (_picture) state.picture = _picture->cost();
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     state.page = _counts;
     return state;
 }

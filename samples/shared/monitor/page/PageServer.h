@@ -1,17 +1,16 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
 #include "samples/shared/monitor/MonitorOptions.h"
 #include "samples/shared/monitor/page/MonitorAddress.h"
 #include "samples/shared/monitor/page/MonitorJson.h"
 #include "samples/shared/monitor/page/PatientThreads.h"
 
 #include <atomic>
-#include <condition_variable>
 #include <csignal>
 #include <functional>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -86,12 +85,13 @@ private:
     int _listener = -1;
     PatientThreads _threads; ///< each has a share of this server
 
-    mutable std::mutex _mutex; ///< guards what follows
-    std::condition_variable _left;
-    std::size_t _taken = 0;  ///< connections
-    std::list<int> _sockets; ///< of those being served; the oldest first
-    bool _isEnded = false;
-    PageCounts _counts;
+    mutable base::Mutex _mutex;
+    base::Condition _left;
+    std::size_t _taken MIDAIR_GUARDED_BY(_mutex) = 0; ///< connections
+    /// Of those being served; the first to be hung up on first.
+    std::list<int> _sockets MIDAIR_GUARDED_BY(_mutex);
+    bool _isEnded MIDAIR_GUARDED_BY(_mutex) = false;
+    PageCounts _counts MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::samples

@@ -1,11 +1,12 @@
 #include "samples/shared/monitor/page/PatientThreads.h"
 
+#include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <chrono>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -14,15 +15,15 @@ namespace midair::samples
 
 struct PatientThreads::Count
 {
-    std::mutex mutex;
-    std::condition_variable changed;
-    int running = 0;
+    base::Mutex mutex;
+    base::Condition changed;
+    int running MIDAIR_GUARDED_BY(mutex) = 0;
 
     void add(int change)
     {
-        const std::lock_guard<std::mutex> lock(mutex);
+        const base::Lock lock(mutex);
         running += change;
-        changed.notify_all();
+        changed.notifyAll();
     }
 };
 
@@ -71,9 +72,12 @@ void PatientThreads::start(const char* name, std::function<void()> body)
 
 bool PatientThreads::finish(double atMost_s)
 {
-    std::unique_lock<std::mutex> lock(_running->mutex);
-    return _running->changed.wait_for(
-        lock, std::chrono::duration<double>(atMost_s), [this] { return _running->running == 0; });
+    const double end_s = base::steadySeconds() + atMost_s;
+    base::Lock lock(_running->mutex);
+    while (_running->running != 0 && _running->changed.waitUntil_s(lock, end_s))
+    {
+    }
+    return _running->running == 0;
 }
 
 } // namespace midair::samples
