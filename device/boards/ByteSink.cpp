@@ -3,7 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceLog.h"
 #include "device/SilenceOnCrash.h"
-#include "device/usb/UsbNode.h"
+#include "device/usb/UsbTransferPool.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
