@@ -92,11 +92,6 @@ void UnitMasks::noteSilentField(bool isPlayed, double now_s)
     _again_s = isWaitedFor ? now_s : now_s + kSilentAgain_s;
 }
 
-double UnitMasks::due_s() const
-{
-    return areSilent() ? _again_s : UnitGroup::kNever_s;
-}
-
 bool UnitMasks::step(double now_s)
 {
     if (!_open.none() || now_s < _again_s) return false;
@@ -136,7 +131,7 @@ BankPlayer::BankPlayer(UnitGroup& group, const Autd3Options& options) :
 {
 }
 
-void BankPlayer::begin(std::shared_ptr<const Job> job)
+void BankPlayer::start(std::shared_ptr<const Job> job)
 {
     _job = std::move(job);
     _isCut = false;
@@ -231,7 +226,7 @@ void BankPlayer::step(double now_s)
     _switch.forgetLost();
     _masks.forgetLost();
     stepStage(now_s);
-    if (_masks.areOn() && _stage == Stage::IDLE && _masks.step(now_s)) begin(_silentJob);
+    if (_masks.areOn() && _stage == Stage::IDLE && _masks.step(now_s)) start(_silentJob);
 }
 
 void BankPlayer::stepStage(double now_s)

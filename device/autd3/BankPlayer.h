@@ -29,7 +29,8 @@ public:
     /// Does what is due while nothing is on its way to the banks; returns true if the silent field
     /// is to be played now.
     bool step(double now_s);
-    double due_s() const; ///< when step() has something to do without an outcome
+    /// When step() has something to do without an outcome.
+    double due_s() const { return areSilent() ? _again_s : UnitGroup::kNever_s; }
     void noteSilentField(bool isPlayed, double now_s);
     void take(const UnitGroup::Outcome& outcome);
     void forgetLost();
@@ -85,7 +86,7 @@ public:
 
     /// Returns true if start() may be called: nothing is on its way, nothing is masked.
     bool isReady() const { return _stage == Stage::IDLE && !isMasked(); }
-    void start(std::shared_ptr<const Job> job) { begin(std::move(job)); }
+    void start(std::shared_ptr<const Job> job);
     /// The job on its way; null: none.
     const std::shared_ptr<const Job>& job() const { return _job; }
     /// Stops the upload of a sequence for something newer; returns it, or null if there is none.
@@ -129,7 +130,6 @@ private:
         TAKING_BACK, ///< the switch back is sent
         STAYING      ///< until the time of that
     };
-    void begin(std::shared_ptr<const Job> job);
     void end(Fate fate, double now_s);
     void endRefused(double now_s);
     void stepStage(double now_s);

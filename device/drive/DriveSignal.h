@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -39,7 +40,13 @@ struct DriveSequence
     double rate_Hz = 1000.0;          ///< over 0, at most kMostRate_Hz; fields per second
 
     /// Returns true if there are signals, each for \a transducers, and the rate is in its range.
-    bool fits(int transducers) const;
+    bool fits(int transducers) const
+    {
+        return !signals.empty() && rate_Hz > 0.0 && rate_Hz <= kMostRate_Hz &&
+               std::all_of(signals.begin(),
+                           signals.end(),
+                           [&](const DriveSignal& signal) { return signal.fits(transducers); });
+    }
 };
 
 } // namespace midair::device

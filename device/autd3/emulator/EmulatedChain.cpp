@@ -305,14 +305,6 @@ void EmulatedChain::addGarbage(const Flight& answer, Time_ns at_ns)
     launch(at_ns, std::move(garbage));
 }
 
-void EmulatedChain::inject(int from,
-                           std::uint64_t peer,
-                           const std::vector<std::uint8_t>& bytes,
-                           Time_ns now_ns)
-{
-    launch(now_ns, {true, from, 0, peer, bytes});
-}
-
 bool EmulatedChain::receive(Answer& answer, Time_ns now_ns)
 {
     advance(now_ns);
@@ -477,11 +469,6 @@ void EmulatedChain::happen(ChainFaults::Kind kind, int unit, Time_ns now_ns)
         break;
     }
     touched(unit);
-}
-
-void EmulatedChain::failCommands(int unit, std::uint8_t result, int count)
-{
-    _places[unit].unit->failCommands(result, count);
 }
 
 std::vector<std::complex<float>> EmulatedChain::output(Time_ns now_ns)

@@ -132,11 +132,17 @@ public:
 
     /// Faults, by calls.
     void happen(ChainFaults::Kind kind, int unit, Time_ns now_ns);
-    void failCommands(int unit, std::uint8_t result, int count);
+    void failCommands(int unit, std::uint8_t result, int count)
+    {
+        _places[unit].unit->failCommands(result, count);
+    }
     void setFaults(const ChainFaults& faults) { _options.faults = faults; }
     /// A datagram comes to the host from somebody who is no unit, or from unit \a from.
     void
-    inject(int from, std::uint64_t peer, const std::vector<std::uint8_t>& bytes, Time_ns now_ns);
+    inject(int from, std::uint64_t peer, const std::vector<std::uint8_t>& bytes, Time_ns now_ns)
+    {
+        launch(now_ns, {true, from, 0, peer, bytes});
+    }
 
     int units() const { return static_cast<int>(_places.size()); }
     const EmulatedUnit& unit(int place) const { return *_places[place].unit; }

@@ -39,7 +39,7 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value)
     return (hash ^ value) * kHashFactor;
 }
 
-// Strict, it wants dividers of as many periods as it takes, so that all is reached.
+// Strict, it wants dividers of as many periods as it takes, so that all is reached; 0: any will do.
 int stepsOf(const UnitSilencer::Settings& silencer, bool ofPatterns)
 {
     if (!silencer.strict || silencer.byRate) return 0;
@@ -243,11 +243,6 @@ void UnitFpga::clear(Time_ns now_ns)
     _gated = false;
 }
 
-UnitPattern UnitFpga::slotOf(int bank, std::uint32_t slot) const
-{
-    return slot < _slots[bank].size() ? _slots[bank][slot] : UnitPattern();
-}
-
 void UnitFpga::writeSlot(int bank, std::uint32_t slot, const UnitPattern& pattern, Time_ns now_ns)
 {
     const bool plays = bank == _patterns.bank();
@@ -282,11 +277,6 @@ void UnitFpga::lookAtModulation()
                                                    [&](auto sample) { return sample == all[0]; });
 }
 
-int UnitFpga::strictSteps(bool ofPatterns) const
-{
-    return stepsOf(_silencer.settings(), ofPatterns);
-}
-
 Result UnitFpga::activatePatterns(int bank,
                                   Activation mode,
                                   std::uint64_t value,
@@ -295,7 +285,8 @@ Result UnitFpga::activatePatterns(int bank,
                                   Time_ns margin_ns)
 {
     render(now_ns);
-    return _patterns.activate(bank, mode, value, now_ns, cpu_ns, {margin_ns, strictSteps(true)});
+    return _patterns.activate(
+        bank, mode, value, now_ns, cpu_ns, {margin_ns, stepsOf(_silencer.settings(), true)});
 }
 
 Result UnitFpga::activateModulation(int bank,
@@ -306,8 +297,8 @@ Result UnitFpga::activateModulation(int bank,
                                     Time_ns margin_ns)
 {
     render(now_ns);
-    const Result result =
-        _modulation.activate(bank, mode, value, now_ns, cpu_ns, {margin_ns, strictSteps(false)});
+    const Result result = _modulation.activate(
+        bank, mode, value, now_ns, cpu_ns, {margin_ns, stepsOf(_silencer.settings(), false)});
     lookAtModulation();
     return result;
 }
@@ -379,11 +370,6 @@ DriveSignal UnitFpga::inOurLevels(const UnitPattern& pattern) const
         signal.duty[i] = _on[i] ? dutyOfWidth(_widths[pattern.intensity[i]]) : 0;
     }
     return signal;
-}
-
-DriveSignal UnitFpga::field(Time_ns now_ns) const
-{
-    return inOurLevels(slotOf(_patterns.bank(), _patterns.slotAt(now_ns)));
 }
 
 std::uint8_t UnitFpga::sampleAt(Time_ns now_ns) const

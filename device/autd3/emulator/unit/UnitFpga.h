@@ -225,18 +225,23 @@ public:
     /// modulation and silencer: contentOf() of its pattern if all slots are alike.
     std::uint64_t content() const;
     /// The slot that plays, in our levels, without gate, modulation and silencer.
-    DriveSignal field(Time_ns now_ns) const;
+    DriveSignal field(Time_ns now_ns) const
+    {
+        return inOurLevels(slotOf(_patterns.bank(), _patterns.slotAt(now_ns)));
+    }
     /// What the transducers put out, silencer and all, relative to full drive.
     std::vector<std::complex<float>> output(Time_ns now_ns);
 
 private:
-    UnitPattern slotOf(int bank, std::uint32_t slot) const;
+    UnitPattern slotOf(int bank, std::uint32_t slot) const
+    {
+        return slot < _slots[bank].size() ? _slots[bank][slot] : UnitPattern();
+    }
     DriveSignal inOurLevels(const UnitPattern& pattern) const;
     UnitPattern target(Time_ns now_ns) const;
     std::uint8_t sampleAt(Time_ns now_ns) const;
     void render(Time_ns now_ns); ///< lets the silencer glide until now, with what played
     void lookAtModulation();
-    int strictSteps(bool ofPatterns) const; ///< that dividers have to reach; 0: any will do
 
     std::array<std::vector<UnitPattern>, 2> _slots; ///< as many as were ever written
     std::array<std::vector<std::uint8_t>, 2> _samples;
