@@ -1,6 +1,5 @@
 #pragma once
 
-#include "device/drive/DriveSequence.h"
 #include "device/drive/DriveSignal.h"
 
 #include <complex>

@@ -1,5 +1,7 @@
 #include "device/FieldCounters.h"
 
+#include "device/drive/DriveEncoder.h"
+
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -33,6 +35,33 @@ std::string shortfallOf(const DeviceReport& report)
     const std::uint64_t due = settled - std::min(settled, report.dropped);
     if (due == 0 || 2 * report.played >= due) return "";
     return fmt::format("{} of {} fields were played", report.played, settled);
+}
+
+void HeldField::replace(const DriveSignal& signal)
+{
+    const base::Lock lock(_mutex);
+    _signal = signal;
+}
+
+void HeldField::clear()
+{
+    const base::Lock lock(_mutex);
+    std::fill(_signal.duty.begin(), _signal.duty.end(), std::uint8_t(0));
+}
+
+bool HeldField::silent() const
+{
+    const base::Lock lock(_mutex);
+    return std::all_of(
+        _signal.duty.begin(), _signal.duty.end(), [](std::uint8_t duty) { return duty == 0; });
+}
+
+std::vector<std::complex<float>> HeldField::activations() const
+{
+    std::vector<std::complex<float>> q;
+    const base::Lock lock(_mutex);
+    decode(_signal, q);
+    return q;
 }
 
 } // namespace midair::device

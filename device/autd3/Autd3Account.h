@@ -2,7 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/autd3/DatagramLink.h"
-#include "device/autd3/Job.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
@@ -13,6 +13,16 @@
 
 namespace midair::device::autd3
 {
+
+/// A field, or a sequence of fields, for all units.
+struct Job
+{
+    std::vector<DriveSignal> signals; ///< at least one; one: a field that stands
+    int divider = 1;                  ///< of a sequence: a field lasts divider x 25 us
+    double sentAt_s = 0;              ///< steady clock, at send()
+
+    bool isSequence() const { return signals.size() > 1; }
+};
 
 /// What the thread of an Autd3Device and the others tell each other: orders one way, what became of
 /// them the other. All members may be called from any thread.

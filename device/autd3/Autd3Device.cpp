@@ -3,9 +3,9 @@
 #include "device/DeviceLog.h"
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
-#include "device/autd3/LinkChoice.h"
+#include "device/autd3/UdpLink.h"
 #include "device/drive/DriveEncoder.h"
-#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "device/autd3/Autd3Options.h"
 #include "device/autd3/Autd3Session.h"
 #include "device/autd3/DatagramLink.h"
-#include "device/autd3/Refusals.h"
+#include "device/autd3/UnitGroup.h"
 
 #include <functional>
 #include <memory>

@@ -1,9 +1,7 @@
 #pragma once
 
+#include "device/autd3/Autd3Account.h"
 #include "device/autd3/BankSwitch.h"
-#include "device/autd3/BankWriter.h"
-#include "device/autd3/Job.h"
-#include "device/autd3/UnitMasks.h"
 
 #include <cstdint>
 #include <memory>
@@ -12,6 +10,51 @@
 
 namespace midair::device::autd3
 {
+
+/// The masks of all units, which silence them at once. Masked, they are given a silent field; when
+/// that plays on all, fail-safes are released and the masks are lifted, which nobody hears.
+class UnitMasks
+{
+public:
+    /// \a fault gets the last thing that went wrong, as a sentence.
+    UnitMasks(UnitGroup& group, const Autd3Options& options, std::string& fault);
+
+    void cover(); ///< all units, at once
+    /// The fail-safe of \a unit has tripped, and is to be released before the masks are lifted.
+    void noteTripped(int unit) { _isTripped[static_cast<std::size_t>(unit)] = true; }
+    bool areOn() const { return _state != State::OFF; }
+    /// Returns true if all units that are there have acknowledged the mask.
+    bool areSilent() const { return areOn() && _open.none(); }
+
+    /// Does what is due while nothing is on its way to the banks; returns true if the silent field
+    /// is to be played now.
+    bool step(double now_s);
+    /// When step() has something to do without an outcome.
+    double due_s() const { return areSilent() ? _again_s : UnitGroup::kNever_s; }
+    void noteSilentField(bool isPlayed, double now_s);
+    void take(const UnitGroup::Outcome& outcome);
+    void forgetLost();
+
+private:
+    enum class State
+    {
+        OFF,
+        ON,
+        RELEASING, ///< a silent field plays; fail-safes are released
+        LIFTING
+    };
+
+    void push(int unit);
+    void pushAll();
+
+    UnitGroup& _group;
+    const Autd3Options& _options;
+    std::string& _fault;
+    OpenCommands _open;
+    State _state = State::OFF;
+    std::vector<bool> _isTripped;
+    double _again_s = 0; ///< not before: a silent field, or a release, was refused
+};
 
 /// Plays fields on open units, so that all of them change together and none plays half a field.
 ///
@@ -43,7 +86,7 @@ public:
 
     /// Returns true if start() may be called: nothing is on its way, nothing is masked.
     bool isReady() const { return _stage == Stage::IDLE && !isMasked(); }
-    void start(std::shared_ptr<const Job> job) { begin(std::move(job)); }
+    void start(std::shared_ptr<const Job> job);
     /// The job on its way; null: none.
     const std::shared_ptr<const Job>& job() const { return _job; }
     /// Stops the upload of a sequence for something newer; returns it, or null if there is none.
@@ -67,9 +110,9 @@ public:
     /// When step() has something to do without an outcome.
     double due_s() const;
 
-    std::vector<Ending> takeEndings();
+    std::vector<Ending> takeEndings() { return std::exchange(_endings, {}); }
     /// The last refusal of a unit, as a sentence, moved out; empty: none.
-    std::string takeFault();
+    std::string takeFault() { return std::exchange(_fault, {}); }
 
     std::uint64_t takenBack() const { return _switch.takenBack(); } ///< switches that were
     /// Switches of which a unit may have played alone for a while, as its answers say.
@@ -87,7 +130,6 @@ private:
         TAKING_BACK, ///< the switch back is sent
         STAYING      ///< until the time of that
     };
-    void begin(std::shared_ptr<const Job> job);
     void end(Fate fate, double now_s);
     void endRefused(double now_s);
     void stepStage(double now_s);

@@ -42,7 +42,7 @@ private:
         std::uint16_t number;
     };
 
-    DeviceError error(const std::string& what) const;
+    DeviceError error(const std::string& what) const { return DeviceError(_device + ": " + what); }
     std::uint16_t nextNumber() { return ++_number; }
     /// Sends to \a to, or to the group if that is null, and returns the answers to this number that
     /// come within \a wait_s; not waiting for more than \a enough.

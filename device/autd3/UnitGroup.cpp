@@ -1,17 +1,22 @@
 #include "device/autd3/UnitGroup.h"
 
+#include "device/DeviceLog.h"
 #include "device/autd3/UdpLink.h"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace midair::device::autd3
 {
 
 namespace
 {
+
+constexpr const char* kNames[] = {
+    "malformed", "foreign", "stray", "of a unit that isn't as it was", "of another protocol"};
 
 constexpr std::uint16_t kMostBeatsOpen = 1024; ///< message numbers; frames have some of them
 constexpr double kBeatAgain_s = 5e-3;          ///< after a heartbeat that is not answered
@@ -20,6 +25,38 @@ constexpr std::uint8_t kFollowsClock = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
 constexpr int kMostAtOnce = 256; ///< datagrams, before other things get their turn
 
 } // namespace
+
+void Refusals::add(Refusal refusal, const std::string& what, double now_s)
+{
+    Entry& entry = _entries[index(refusal)];
+    ++entry.count;
+    if (refusal == Refusal::STRAY) return;
+    if (entry.logged > 0 && now_s - entry.logged_s < kLog_s) return;
+    deviceLog().warn("{}: a datagram that is {} is refused: {}; {} since the last such line",
+                     _device,
+                     kNames[index(refusal)],
+                     what,
+                     entry.count - entry.logged);
+    entry.logged = entry.count;
+    entry.logged_s = now_s;
+}
+
+std::uint64_t Refusals::total() const
+{
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < _entries.size(); ++i)
+        if (i != index(Refusal::STRAY)) sum += _entries[i].count;
+    return sum;
+}
+
+std::string Refusals::text() const
+{
+    std::string text;
+    for (std::size_t i = 0; i < _entries.size(); ++i)
+        if (i != index(Refusal::STRAY) && _entries[i].count > 0)
+            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", _entries[i].count, kNames[i]);
+    return text;
+}
 
 UnitGroup::UnitGroup(DatagramLink& link, Refusals& refusals, std::vector<Unit> units, Beats beats) :
     _link(link),
@@ -256,11 +293,6 @@ void UnitGroup::forgive(double now_s)
         unit.asked = 0;
         unit.queue.touch(now_s);
     }
-}
-
-std::vector<UnitGroup::Outcome> UnitGroup::takeOutcomes()
-{
-    return std::exchange(_outcomes, {});
 }
 
 double UnitGroup::soon_s(double pause_s) const

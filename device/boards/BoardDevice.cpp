@@ -1,12 +1,40 @@
 #include "device/boards/BoardDevice.h"
 
+#include "device/DeviceLog.h"
+#include "device/SequenceNumber.h"
+
 #include <algorithm>
 #include <numeric>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace midair::device
 {
+
+namespace
+{
+
+constexpr double kReconnect_s = 0.25;
+constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays free for new fields
+constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
+/// Of a sequence that is timed by the line, the line is kept busy so far ahead, which is how much a
+/// silence has to overtake; this thread may wake kLate_s late.
+constexpr double kAhead_s = 0.03;
+constexpr double kLate_s = 0.02;
+constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are written again; each time it pauses
+constexpr double kSwapsNew_s = 0.1;    ///< and for new fields not more often
+
+constexpr double kClosing_s = 0.005; ///< the same while closing
+constexpr double kAnswer_s = 1;      ///< a board that answers does so within five repeats
+
+constexpr const char* kPlaysOn =
+    "the board may still play what it had, for it has no watchdog: cut its power";
+constexpr const char* kWasSilenced =
+    "silence was written to the board once more, but it doesn't say whether it got it: if it still "
+    "plays, cut its power";
+
+} // namespace
 
 BoardDevice::BoardDevice(const std::string& name,
                          std::unique_ptr<BoardCodec> codec,
@@ -22,8 +50,7 @@ BoardDevice::BoardDevice(const std::string& name,
                                       transducers));
     _board.codec->appendReset(_board.reset, transducers);
     _board.codec->appendSilentField(_board.silentField, transducers);
-    _sound.signal.phase.assign(transducers, 0);
-    _sound.signal.duty.assign(transducers, 0);
+    _sound.signal = silentSignal(transducers);
     adopt(_board.open(_board.reset));
     if (_silencing.settled_s <= base::steadySeconds())
     {
@@ -165,6 +192,356 @@ std::vector<std::complex<float>> BoardDevice::wouldPlay(const DriveSignal& signa
     std::vector<std::complex<float>> q;
     _board.codec->played(signal, q);
     return q;
+}
+
+void BoardDevice::run()
+{
+    base::Lock lock(_mutex);
+    while (!_closing || !quiet())
+    {
+        const double now_s = base::steadySeconds();
+        const double due_s = _sink != nullptr ? nextWrite_s() : 0;
+        if (_sink == nullptr)
+            reconnect(lock);
+        else if (now_s - _rounds.lookedAfter_s >= (_closing ? kClosing_s : kLook_s))
+            lookAfterLine();
+        else if (due_s <= now_s)
+            writeNext();
+        else
+            while (nextWrite_s() >= due_s &&
+                   _wake.waitUntil_s(lock, std::min(due_s, now_s + kLook_s)))
+            {
+            }
+    }
+}
+
+bool BoardDevice::quiet() const
+{
+    return _sink == nullptr ||
+           (!_silencing.isResetDue && !_silencing.isWanted && _silencing.fieldsLeft == 0 &&
+            base::steadySeconds() >= _line.free_s() && _answers.due_s == 0);
+}
+
+void BoardDevice::reconnect(base::Lock& lock)
+{
+    const double until_s = base::steadySeconds() + kReconnect_s;
+    while (!_closing && _wake.waitUntil_s(lock, until_s))
+    {
+    }
+    if (_closing) return;
+    std::unique_ptr<ByteSink> sink;
+    try
+    {
+        const base::Unlocked unlocked(_mutex);
+        sink = _board.open(_board.reset);
+    }
+    catch (const DeviceError&)
+    {
+        // the reason was logged when it was lost
+    }
+    if (sink != nullptr) adopt(std::move(sink));
+}
+
+void BoardDevice::adopt(std::unique_ptr<ByteSink> sink)
+{
+    _silencing.settled_s = sink->settled_s();
+    _sink = std::move(sink);
+    _silencing.isResetDue = true;
+    _rounds.lookedAfter_s = 0;
+    _answers.due_s = 0;
+    _answers.missed = 0;
+}
+
+void BoardDevice::lookAfterLine()
+{
+    _rounds.lookedAfter_s = base::steadySeconds();
+    _sink->beat(_answers.missed > 0);
+    if (!_sink->present())
+        lose(_sink->error());
+    else if (watchesAnswers())
+        listen();
+}
+
+bool BoardDevice::watchesAnswers() const
+{
+    return _board.codec->answer() >= 0 && _sink->settle_s() > 0 && _answers.known != Answers::NEVER;
+}
+
+void BoardDevice::listen()
+{
+    const bool heard = _sink->hears(static_cast<std::uint8_t>(_board.codec->answer()));
+    if (_silencing.isResetDue) return; // while it starts, a board may send anything
+    if (heard)
+    {
+        _answers.known = Answers::YES;
+        _answers.due_s = 0;
+        _answers.missed = 0;
+        becomeReady();
+    }
+    else if (_answers.due_s > 0 && base::steadySeconds() > _answers.due_s)
+        missAnswer();
+}
+
+// The bytes seem to have gone to a bootloader, or the board has no power. A bootloader ends when it
+// gets no bytes.
+void BoardDevice::missAnswer()
+{
+    _answers.due_s = 0;
+    ++_answers.missed;
+    if (_answers.known == Answers::UNKNOWN && _answers.missed > 1)
+    {
+        _answers.known = Answers::NEVER;
+        _answers.missed = 0;
+        deviceLog().warn(
+            "{}: never answers, so nobody knows whether it plays what it is sent, or is "
+            "silent when it should be",
+            _board.name);
+        becomeReady();
+        return;
+    }
+    if (_closing && _answers.missed > 1)
+    {
+        deviceLog().error("{}: hasn't answered to its silence: {}", _board.name, kPlaysOn);
+        return;
+    }
+    const double still_s = _sink->held_s();
+    const std::string why = fmt::format("answers no more, as if it had been reset; for {:.0f} s "
+                                        "nothing is written, so that its bootloader ends, and then "
+                                        "it is silenced: until then {}",
+                                        still_s,
+                                        kPlaysOn);
+    if (_ready) deviceLog().error("{}: {}", _board.name, why);
+    fail(why);
+    _silencing.isResetDue = true;
+    _silencing.settled_s = base::steadySeconds() + still_s;
+}
+
+void BoardDevice::fail(const std::string& why)
+{
+    _ready = false;
+    _silencing.isWanted = false;
+    _silencing.fieldsLeft = 0;
+    _fields.queue.dropWaiting();
+    _sound.inTurn = {};
+    _line.forget();
+    _counters.countLoss(why);
+}
+
+void BoardDevice::becomeReady()
+{
+    if (_ready) return;
+    _ready = true;
+    _sound.silence();
+    _counters.countReturn();
+    deviceLog().info("{}: back, and silenced until the next field", _board.name);
+}
+
+// Bytes in the operating system's buffer can't be overtaken, so the line must be free, unless the
+// codec allows to cut off a field.
+double BoardDevice::nextWrite_s() const
+{
+    if (_silencing.isResetDue) return _silencing.settled_s;
+    if (_silencing.isWanted && _board.codec->restarts()) return 0;
+    if (_silencing.isWanted || (fieldIsDue() && !isInserted()) || _silencing.fieldsLeft > 0)
+        return _line.free_s();
+    if (_sound.inTurn.swaps && !_closing) return _line.free_s() - kLate_s;
+    return _closing ? base::steadySeconds() + kClosing_s
+                    : _rounds.repeat_s; // no repeats while closing
+}
+
+// New fields of a sequence that the line times are written between its swaps, once the last ones
+// are.
+bool BoardDevice::fieldIsDue() const
+{
+    if (!_fields.queue.waits()) return false;
+    return !isInserted() ||
+           (_sound.inTurn.swaps->isFresh() && base::steadySeconds() >= _sound.nextLoad_s);
+}
+
+BoardDevice::Piece BoardDevice::nextField()
+{
+    Piece piece;
+    piece.kind = Piece::FIELD;
+    piece.epoch = _silencing.epoch;
+    const FieldQueue::Field& field =
+        _fields.queue.takeOff(_fields.sequence = nextAfter(_fields.sequence));
+    piece.sentAt_s = field.sentAt_s;
+    piece.isInserted = isInserted();
+    piece.inTurn = std::move(_fields.waiting);
+    _fields.waiting = {};
+    if (piece.isInserted)
+    {
+        const double now_s = base::steadySeconds();
+        _sound.inTurn.swaps->replace(std::move(*piece.inTurn.swaps), now_s);
+        _sound.inTurn.swaps->append(piece.field, std::max(now_s, _line.free_s()), now_s + kAhead_s);
+        _sound.nextLoad_s = now_s + kSwapsNew_s;
+    }
+    else if (piece.inTurn.swaps)
+        piece.inTurn.swaps->appendStart(piece.field);
+    else if (!piece.inTurn.stored.empty())
+        piece.field = piece.inTurn.stored;
+    else
+        _board.codec->appendField(piece.field, field.signal);
+    return piece;
+}
+
+BoardDevice::Piece BoardDevice::nextSwaps()
+{
+    Piece piece;
+    piece.kind = Piece::SWAPS;
+    piece.epoch = _silencing.epoch;
+    const double now_s = base::steadySeconds();
+    if (now_s >= _rounds.repeat_s)
+    {
+        _sound.inTurn.swaps->refresh();
+        _rounds.repeat_s = now_s + kSwapsRepeat_s;
+    }
+    _sound.inTurn.swaps->append(_bytes, std::max(now_s, _line.free_s()), now_s + kAhead_s);
+    return piece;
+}
+
+BoardDevice::Piece BoardDevice::nextPiece()
+{
+    Piece piece;
+    piece.epoch = _silencing.epoch;
+    _bytes.clear();
+    if (_silencing.isResetDue)
+    {
+        _sound.inTurn = {};
+        piece.kind = Piece::RESET;
+        piece.field = _board.silentField;
+        _bytes = _board.reset;
+        _rounds.openedLine_s = base::steadySeconds();
+        return piece;
+    }
+    if (_silencing.isWanted || (!_fields.queue.waits() && _silencing.fieldsLeft > 0))
+    {
+        piece.kind = Piece::SILENCE;
+        piece.field = _board.silentField;
+        _sound.inTurn = {};
+    }
+    else if (fieldIsDue())
+        piece = nextField();
+    else if (_sound.inTurn.swaps)
+        return nextSwaps();
+    else
+        piece.field = _sound.bytes;
+    const double now_s = base::steadySeconds();
+    // A sequence brings its own opening; what a board has stored, the next field's opening undoes.
+    const bool isStored = piece.isInserted || piece.inTurn.isSequence() ||
+                          (piece.kind == Piece::REPEAT && !_sound.inTurn.stored.empty());
+    const bool isUndone = piece.kind == Piece::FIELD && !_sound.inTurn.stored.empty();
+    if (!isStored &&
+        (piece.kind != Piece::FIELD || isUndone || now_s - _rounds.openedLine_s >= kRepeat_s))
+    {
+        _board.codec->appendOpening(_bytes);
+        _rounds.openedLine_s = now_s;
+    }
+    _bytes.insert(_bytes.end(), piece.field.begin(), piece.field.end());
+    return piece;
+}
+
+void BoardDevice::writeNext()
+{
+    if (watchesAnswers()) // the line is free, so answers from here on are for this piece
+    {
+        listen();
+        if (nextWrite_s() > base::steadySeconds()) return;
+    }
+    const bool overtakes =
+        !_silencing.isResetDue && _silencing.isWanted && _board.codec->restarts();
+    Piece piece = nextPiece();
+    if (overtakes) _line.forget(); // discarded is not sent
+    ByteSink& sink = *_sink;
+    bool written = false;
+    {
+        const base::Unlocked unlocked(_mutex);
+        if (overtakes) sink.discard();
+        written = sink.write(_bytes);
+    }
+    if (written)
+    {
+        finish(std::move(piece));
+        return;
+    }
+    if (piece.kind == Piece::FIELD) _fields.queue.loseOldest();
+    lose(_sink->error());
+}
+
+void BoardDevice::finish(Piece piece)
+{
+    const double now_s = base::steadySeconds();
+    const double onLine_s = static_cast<double>(_bytes.size()) / _board.codec->bytesPerSecond();
+    const bool newest = piece.epoch == _silencing.epoch;
+    const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
+    _line.noteBytes(_bytes.size(), now_s, onLine_s, isAhead);
+    if (piece.kind == Piece::SWAPS) return;
+    if (!isAhead) _rounds.repeat_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
+    if (watchesAnswers() && _answers.due_s == 0) _answers.due_s = _line.free_s() + kAnswer_s;
+    switch (piece.kind)
+    {
+    case Piece::RESET:
+        _silencing.isResetDue = false;
+        if (newest) _line.noteAsked(_silencing.asked_s);
+        _silencing.isWanted = _silencing.isWanted && !newest;
+        _silencing.fieldsLeft = 0;
+        // A board that answers is ready once it has answered. When it is opened first, the state is
+        // READY already, and fields may wait.
+        if (_counters.report().state == DeviceState::LOST && !watchesAnswers()) becomeReady();
+        break;
+    case Piece::SILENCE:
+        if (!newest) break;
+        _line.noteAsked(_silencing.asked_s);
+        _silencing.fieldsLeft = _silencing.isWanted ? _board.codec->silentFields() - 1
+                                                    : std::max(0, _silencing.fieldsLeft - 1);
+        _silencing.isWanted = false;
+        break;
+    case Piece::FIELD:
+    {
+        _silencing.fieldsLeft = 0; // the board's buffers hold silence and this field
+        if (piece.isInserted || piece.inTurn.isSequence())
+            _line.noteSent(piece.sentAt_s);
+        else
+            _line.noteAsked(piece.sentAt_s);
+        if (!piece.isInserted) _sound.inTurn = std::move(piece.inTurn);
+        if (_sound.inTurn.swaps && !piece.isInserted) _sound.inTurn.swaps->begin(_line.free_s());
+        auto played = _fields.queue.settleUntil(_fields.sequence, _fields.sequence);
+        if (newest && played) _sound.signal = std::move(*played);
+        _counters.noteHandedOver(now_s, piece.sentAt_s);
+        break;
+    }
+    case Piece::SWAPS:
+    case Piece::REPEAT:
+        break;
+    }
+    if (piece.kind != Piece::REPEAT) _sound.bytes = std::move(piece.field);
+}
+
+// Silences the board that is given up: this program writes the reset, or, if it can't, the guard
+// process does (bequeath()).
+void BoardDevice::lose(std::string why)
+{
+    const bool settled = !_silencing.isResetDue || base::steadySeconds() >= _silencing.settled_s;
+    std::unique_ptr<ByteSink> sink = std::move(_sink);
+    const bool first = _ready;
+    fail(why);
+    _silencing.isResetDue = false;
+    bool silenced = false;
+    {
+        const base::Unlocked unlocked(_mutex);
+        if (settled && sink->present())
+        {
+            sink->discard();
+            silenced = sink->write(_board.reset);
+        }
+        silenced = silenced || sink->bequeath();
+        sink.reset();
+    }
+    why += "; ";
+    why += silenced ? kWasSilenced : kPlaysOn;
+    if (silenced) _sound.silence();
+    _counters.change([&](DeviceReport& report) { report.message = why; });
+    if (first) deviceLog().error("{}: {}", _board.name, why);
 }
 
 } // namespace midair::device

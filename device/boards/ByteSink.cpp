@@ -3,7 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceLog.h"
 #include "device/SilenceOnCrash.h"
-#include "device/usb/UsbNode.h"
+#include "device/usb/UsbTransferPool.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -30,8 +30,6 @@ constexpr int kWriteTimeout_ms = 500;
 /// Shorter than SilenceOnCrash's half a second, since beat() isn't called meanwhile.
 constexpr int kFifoTimeout_ms = 300;
 constexpr int kBeat_ms = 100;
-constexpr int kFtdiVendor = 0x0403;
-constexpr int kFt232h = 0x6014;
 
 speed_t speedOf(int baud)
 {
@@ -187,8 +185,11 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
                           ": " + what + reason);
     };
     if (_ftdi == nullptr) throw DeviceError("FT232H: libftdi doesn't start");
-    const int error = ftdi_usb_open_desc(
-        _ftdi, kFtdiVendor, kFt232h, nullptr, serial.empty() ? nullptr : serial.c_str());
+    const int error = ftdi_usb_open_desc(_ftdi,
+                                         kFifoAddress.vendor,
+                                         kFifoAddress.product,
+                                         nullptr,
+                                         serial.empty() ? nullptr : serial.c_str());
     if (error == -3) // libftdi: no device matches
         fail("none is plugged in: ");
     if (error == -4 || error == -8)

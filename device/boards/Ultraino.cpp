@@ -1,5 +1,4 @@
 #include "device/boards/BoardKind.h"
-#include "device/boards/BoardOpening.h"
 #include "haptics/base/DutyLaw.h"
 
 #include <algorithm>

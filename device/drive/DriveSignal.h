@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -28,5 +29,24 @@ inline DriveSignal silentSignal(int transducers)
     const auto m = static_cast<std::size_t>(transducers);
     return {std::vector<std::uint8_t>(m, 0), std::vector<std::uint8_t>(m, 0)};
 }
+
+/// Fields that a device stores and times by itself. It repeats them, starting with the first, until
+/// the next send(), sendSequence() or silence().
+struct DriveSequence
+{
+    static constexpr double kMostRate_Hz = 40e3; ///< one field per period of the ultrasound
+
+    std::vector<DriveSignal> signals; ///< at least one; all of one length
+    double rate_Hz = 1000.0;          ///< over 0, at most kMostRate_Hz; fields per second
+
+    /// Returns true if there are signals, each for \a transducers, and the rate is in its range.
+    bool fits(int transducers) const
+    {
+        return !signals.empty() && rate_Hz > 0.0 && rate_Hz <= kMostRate_Hz &&
+               std::all_of(signals.begin(),
+                           signals.end(),
+                           [&](const DriveSignal& signal) { return signal.fits(transducers); });
+    }
+};
 
 } // namespace midair::device

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,16 +26,18 @@ constexpr const char* kMaxPressure = "OSG_MIDAIR_MAX_PRESSURE";
 constexpr const char* kEarLimit = "OSG_MIDAIR_EAR_LIMIT";
 constexpr const char* kEarPoints = "OSG_MIDAIR_EAR_POINTS";
 
-/// Calls \a keep with each value that the variable \a name has; it returns false for one that
-/// isn't understood, which should be \a expected.
-template<typename Keep>
-void readCap(UserCaps& caps, const char* name, const std::string& expected, Keep keep)
+/// Has \a read take each value that the variable \a name has into caps of its own, which \a caps
+/// then keep to; it returns false for one that isn't understood, which should be \a expected.
+template<typename Read>
+void readCap(UserCaps& caps, const char* name, const std::string& expected, Read read)
 {
     const auto atBegin = base::userVariable(name);
     auto now = base::variableNow(name);
     if (now == atBegin) now.reset();
     for (const auto& text : {atBegin, now})
-        if (text && !keep(*text))
+        if (UserCaps one; text && read(*text, one))
+            caps = stricter(std::move(caps), one);
+        else if (text)
             caps.wrong.push_back(fmt::format(
                 "{} is \"{}\", should be {}; nothing is played", name, *text, expected));
 }
@@ -93,52 +96,31 @@ UserCaps stricter(UserCaps a, const UserCaps& b)
 UserCaps capsOfUser()
 {
     UserCaps caps;
-    const auto keep = [&](const UserCaps& one) { caps = stricter(std::move(caps), one); };
     readCap(caps,
             kMaxAmplitude,
             "a number, 0 .. 1",
-            [&](const std::string& text)
-            {
-                UserCaps one;
-                if (!readNumber(text, "", 1, one.maxAmplitude)) return false;
-                keep(one);
-                return true;
-            });
+            [](const std::string& text, UserCaps& one)
+            { return readNumber(text, "", 1, one.maxAmplitude); });
     readCap(caps,
             kMaxPressure,
             fmt::format("a number, 0 .. {:g} Pa", base::kMostPressure_Pa),
-            [&](const std::string& text)
-            {
-                UserCaps one;
-                if (!readNumber(text, "Pa", base::kMostPressure_Pa, one.maxPressure_Pa))
-                    return false;
-                keep(one);
-                return true;
-            });
+            [](const std::string& text, UserCaps& one)
+            { return readNumber(text, "Pa", base::kMostPressure_Pa, one.maxPressure_Pa); });
     readCap(caps,
             kEarLimit,
             fmt::format("none, or a number, {:g} .. {:g} dB",
                         base::kLeastEarLimit_dB,
                         base::kMostEarLimit_dB),
-            [&](const std::string& text)
-            {
-                UserCaps one;
-                one.isEarLimitChosen = readLevel(text, one.earLimit_dB);
-                if (!one.isEarLimitChosen) return false;
-                keep(one);
-                return true;
-            });
+            [](const std::string& text, UserCaps& one)
+            { return one.isEarLimitChosen = readLevel(text, one.earLimit_dB); });
     readCap(caps,
             kEarPoints,
             base::kPlacesExpected,
-            [&](const std::string& text)
+            [&](const std::string& text, UserCaps& one)
             {
-                UserCaps one;
                 std::vector<std::array<double, 3>> places;
                 one.earPoints = text;
-                if (!base::parsePlaces(joinedPlaces(caps.earPoints, text), places)) return false;
-                keep(one);
-                return true;
+                return base::parsePlaces(joinedPlaces(caps.earPoints, text), places);
             });
     return caps;
 }

@@ -84,7 +84,7 @@ void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& 
 bool MultiDevice::sendUnled(const DriveSignal& signal)
 {
     const base::Lock lock(_mutex);
-    if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
+    if (!signal.fits(_transducers))
     {
         ++_refused;
         return false;

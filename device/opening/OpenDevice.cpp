@@ -1,7 +1,6 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
-#include "device/HeldField.h"
 #include "device/autd3/Autd3Device.h"
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
@@ -13,8 +12,10 @@
 #include "device/simulation/SimulatedArray.h"
 #include "device/usb/UsbArrayDevice.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -33,7 +34,7 @@ public:
 
     bool send(const DriveSignal& signal) override
     {
-        if (signal.size() != _held.transducers() || signal.duty.size() != signal.phase.size())
+        if (!signal.fits(_held.transducers()))
         {
             _counters.countRefused();
             return false;
@@ -310,6 +311,37 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
     return std::make_unique<MultiDevice>(std::move(parts), layout.transducers);
 }
 
+constexpr std::size_t kMostLetters = 32;
+
+struct Registry
+{
+    base::Mutex mutex;
+    std::vector<OwnScheme> schemes MIDAIR_GUARDED_BY(mutex);
+    OpenDevice rehearsedAutd3; ///< set before devices are opened
+};
+
+Registry& registry()
+{
+    static Registry all;
+    return all;
+}
+
+// Letters only: where a list of devices is split, letters and a colon begin the next.
+bool isSchemeName(const std::string& name)
+{
+    return !name.empty() && name.size() <= kMostLetters &&
+           std::all_of(name.begin(), name.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+bool isOneOf(const std::vector<OwnScheme>& registered, const std::string& scheme)
+{
+    const std::vector<std::string> kits = deviceSchemes();
+    return std::find(kits.begin(), kits.end(), scheme) != kits.end() ||
+           std::any_of(registered.begin(),
+                       registered.end(),
+                       [&](const OwnScheme& other) { return other.name == scheme; });
+}
+
 } // namespace
 
 std::string continuedRecordings(const std::string& uri)
@@ -360,6 +392,49 @@ std::string deviceKinds()
     for (const Scheme& scheme : allSchemes())
         text += std::string(scheme.text) + "\n";
     return text;
+}
+
+bool registerScheme(OwnScheme scheme, std::string& error)
+{
+    if (!isSchemeName(scheme.name))
+        error = "\"" + scheme.name + "\" is no scheme; it must have 1 to 32 small letters";
+    else if (!scheme.open)
+        error = "the scheme \"" + scheme.name + "\" has nothing that opens it";
+    else
+    {
+        Registry& known = registry();
+        const base::Lock lock(known.mutex);
+        std::vector<OwnScheme>& all = known.schemes;
+        if (!isOneOf(all, scheme.name))
+        {
+            all.push_back(std::move(scheme));
+            return true;
+        }
+        error = "the scheme \"" + scheme.name + "\" is taken";
+    }
+    return false;
+}
+
+bool isKnownScheme(const std::string& scheme)
+{
+    return isOneOf(ownSchemes(), scheme);
+}
+
+std::vector<OwnScheme> ownSchemes()
+{
+    Registry& known = registry();
+    const base::Lock lock(known.mutex);
+    return known.schemes;
+}
+
+void setRehearsedAutd3(OpenDevice open)
+{
+    registry().rehearsedAutd3 = std::move(open);
+}
+
+const OpenDevice& rehearsedAutd3()
+{
+    return registry().rehearsedAutd3;
 }
 
 } // namespace midair::device

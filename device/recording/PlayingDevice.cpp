@@ -88,11 +88,6 @@ bool PlayingDevice::playOnce(base::Lock& lock)
     return true;
 }
 
-bool PlayingDevice::send(const DriveSignal&)
-{
-    return false;
-}
-
 void PlayingDevice::silence()
 {
     {

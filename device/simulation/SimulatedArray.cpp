@@ -34,6 +34,65 @@ checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& 
 
 } // namespace
 
+SimulatedBoard::SimulatedBoard(const std::string& scheme, int transducers) :
+    _transducers(transducers),
+    _codec(makeBoardCodec(scheme)),
+    _board(makeVirtualBoard(scheme, transducers))
+{
+    _codec->appendReset(_bytes, transducers);
+    give(0);
+}
+
+void SimulatedBoard::play(const DriveSignal& signal, double now_s)
+{
+    _inTurn.signals.clear();
+    _bytes.clear();
+    _codec->appendField(_bytes, signal);
+    give(now_s);
+}
+
+bool SimulatedBoard::playSequence(const DriveSequence& sequence, double now_s)
+{
+    std::vector<std::uint8_t> stored;
+    if (sequence.signals.size() > static_cast<std::size_t>(_codec->sequenceFields()) ||
+        (_codec->swap() == nullptr && !_codec->appendSequence(stored, sequence)))
+        return false;
+    _inTurn = sequence;
+    _inTurnSince_s = now_s;
+    _inTurnStep = -1;
+    advance(now_s);
+    return true;
+}
+
+void SimulatedBoard::advance(double now_s)
+{
+    if (_inTurn.signals.empty()) return;
+    constexpr std::int64_t kMostSteps = 200; // more than the history keeps of a modulation
+    const auto step = static_cast<std::int64_t>((now_s - _inTurnSince_s) * _inTurn.rate_Hz);
+    for (_inTurnStep = std::max(_inTurnStep, step - kMostSteps); _inTurnStep < step;)
+    {
+        const auto signal = static_cast<std::size_t>(++_inTurnStep) % _inTurn.signals.size();
+        _bytes.clear();
+        _codec->appendField(_bytes, _inTurn.signals[signal]);
+        give(_inTurnSince_s + static_cast<double>(_inTurnStep) / _inTurn.rate_Hz);
+    }
+}
+
+void SimulatedBoard::silence(double now_s)
+{
+    _inTurn.signals.clear();
+    _bytes.clear();
+    _codec->appendSilence(_bytes, _transducers);
+    give(now_s);
+}
+
+void SimulatedBoard::give(double now_s)
+{
+    _board->receive(_bytes.data(), _bytes.size());
+    Activations q = _board->playing();
+    if (!_history.newest() || q != *_history.newest()) _history.note(now_s, std::move(q));
+}
+
 SimulatedArray::Options SimulatedArray::takeOptions(DeviceUri& uri)
 {
     constexpr double kNever_s = 1e6;
@@ -72,8 +131,7 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
     if (_board != nullptr) return;
     protocol::Packet hello;
     hello.type = protocol::Type::HELLO;
-    protocol::append(_bytes, hello);
-    _firmware.receive(_bytes.data(), _bytes.size(), 0);
+    tell(hello, 0);
     _firmware.takeAnswer(4096, 0);
 }
 
@@ -108,12 +166,7 @@ double SimulatedArray::advance() const
     if (watchdogs > _watchdogs)
     {
         _confirmed_s = std::numeric_limits<double>::infinity(); // it is silent
-        _counters.change(
-            [](DeviceReport& report)
-            {
-                ++report.faults;
-                report.message = "muted by its watchdog";
-            });
+        _counters.countFault("muted by its watchdog");
     }
     _watchdogs = watchdogs;
     if (now_s >= _options.unplugAt_s && !_unplugged)
@@ -127,12 +180,7 @@ double SimulatedArray::advance() const
     if (now_s >= _options.replugAt_s && _options.replugAt_s > _options.unplugAt_s && _lost)
     {
         _lost = false;
-        _counters.change(
-            [](DeviceReport& report)
-            {
-                ++report.reconnects;
-                report.state = DeviceState::READY;
-            });
+        _counters.countReturn();
         deviceLog().info("sim: plugged in again");
     }
     return now_s;
@@ -174,9 +222,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
     const double sentAt_s = base::steadySeconds();
     const base::Lock lock(_mutex);
     const double now_s = advance();
-    const bool whole =
-        signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || unplugged(now_s))
+    if (!signal.fits(_layout.transducers) || unplugged(now_s))
     {
         _counters.countRefused();
         return false;
@@ -202,8 +248,10 @@ bool SimulatedArray::send(const DriveSignal& signal)
     return true;
 }
 
-void SimulatedArray::silenceLocked(double now_s)
+void SimulatedArray::silence()
 {
+    const base::Lock lock(_mutex);
+    const double now_s = advance();
     if (_board != nullptr) return _board->silence(now_s);
     if (unplugged(now_s)) return;
     noteArrival(now_s < _options.hangAt_s, _start_s + now_s);
@@ -211,8 +259,13 @@ void SimulatedArray::silenceLocked(double now_s)
     protocol::Packet mute;
     mute.type = protocol::Type::MUTE;
     mute.sequence = ++_sequence;
+    tell(mute, now_s);
+}
+
+void SimulatedArray::tell(const protocol::Packet& packet, double now_s)
+{
     _bytes.clear();
-    protocol::append(_bytes, mute);
+    protocol::append(_bytes, packet);
     _firmware.receive(_bytes.data(), _bytes.size(), now_s);
 }
 
@@ -230,12 +283,6 @@ double SimulatedArray::confirmed_s() const
     return _confirmed_s;
 }
 
-void SimulatedArray::silence()
-{
-    const base::Lock lock(_mutex);
-    silenceLocked(advance());
-}
-
 bool SimulatedArray::identify(int board, bool light)
 {
     const base::Lock lock(_mutex);
@@ -245,9 +292,7 @@ bool SimulatedArray::identify(int board, bool light)
     packet.type = protocol::Type::IDENTIFY;
     packet.board = board < 0 ? protocol::kAllBoards : static_cast<std::uint16_t>(board);
     packet.light = light;
-    _bytes.clear();
-    protocol::append(_bytes, packet);
-    _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+    tell(packet, now_s);
     return true;
 }
 

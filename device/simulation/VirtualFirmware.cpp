@@ -34,8 +34,7 @@ VirtualFirmware::VirtualFirmware(const DeviceLayout& layout, const Options& opti
 void VirtualFirmware::reset(double now_s)
 {
     _parser = protocol::StreamParser();
-    _back.signal.phase.assign(_transducers, 0);
-    _back.signal.duty.assign(_transducers, 0);
+    _back.signal = silentSignal(_transducers);
     _front = _back.signal;
     _back.stamp.assign(_transducers, 0);
     _commits.queue.clear();

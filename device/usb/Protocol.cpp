@@ -2,7 +2,6 @@
 
 #include "device/ArrayDevice.h"
 #include "haptics/base/Bytes.h"
-#include "haptics/base/Crc32c.h"
 
 #include <algorithm>
 

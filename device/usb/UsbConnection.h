@@ -3,10 +3,9 @@
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
 #include "device/FieldQueue.h"
-#include "device/HeldField.h"
 #include "device/JointCommit.h"
-#include "device/usb/LinkClock.h"
-#include "device/usb/UsbLink.h"
+#include "device/usb/Protocol.h"
+#include "device/usb/UsbTransferPool.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
@@ -16,6 +15,168 @@
 
 namespace midair::device
 {
+
+/// Tells when something is due on a link: a keep-alive for the device's watchdog, a status query,
+/// and giving up when the device doesn't answer. Times are those of base::steadySeconds().
+class LinkClock
+{
+public:
+    static constexpr double kStatusInterval_s = 0.25;
+    static constexpr double kSilentDevice_s = 1.0; ///< without a valid answer the link is given up
+
+    void start(double now_s)
+    {
+        _heard_s = _asked_s = _submitted_s = now_s;
+        _questions = 0;
+    }
+    void onSubmit(double now_s) { _submitted_s = now_s; }
+    void onQuestion(double now_s)
+    {
+        _asked_s = now_s;
+        ++_questions;
+    }
+    void onAnswer(double now_s)
+    {
+        _heard_s = now_s;
+        _questions = 0;
+    }
+
+    double heard_s() const { return _heard_s; }
+    /// Returns true if no answer came for kSilentDevice_s in spite of several queries: a host that
+    /// was stopped for a while hasn't received anything either.
+    bool isDeviceSilent(double now_s) const
+    {
+        return now_s - _heard_s > kSilentDevice_s && _questions >= kMostQuestions;
+    }
+    bool isQuestionDue(double now_s) const { return now_s - _asked_s >= kStatusInterval_s; }
+    bool isKeepAliveDue(double now_s) const
+    {
+        return now_s - _submitted_s >= protocol::kKeepAliveInterval_s;
+    }
+    double nextDue_s() const
+    {
+        return std::min(_submitted_s + protocol::kKeepAliveInterval_s,
+                        _asked_s + kStatusInterval_s);
+    }
+
+private:
+    static constexpr int kMostQuestions = 3;
+
+    double _submitted_s = 0;
+    double _asked_s = 0;
+    double _heard_s = 0;
+    int _questions = 0; ///< since the last answer
+};
+
+/// A MUTE that is repeated every kRetry_s until the device has answered it.
+class PendingMute
+{
+public:
+    static constexpr double kRetry_s = 0.02;
+
+    /// Somebody wants a mute, at \a now_s; \a sequence is its number.
+    void ask(std::uint32_t sequence, double now_s = 0)
+    {
+        _awaited = sequence;
+        _asked_s = now_s;
+    }
+    void forget() { _awaited = 0; }
+    void onSent(double now_s)
+    {
+        _sent = _awaited;
+        _sent_s = now_s;
+    }
+    void onAnswer(std::uint32_t sequence)
+    {
+        if (!isAwaited() || sequence == 0 || protocol::newer(_awaited, sequence)) return;
+        forget();
+        _confirmed_s = _asked_s;
+    }
+
+    bool isAwaited() const { return _awaited != 0; }
+    bool awaits(std::uint32_t sequence) const { return isAwaited() && _awaited == sequence; }
+    std::uint32_t sequence() const { return _awaited; }
+    bool isDue(double now_s) const
+    {
+        return isAwaited() && (_sent != _awaited || now_s - _sent_s >= kRetry_s);
+    }
+    double nextDue_s() const { return _sent_s + kRetry_s; }
+    /// When that was asked for which the device confirmed last; 0: none.
+    double confirmed_s() const { return _confirmed_s; }
+
+private:
+    std::uint32_t _awaited = 0; ///< sequence number of the MUTE not yet answered; 0: none
+    std::uint32_t _sent = 0;    ///< sequence number of the last one sent
+    double _sent_s = 0;
+    double _asked_s = 0; ///< last
+    double _confirmed_s = 0;
+};
+
+/// A connection to an array that is plugged in, opened and greeted: the array speaks osgMidair's
+/// protocol and matches the layout.
+class UsbLink : private UsbTransferPool::Listener
+{
+public:
+    using Outcome = UsbTransferPool::Outcome;
+
+    /// Gets the link's events, on the pool's event thread, with no lock held, from the greeting on.
+    class Owner
+    {
+    public:
+        virtual ~Owner() = default;
+        /// The transfer of send() with \a token ended; 0: a packet other than a field.
+        virtual void onSent(std::uint64_t token, Outcome outcome) = 0;
+        virtual void onAnswer(const protocol::Packet& packet) = 0;
+        /// No answers come any more until clearHalt().
+        virtual void onReceiveFailed(Outcome outcome) = 0;
+        /// Bytes came that are no packet; \a first: for the first time on this link.
+        virtual void onNonsense(bool first) = 0;
+    };
+
+    /// Throws DeviceError as UsbTransferPool does, and if the array doesn't answer or has another
+    /// protocol version, number of transducers or number of boards.
+    UsbLink(const UsbAddress& address, const DeviceLayout& layout, Owner& owner);
+
+    // These may be called from any thread; those that send return false if no transfer is free or
+    // the array is gone.
+
+    bool hasFree() const { return _pool->hasFree(); }
+    bool send(std::uint64_t token, const std::vector<std::uint8_t>& bytes)
+    {
+        return _pool->send(token, bytes);
+    }
+    bool send(protocol::Type type);       ///< sends a packet without payload
+    bool mute(std::uint32_t sequence);    ///< goes by the control endpoint, so it overtakes fields
+    bool identify(int board, bool light); ///< goes by the control endpoint; -1: all boards
+    void cancelSends() { _pool->cancelSends(); }
+    /// Clears a stall; returns false if that fails. Must not be called on the event thread.
+    bool clearHalt() { return _pool->clearHalt(); }
+
+    const std::string& name() const { return _pool->name(); }
+    /// After the greeting nothing writes it any more.
+    const protocol::Info& info() const MIDAIR_NO_THREAD_ANALYSIS { return _info.info; }
+
+private:
+    void greet();
+    /// Reads _info without the lock: after the greeting nothing writes it any more.
+    void check(const DeviceLayout& layout) const MIDAIR_NO_THREAD_ANALYSIS;
+
+    void onSent(std::uint64_t token, Outcome outcome) override;
+    void onReceived(const std::uint8_t* bytes, std::size_t count) override;
+    void onReceiveFailed(Outcome outcome) override;
+    void noteFault(Outcome outcome);
+
+    Owner& _owner;
+    const std::uint32_t _nonce;     ///< sent in HELLO; the INFO that answers it has the same
+    protocol::StreamParser _parser; ///< used by the event thread only
+    std::uint32_t _nonsense = 0;    ///< bad packets reported; used by the event thread only
+    base::Mutex _mutex;
+    base::Condition _heard;
+    bool _greeted MIDAIR_GUARDED_BY(_mutex) = false;
+    Outcome _fault MIDAIR_GUARDED_BY(_mutex) = Outcome::DONE;
+    protocol::Packet _info MIDAIR_GUARDED_BY(_mutex);
+    std::unique_ptr<UsbTransferPool> _pool; ///< last: its thread uses all other members
+};
 
 /// The traffic with an array on the USB: fields, mutes, keep-alives, answers and faults, over a
 /// UsbLink while one is attached; without one, fields are refused. The owner opens the link, and

@@ -17,6 +17,13 @@ struct libusb_transfer;
 namespace midair::device
 {
 
+/// The path of the device's usbfs file, such as "/dev/bus/usb/001/005".
+std::string nodeOf(libusb_device* device);
+
+/// The file descriptor with which libusb holds \a interface of an open device, or -1 if none is
+/// found. libusb still owns it.
+int descriptorOf(libusb_device_handle* handle, unsigned interface);
+
 /// Identifies a USB device; its interface is found by its class (PROTOCOL.md).
 struct UsbAddress
 {

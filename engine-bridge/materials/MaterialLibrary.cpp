@@ -1,7 +1,6 @@
 #include "engine-bridge/materials/MaterialLibrary.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/OwnFolder.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/JsonReader.h"

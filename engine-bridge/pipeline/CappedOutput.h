@@ -4,7 +4,7 @@
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "engine-bridge/playing/PressureCap.h"
-#include "haptics/sequence/LineRate.h"
+#include "haptics/sequence/Modulator.h"
 
 #include <atomic>
 #include <memory>

@@ -2,9 +2,9 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PlayedDrives.h"
-#include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/base/threads/ThreadPool.h"

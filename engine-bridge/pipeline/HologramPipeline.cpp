@@ -2,7 +2,7 @@
 
 #include "engine-bridge/rendering/ObjectModulation.h"
 #include "haptics/base/ThrownBy.h"
-#include "haptics/base/text/MessageCode.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 
 #include "haptics/base/ThrownBy.h"
-#include "haptics/base/text/MessageCode.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <utility>

@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 
-#include "haptics/points/FeltPlaces.h"
+#include "haptics/points/ControlPoints.h"
 #include "haptics/solvers/PhaseObjective.h"
 
 #include <algorithm>

@@ -4,8 +4,8 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
-#include "haptics/points/FeltPlaces.h"
-#include "haptics/points/ReachedOutlines.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/points/Workspace.h"
 
 #include <algorithm>
 #include <iterator>

@@ -4,7 +4,7 @@
 #include "engine-bridge/pipeline/HandStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "haptics/sequence/EvenedCycle.h"
+#include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/surface/Outline.h"
 

@@ -3,7 +3,7 @@
 #include "device/opening/MultiDevice.h"
 #include "haptics/array/ArrayFileWatch.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/MessageCode.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "haptics/base/text/LineLimit.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
 

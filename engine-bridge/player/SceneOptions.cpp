@@ -2,9 +2,9 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
-#include "haptics/base/AssignPart.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>

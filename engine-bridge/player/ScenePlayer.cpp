@@ -2,7 +2,7 @@
 
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/settings/SceneTable.h"
-#include "haptics/base/AssignPart.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"

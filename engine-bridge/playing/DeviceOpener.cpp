@@ -3,8 +3,8 @@
 #include "device/DeviceLog.h"
 #include "device/limits/DeviceClaim.h"
 #include "haptics/base/ThrownBy.h"
-#include "haptics/base/threads/Clock.h"
 #include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <atomic>

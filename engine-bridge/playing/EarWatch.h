@@ -4,7 +4,6 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/propagation/Exposure.h"
-#include "haptics/propagation/ExposureMeter.h"
 
 #include <osgMidair/ExposureFigures>
 

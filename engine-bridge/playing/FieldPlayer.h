@@ -1,8 +1,8 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "haptics/base/threads/Clock.h"
 #include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/Modulator.h"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/sequence/Modulator.h"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "engine-bridge/settings/SceneTable.h"
 
 #include "engine-bridge/settings/SharedRows.h"
-#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingTable.h"
 #include "haptics/base/settings/SettingText.h"
 #include "haptics/sequence/FieldSettings.h"
 

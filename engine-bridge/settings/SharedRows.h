@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/base/Limits.h"
-#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingTable.h"
 #include "haptics/base/settings/SettingText.h"
 #include "haptics/base/text/Quantity.h"
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,5 +18,10 @@ std::optional<std::string> variableNow(const std::string& name);
 
 /// Returns the names of all variables that are set now and begin with \a prefix, without it.
 std::vector<std::string> variablesNow(const std::string& prefix);
+
+/// Returns the folder of the program or shared library that this function is linked into, with
+/// symbolic links resolved; empty if it isn't known. What is installed beside it (arrays, OSG's
+/// plugins, models) is found from there, so that an installed prefix can be moved.
+std::filesystem::path ownFolder();
 
 } // namespace midair::base

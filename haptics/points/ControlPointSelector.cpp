@@ -2,13 +2,17 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Range.h"
-#include "haptics/points/PointBudget.h"
 #include "haptics/surface/PointGrid.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -17,6 +21,38 @@ namespace midair::haptics
 
 namespace
 {
+
+/// Farthest-point selection that starts with the first sample: it spreads the chosen points evenly,
+/// and they stay the same while the object moves.
+void spread(const std::vector<BudgetPoint>& points,
+            const std::vector<std::size_t>& members,
+            int quota,
+            const base::StopToken& stop,
+            std::vector<char>& keep)
+{
+    std::vector<std::size_t> order = members;
+    std::sort(order.begin(),
+              order.end(),
+              [&](std::size_t a, std::size_t b) { return points[a].sample < points[b].sample; });
+    std::vector<double> distance2(order.size(), std::numeric_limits<double>::infinity());
+    std::size_t next = 0;
+    for (int taken = 0; taken < quota; ++taken)
+    {
+        stop.throwIfRequested();
+        keep[order[next]] = 1;
+        const Eigen::Vector3d point = points[order[next]].position;
+        distance2[next] = -1.0;
+        std::size_t farthest = next;
+        for (std::size_t i = 0; i < order.size(); ++i)
+        {
+            if (distance2[i] < 0.0) continue;
+            distance2[i] =
+                std::min(distance2[i], (points[order[i]].position - point).squaredNorm());
+            if (distance2[i] > distance2[farthest]) farthest = i;
+        }
+        next = farthest;
+    }
+}
 
 /// Tolerance for the rounding of poses: points sampled exactly a spacing apart are not too near.
 constexpr double kSlack = 1.0 - 1e-6;
@@ -367,7 +403,91 @@ void checkObject(const PosedObject& object, std::size_t index)
                         object.spacing_m));
 }
 
+/// Adds "COUNT WHAT" to \a lost, unless there are none.
+auto teller(std::vector<std::string>& lost)
+{
+    return [&lost](int count, const char* what)
+    {
+        if (count != 0) lost.push_back(fmt::format("{} {}", count, what));
+    };
+}
+
 } // namespace
+
+void PosedObject::pose(const SurfaceSamples& samples,
+                       const Eigen::Isometry3d& meshToArray,
+                       std::uint64_t first)
+{
+    positions.noalias() = meshToArray.linear() * samples.positions;
+    positions.colwise() += meshToArray.translation();
+    normals.noalias() = meshToArray.linear() * samples.normals;
+    intensity = samples.intensity;
+    identity.resize(static_cast<std::size_t>(positions.cols()));
+    std::iota(identity.begin(), identity.end(), first);
+}
+
+void PosedObject::keepIf(const std::function<bool(Eigen::Index)>& isKept)
+{
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = 0; i < positions.cols(); ++i)
+    {
+        if (!isKept(i)) continue;
+        positions.col(kept) = positions.col(i);
+        normals.col(kept) = normals.col(i);
+        if (intensity.size() > 0) intensity[kept] = intensity[i];
+        if (!identity.empty())
+            identity[static_cast<std::size_t>(kept)] = identity[static_cast<std::size_t>(i)];
+        ++kept;
+    }
+    positions.conservativeResize(3, kept);
+    normals.conservativeResize(3, kept);
+    if (intensity.size() > 0) intensity.conservativeResize(kept);
+    if (!identity.empty()) identity.resize(static_cast<std::size_t>(kept));
+}
+
+std::vector<char>
+shareBudget(const std::vector<BudgetPoint>& points, int maxPoints, const base::StopToken& stop)
+{
+    std::vector<char> keep(points.size(), 0);
+    std::map<int, std::map<int, std::vector<std::size_t>>, std::greater<>> groups;
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+        groups[points[i].priority][points[i].source].push_back(i);
+    }
+    int left = maxPoints;
+    for (const auto& [priority, members] : groups)
+    {
+        int total = 0;
+        for (const auto& member : members)
+            total += static_cast<int>(member.second.size());
+        const int share = std::min(left, total);
+        std::vector<std::tuple<double, int, int, int>> parts; // -remainder, object, source, quota
+        int given = 0;
+        for (const auto& [source, own] : members)
+        {
+            const double exact =
+                static_cast<double>(share) * static_cast<double>(own.size()) / total;
+            const int quota = static_cast<int>(exact);
+            const int object = points[own.front()].object;
+            parts.emplace_back(quota - exact, object, source, quota);
+            given += quota;
+        }
+        std::sort(parts.begin(), parts.end());
+        for (auto& part : parts)
+        {
+            const auto& own = members.at(std::get<2>(part));
+            int& quota = std::get<3>(part);
+            if (given < share && quota < static_cast<int>(own.size()))
+            {
+                ++quota;
+                ++given;
+            }
+            spread(points, own, quota, stop, keep);
+        }
+        left -= share;
+    }
+    return keep;
+}
 
 bool SelectorOptions::isValid(std::string* error) const
 {
@@ -388,6 +508,51 @@ Selection selectControlPoints(const std::vector<PosedObject>& objects,
     for (std::size_t i = 0; i < objects.size(); ++i)
         checkObject(objects[i], i);
     return Selector(objects, workspace, options).run();
+}
+
+LeftOutPoints& LeftOutPoints::operator+=(const LeftOutPoints& other)
+{
+    notFinite += other.notFinite;
+    noTarget += other.noTarget;
+    outOfWorkspace += other.outOfWorkspace;
+    tooClose += other.tooClose;
+    behind += other.behind;
+    crowded += other.crowded;
+    overBudget += other.overBudget;
+    return *this;
+}
+
+std::string LeftOutPoints::summary() const
+{
+    std::vector<std::string> lost;
+    const auto tell = teller(lost);
+    tell(notFinite, "not finite");
+    tell(noTarget, "without a positive target");
+    tell(outOfWorkspace - behind - tooClose, "out of reach");
+    tell(behind, "behind the array");
+    tell(tooClose, "too close to a transducer");
+    tell(crowded, "too near another point");
+    tell(overBudget, "over the budget");
+    return fmt::format("{}", fmt::join(lost, ", "));
+}
+
+std::string SelectionReport::summary() const
+{
+    if (selected == candidates) return "";
+    std::vector<std::string> lost;
+    const auto tell = teller(lost);
+    tell(notFinite, "not finite");
+    tell(noTarget, "without a positive target");
+    tell(outOfReach, "out of reach");
+    tell(behind, "behind the array");
+    tell(tooClose, "too close to a transducer");
+    tell(crowdDropped, "dropped from crowds");
+    tell(crowdMerged, "merged into others");
+    tell(crowdThinned, "thinned from crowds");
+    tell(spacedOut, "too near another object's");
+    tell(overBudget, "over the budget");
+    const char* why = lost.empty() ? "" : ": ";
+    return fmt::format("{} of {} points{}{}", selected, candidates, why, fmt::join(lost, ", "));
 }
 
 } // namespace midair::haptics

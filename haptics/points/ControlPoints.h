@@ -1,7 +1,10 @@
 #pragma once
 
+#include "haptics/base/threads/StopToken.h"
+
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -32,5 +35,22 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen);
 /// Appends \a more to \a to. Missing normals of one of them become zeros; objects and identities
 /// are kept only if both have them. `absolute` is that of the one that has points.
 void append(ControlPoints& to, const ControlPoints& more);
+
+/// Spacings, in wavelengths, for samples of a surface whose pressure is evened out: the first that
+/// gives at most kMostPlaces. SOLVER.md, "Fields in turn".
+constexpr std::array<double, 3> kPlaceSpacings{0.22, 0.27, 0.33};
+constexpr int kMostPlaces = 5000;
+
+/// In spacings of control points: the farthest that the sampler leaves a place of the surface from
+/// a point.
+constexpr double kFeltReach = 1.1;
+
+/// Returns those of \a samples (3 x n, metres) within \a reach_m of one of \a points, each with the
+/// target of the nearest: the part of a surface that should be felt, and how strong. Throws
+/// base::Stopped if \a stop requests it.
+ControlPoints feltPlaces(const Eigen::Matrix3Xd& samples,
+                         const ControlPoints& points,
+                         double reach_m,
+                         const base::StopToken& stop = {});
 
 } // namespace midair::haptics

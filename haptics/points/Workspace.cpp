@@ -1,15 +1,34 @@
 #include "haptics/points/Workspace.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/surface/Outline.h"
+#include "haptics/surface/SurfaceSampler.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace midair::haptics
 {
+
+namespace
+{
+
+// Spacing of the points at which an outline is checked; those that it is solved for are denser.
+constexpr double kLook_wavelengths = 0.5;
+
+bool areInside(const Eigen::Matrix3Xd& points, const Workspace& workspace)
+{
+    for (const auto& point : points.colwise())
+        if (workspace.judge(point) != Workspace::Verdict::INSIDE) return false;
+    return true;
+}
+
+} // namespace
 
 Workspace::Workspace(const TransducerArray& array,
                      double wavelength_m,
@@ -87,6 +106,34 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
         if (!seen) return Verdict::BEHIND;
     }
     return distance < _minDistance ? Verdict::TOO_CLOSE : Verdict::INSIDE;
+}
+
+ReachedOutlines reachedOutlines(const TriangleMesh& mesh,
+                                const Eigen::Isometry3d& pose,
+                                double target,
+                                const Workspace& workspace,
+                                const base::StopToken& stop)
+{
+    const double look_m = kLook_wavelengths * workspace.wavelength_m();
+    ReachedOutlines reached;
+    for (Outline& outline : featureOutlines(mesh,
+                                            SamplerOptions().creaseAngle_rad,
+                                            workspace.wavelength_m(),
+                                            stop,
+                                            &reached.apart))
+    {
+        outline.vertices = (pose * outline.vertices).eval();
+        outline.target = target;
+        const double points = pointsAlong({outline}, look_m); // before points() allocates them
+        if (points > base::kMostControlPoints || !areInside(outline.points(look_m), workspace))
+        {
+            ++reached.outside;
+            continue;
+        }
+        reached.points += points;
+        reached.inside.push_back(std::move(outline));
+    }
+    return reached;
 }
 
 } // namespace midair::haptics

@@ -1,16 +1,49 @@
 #include "haptics/propagation/Exposure.h"
 
 #include "haptics/base/Units.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace midair::haptics
 {
 
 namespace
 {
+
+constexpr double kFlat_m = 1e-3; // transducers that are off the plane by less are in it
+constexpr Eigen::Index kFewest = 4;
+constexpr double kTouching_m = 1e-6;
+
+constexpr double kLowest_Hz = 20.0;
+constexpr double kHighest_Hz = 20e3;
+
+double sinc2(double x)
+{
+    if (std::fabs(x) < 1e-6) return 1.0;
+    const double s = std::sin(base::kPi * x) / (base::kPi * x);
+    return s * s;
+}
+
+// Returns 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar; beyond that the
+// rest is 1/(pi^2 x) on average.
+double within(double x)
+{
+    constexpr double kFar = 50.0;
+    constexpr int kPanels = 32; // per lobe
+    if (x > kFar) return 1.0 - 1.0 / (base::kPi * base::kPi * x);
+    const int n = 2 * static_cast<int>(std::ceil(kPanels * std::fmax(x, 1.0)));
+    const double h = x / n;
+    double sum = sinc2(0.0) + sinc2(x);
+    for (int k = 1; k < n; ++k)
+        sum += (k % 2 == 1 ? 4.0 : 2.0) * sinc2(k * h);
+    return 2.0 * sum * h / 3.0;
+}
 
 constexpr double kRadius_m = 0.5;
 constexpr double kBeyond_m = 0.1; // of a sphere around a larger array
@@ -47,6 +80,78 @@ double strength(const TransducerArray& array, Eigen::Index i, const Eigen::Vecto
 }
 
 } // namespace
+
+FreeLines::FreeLines(const TransducerArray& array) : _positions(array.positions)
+{
+    const Eigen::Index m = array.positions.cols();
+    _own.assign(static_cast<std::size_t>(m), -1);
+    const bool isNumbered = static_cast<Eigen::Index>(array.board.size()) == m;
+    for (Eigen::Index first = 0; first < m;)
+    {
+        Eigen::Index last = first + 1;
+        while (last < m && (!isNumbered || array.board[static_cast<std::size_t>(last)] ==
+                                               array.board[static_cast<std::size_t>(first)]))
+            ++last;
+        addBoard(array, first, last);
+        first = last;
+    }
+}
+
+void FreeLines::addBoard(const TransducerArray& array, Eigen::Index first, Eigen::Index last)
+{
+    if (last - first < kFewest) return;
+    Rectangle board;
+    board.corner = array.positions.col(first);
+    board.normal = array.normals.col(first);
+    const Eigen::Matrix3Xd d =
+        array.positions.middleCols(first, last - first).colwise() - board.corner;
+    if ((board.normal.transpose() * d).cwiseAbs().maxCoeff() > kFlat_m) return;
+    Eigen::Index nearest = 0;
+    const double pitch_m =
+        std::sqrt(d.rightCols(d.cols() - 1).colwise().squaredNorm().minCoeff(&nearest));
+    if (!(pitch_m > 0.0)) return;
+    // Along the rows, so that the rectangle is as small as the board.
+    Eigen::Vector3d along = d.col(nearest + 1);
+    along -= board.normal * board.normal.dot(along);
+    board.u = along.normalized();
+    board.v = board.normal.cross(board.u);
+    const Eigen::RowVectorXd a = board.u.transpose() * d;
+    const Eigen::RowVectorXd b = board.v.transpose() * d;
+    board.low = Eigen::Vector2d(a.minCoeff(), b.minCoeff()).array() - 0.5 * pitch_m;
+    board.high = Eigen::Vector2d(a.maxCoeff(), b.maxCoeff()).array() + 0.5 * pitch_m;
+    for (Eigen::Index i = first; i < last; ++i)
+        _own[static_cast<std::size_t>(i)] = static_cast<int>(_boards.size());
+    _boards.push_back(board);
+}
+
+bool FreeLines::isFree(Eigen::Index i, const Eigen::Vector3d& place) const
+{
+    const Eigen::Vector3d from = _positions.col(i);
+    const int own = _own[static_cast<std::size_t>(i)];
+    for (int b = 0; b < static_cast<int>(_boards.size()); ++b)
+    {
+        const Rectangle& board = _boards[static_cast<std::size_t>(b)];
+        const double end_m = board.normal.dot(place - board.corner);
+        if (b == own)
+        {
+            if (end_m <= 0.0) return false;
+            continue;
+        }
+        const double start_m = board.normal.dot(from - board.corner);
+        if (std::abs(start_m) < kTouching_m || start_m * end_m >= 0.0) continue;
+        const double share = start_m / (start_m - end_m);
+        const Eigen::Vector3d hit = from + share * (place - from) - board.corner;
+        const Eigen::Vector2d at(board.u.dot(hit), board.v.dot(hit));
+        if ((at.array() >= board.low.array()).all() && (at.array() <= board.high.array()).all())
+            return false;
+    }
+    return true;
+}
+
+double audibleShare(double rate_Hz)
+{
+    return within(kHighest_Hz / rate_Hz) - within(kLowest_Hz / rate_Hz);
+}
 
 double soundLevel_dB(double square_Pa2)
 {
@@ -263,6 +368,92 @@ Eigen::VectorXd Exposure::heard_Pa2(const std::vector<Eigen::VectorXcf>& fields)
     }
     const auto count = static_cast<double>(std::max<std::size_t>(1, fields.size()));
     return coherent.cwiseMax(incoherent) / count;
+}
+
+void ExposureMeter::closeBin(State& state)
+{
+    state.bins[static_cast<std::size_t>(state.next)] = state.bin;
+    state.next = (state.next + 1) % kBins;
+    state.bin.setZero();
+    state.inBin_s = 0.0;
+    Eigen::VectorXd second = Eigen::VectorXd::Zero(state.bin.size());
+    for (const Eigen::VectorXd& one : state.bins)
+        second += one;
+    Eigen::Index at = 0;
+    if (second.size() == 0) return;
+    const double most_Pa2 = second.maxCoeff(&at) / (kBins * kBin_s);
+    if (!(most_Pa2 > state.most_Pa2)) return;
+    state.most_Pa2 = most_Pa2;
+    state.mostAt = state.places.col(at);
+}
+
+void ExposureMeter::advance(State& state, double now_s)
+{
+    double left_s = std::max(0.0, now_s - state.now_s);
+    state.now_s = std::max(state.now_s, now_s);
+    state.sum += left_s * state.square_Pa2;
+    // After a second of the same sound each further one is like it.
+    constexpr double kSteady_s = 2.0 * kBins * kBin_s;
+    if (left_s > 2.0 * kSteady_s) left_s = kSteady_s;
+    while (left_s > 0.0)
+    {
+        const double step_s = std::min(left_s, kBin_s - state.inBin_s);
+        state.bin += step_s * state.square_Pa2;
+        state.inBin_s += step_s;
+        left_s -= step_s;
+        if (state.inBin_s > kBin_s * (1.0 - 1e-9)) closeBin(state);
+    }
+}
+
+void ExposureMeter::play(double now_s,
+                         const Eigen::Matrix3Xd& places,
+                         const Eigen::VectorXd& square_Pa2)
+{
+    const base::Lock lock(_mutex);
+    if (_state.places.cols() != places.cols())
+    {
+        _state = State();
+        _state.start_s = _state.now_s = now_s;
+        for (Eigen::VectorXd* one : {&_state.square_Pa2, &_state.sum, &_state.bin})
+            one->setZero(places.cols());
+        for (Eigen::VectorXd& one : _state.bins)
+            one.setZero(places.cols());
+    }
+    advance(_state, now_s);
+    _state.places = places;
+    _state.square_Pa2 = square_Pa2.unaryExpr(
+        [](double one) { return one >= 0.0 ? one : std::numeric_limits<double>::infinity(); });
+}
+
+ExposureFigures ExposureMeter::read(double now_s) const
+{
+    State state;
+    {
+        const base::Lock lock(_mutex);
+        state = _state;
+    }
+    ExposureFigures figures;
+    figures.places = static_cast<int>(state.places.cols());
+    if (figures.places == 0) return figures;
+    advance(state, now_s);
+    figures.time_s = state.now_s - state.start_s;
+    figures.level_dB = soundLevel_dB(state.square_Pa2.maxCoeff());
+    Eigen::Index at = 0;
+    const double mean_Pa2 = figures.time_s > 0.0 ? state.sum.maxCoeff(&at) / figures.time_s : 0.0;
+    if (mean_Pa2 > 0.0) figures.eq_dB = soundLevel_dB(mean_Pa2);
+    constexpr double kDay_s = 8.0 * 3600.0;
+    figures.day_dB = soundLevel_dB(mean_Pa2 * figures.time_s / kDay_s);
+    // Before the first second is over, its mean so far is the highest.
+    if (figures.time_s < kBins * kBin_s && mean_Pa2 > state.most_Pa2)
+    {
+        state.most_Pa2 = mean_Pa2;
+        state.mostAt = state.places.col(at);
+    }
+    figures.max_dB = soundLevel_dB(state.most_Pa2);
+    figures.x_m = state.mostAt.x();
+    figures.y_m = state.mostAt.y();
+    figures.z_m = state.mostAt.z();
+    return figures;
 }
 
 } // namespace midair::haptics

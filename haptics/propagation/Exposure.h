@@ -2,16 +2,58 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
-#include "haptics/propagation/FreeLines.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <osgMidair/ExposureFigures>
 
 #include <Eigen/Core>
 
+#include <array>
 #include <vector>
 
 namespace midair::haptics
 {
+
+/// Tells which transducers a place hears directly: those with D > 0 towards it whose straight line
+/// to it passes beside all boards. A board is the rectangle around the transducers of one number in
+/// TransducerArray::board, if there are at least four in one plane; it hides what is behind it, of
+/// its own transducers, too. What isn't such a board hides nothing.
+class FreeLines
+{
+public:
+    explicit FreeLines(const TransducerArray& array);
+
+    /// Returns true if nothing is between transducer \a i of the array and \a place (metres, array
+    /// frame).
+    bool isFree(Eigen::Index i, const Eigen::Vector3d& place) const;
+
+private:
+    struct Rectangle
+    {
+        Eigen::Vector3d corner; ///< of its transducers, one
+        Eigen::Vector3d normal; ///< unit length, as the transducers'
+        Eigen::Vector3d u;      ///< unit length, in the plane
+        Eigen::Vector3d v;
+        Eigen::Vector2d low; ///< metres along u and v from the corner
+        Eigen::Vector2d high;
+    };
+
+    void addBoard(const TransducerArray& array, Eigen::Index first, Eigen::Index last);
+
+    Eigen::Matrix3Xd _positions;
+    std::vector<Rectangle> _boards;
+    std::vector<int> _own; ///< m: number of its rectangle; -1: none
+};
+
+/// Returns the fraction, 0 .. 1, of the energy of a change of the drive that lies 20 Hz to 20 kHz
+/// from the carrier, when fields follow each other at \a rate_Hz (> 0). The air demodulates the
+/// ultrasound, so a change of the envelope at frequency f is heard at f (Suzuki, Fujiwara, Makino,
+/// Shinoda, "Reducing amplitude fluctuation by gradual phase shift in midair ultrasound haptics",
+/// IEEE Transactions on Haptics 13, 2020). A change D that is held for T = 1/rate is a pulse, whose
+/// energy spectrum is
+///     |D|^2 T^2 sinc^2(f T),  sinc x = sin(pi x)/(pi x),  in all |D|^2 T
+/// (Oppenheim, Schafer, zero-order hold).
+double audibleShare(double rate_Hz);
 
 /// Limits near 40 kHz that are known for the public and for workers, dB re 20 uPa, rms: those in
 /// bold in haptics/EARS.md, which names where they were read. Who has to choose one is told both.
@@ -99,6 +141,47 @@ private:
     Eigen::MatrixXf _imaginary; ///< m x n
     Eigen::MatrixXf _spotsReal; ///< m x (kSpots n), empty: not needed so far
     Eigen::MatrixXf _spotsImaginary;
+};
+
+/// Averages over time what listening places hear: L_eq = 10 log10(mean 10^{L/10}) since the first
+/// field, and L_max, the highest mean over one second. What is told by play() sounds until the next
+/// one. All members from any thread.
+class ExposureMeter
+{
+public:
+    /// From \a now_s (steady clock) on the \a places (3 x n) hear \a square_Pa2 (n, mean squares;
+    /// all 0: silence). Another number of places begins anew. NaN counts as infinite.
+    void play(double now_s, const Eigen::Matrix3Xd& places, const Eigen::VectorXd& square_Pa2);
+
+    /// Returns the figures at \a now_s, but for the limit.
+    ExposureFigures read(double now_s) const;
+
+private:
+    // Seconds begin every 0.1 s; a shorter sound counts with the silence around it.
+    static constexpr int kBins = 10;
+    static constexpr double kBin_s = 0.1;
+
+    /// All that changes with time.
+    struct State
+    {
+        Eigen::Matrix3Xd places;
+        Eigen::VectorXd square_Pa2;              ///< n, now
+        Eigen::VectorXd sum;                     ///< n, Pa^2 s since the start
+        std::array<Eigen::VectorXd, kBins> bins; ///< n each, Pa^2 s in the last full tenths
+        Eigen::VectorXd bin;                     ///< n, Pa^2 s in the tenth that runs
+        int next = 0;                            ///< of bins, the oldest one
+        double inBin_s = 0.0;                    ///< how much of it has passed
+        double start_s = 0.0;
+        double now_s = 0.0;
+        double most_Pa2 = 0.0; ///< the highest mean over a second
+        Eigen::Vector3d mostAt = Eigen::Vector3d::Zero();
+    };
+
+    static void advance(State& state, double now_s);
+    static void closeBin(State& state);
+
+    mutable base::Mutex _mutex;
+    State _state MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::haptics

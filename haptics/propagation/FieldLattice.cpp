@@ -1,7 +1,6 @@
 #include "haptics/propagation/FieldLattice.h"
 
 #include "haptics/base/Units.h"
-#include "haptics/propagation/ActivationCheck.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/kernels/LatticeKernels.h"
 

@@ -1,7 +1,6 @@
 #include "haptics/propagation/PressureField.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/propagation/ActivationCheck.h"
 #include "haptics/propagation/PointChunks.h"
 #include "haptics/propagation/PropagationMatrix.h"
 

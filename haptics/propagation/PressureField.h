@@ -2,14 +2,27 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/threads/StopToken.h"
 
 #include <Eigen/Core>
 
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
+
+/// Throws InputError if \a activations aren't one for each transducer of \a array.
+inline void checkActivations(const TransducerArray& array, const Eigen::VectorXcf& activations)
+{
+    if (activations.size() != array.size())
+        throw base::InputError(fmt::format(
+            "activations are {}; there must be one for each of the array's {} transducers",
+            activations.size(),
+            array.size()));
+}
 
 /// Rectangle in the array frame, sampled at columns x rows points from its corner along u and v.
 /// The outer points lie on its edges (at the corner if there is only one).

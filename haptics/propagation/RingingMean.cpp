@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/propagation/ActivationCheck.h"
 #include "haptics/propagation/PointChunks.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"

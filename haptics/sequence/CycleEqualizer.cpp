@@ -4,9 +4,12 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/propagation/RingingMean.h"
+#include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <vector>
 
 namespace midair::haptics
 {
@@ -23,6 +26,13 @@ constexpr int kLookEvery = 5;            // passes between two looks at the mean
 constexpr double kMostRaise = 1.1;       // largest factor on the goal at such a look
 constexpr int kRowsAtOnce = 128;         // with the block's width a quarter of a level-2 cache
 constexpr std::size_t kFieldsAtOnce = 8; // of a slice
+
+CycleEqualizerOptions withPasses(int passes)
+{
+    CycleEqualizerOptions options;
+    options.passes = passes;
+    return options;
+}
 
 } // namespace
 
@@ -363,6 +373,126 @@ std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
         }
     }
     return fields;
+}
+
+// Sets the sums of |p|^2, and w = p.
+void CycleEqualizer::sumSteady()
+{
+    _places.intensity.setZero();
+    for (Field& field : _sounding)
+    {
+        for (Eigen::Index l = 0; l < _places.intensity.size(); ++l)
+            _places.intensity[l] += std::norm(field.p.at(static_cast<std::size_t>(l)));
+        copy(field.p, field.w, static_cast<std::size_t>(_matrix.points()));
+    }
+}
+
+// Sets the sums of p* M p, and w = M p. Most fields are too far apart to overlap.
+void CycleEqualizer::sumRinging()
+{
+    constexpr float kNothing = 1e-6f; // of the mean
+    const auto K = static_cast<std::size_t>(_overlaps.size());
+    std::vector<std::size_t> apart;
+    for (std::size_t d = 0; d < K; ++d)
+        if (std::abs(_overlaps[static_cast<Eigen::Index>(d)]) > kNothing) apart.push_back(d);
+    std::vector<std::complex<float>> p(K); // silent fields are 0
+    for (Eigen::Index row = 0; row < _places.intensity.size(); ++row)
+    {
+        const auto l = static_cast<std::size_t>(row);
+        for (const Field& field : _sounding)
+            p[field.index] = field.p.at(l);
+        float sum = 0.0f;
+        for (Field& field : _sounding)
+        {
+            std::complex<float> w = 0.0f;
+            for (const std::size_t d : apart)
+                w += _overlaps[static_cast<Eigen::Index>(d)] * p[(field.index + d) % K];
+            field.w.set(l, w);
+            sum += std::real(std::conj(field.p.at(l)) * w);
+        }
+        _places.intensity[row] = sum;
+    }
+}
+
+// Sets the intensities, their mean and variation from p; returns f.
+double CycleEqualizer::evaluate()
+{
+    if (_overlaps.size() > 0)
+        sumRinging();
+    else
+        sumSteady();
+    _places.intensity /= static_cast<float>(_fields.size());
+    const Eigen::ArrayXd weight = _places.targets2.cast<double>();
+    const Eigen::ArrayXd ratio = _places.intensity.cast<double>().array() / weight;
+    const double all = weight.sum();
+    _evenness.mean = (weight * ratio).sum() / all;
+    _evenness.variation =
+        _evenness.mean > 0.0
+            ? std::sqrt((weight * (ratio - _evenness.mean).square()).sum() / all) / _evenness.mean
+            : 0.0;
+    if (!_descent.isStarted)
+        _evenness.goal =
+            (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _evenness.mean;
+    // About the mean, as the two parts are known apart: ratio/goal - 1 = (ratio - mean)/goal + ..
+    const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
+                 off = _evenness.mean / _evenness.goal - 1.0;
+    return spread * spread + off * off;
+}
+
+EvenedCycle::EvenedCycle(int passes, int steps, const SolverOptions& solver) :
+    _equalizer(withPasses(passes), solver),
+    _passes(passes),
+    _steps(steps)
+{
+}
+
+bool EvenedCycle::begin(const FieldSequence& cycle,
+                        const ControlPoints& places,
+                        const TransducerArray& array,
+                        const Medium& medium)
+{
+    end();
+    const auto stride = static_cast<std::size_t>(_steps + 1);
+    if (_passes == 0 || cycle.fields.size() % stride != 0) return false;
+    for (const ControlPoints& part : cycle.parts)
+        if (part.size() > 0 && part.absolute) return false;
+    std::vector<Eigen::VectorXcf> fields;
+    for (std::size_t k = 0; k < cycle.fields.size(); k += stride)
+        fields.push_back(cycle.fields[k]);
+    // Steps between them leave next to nothing that rings.
+    const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
+    if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
+    _cycle = cycle;
+    _drive = array.drive;
+    _ringing_s = array.ringing_s;
+    _handedOut = 0.0;
+    _seen = 0;
+    return true;
+}
+
+std::optional<FieldSequence> EvenedCycle::step()
+{
+    if (!hasWork()) return std::nullopt;
+    _equalizer.step();
+    const double now = _equalizer.variation();
+    if (_equalizer.passes() == 0) _handedOut = now; // that of the given cycle, once it is known
+    if (_equalizer.passes() == _seen && hasWork()) return std::nullopt;
+    _seen = _equalizer.passes();
+    if (_seen == 0 || _equalizer.gain() < kLeastGain) return std::nullopt;
+    if (now >= (hasWork() ? kWorthIt : 1.0) * _handedOut) return std::nullopt;
+    _handedOut = now;
+    return made();
+}
+
+FieldSequence EvenedCycle::made() const
+{
+    FieldSequence cycle = _cycle;
+    // Not aligned anew: that would gain 5 % of driveChange at most, and turn fields that play.
+    cycle.fields = smoothedFields(_equalizer.fields(), _steps, _drive);
+    cycle.evened = true;
+    rateSteps(cycle);
+    rateRinging(cycle, _ringing_s);
+    return cycle;
 }
 
 } // namespace midair::haptics

@@ -111,11 +111,6 @@ FieldMonitor::~FieldMonitor()
     _thread.join();
 }
 
-bool FieldMonitor::isWaiting() const
-{
-    return _waiting && _field.isEmpty();
-}
-
 void FieldMonitor::submit(std::shared_ptr<const PlayedField> field)
 {
     _field.put(std::move(field));

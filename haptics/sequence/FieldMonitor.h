@@ -97,7 +97,7 @@ public:
 
     /// Returns true if a field submitted now would be measured without delay; otherwise the caller
     /// need not make one.
-    bool isWaiting() const;
+    bool isWaiting() const { return _waiting && _field.isEmpty(); }
     /// Submits a field, which replaces one that was not measured yet. Any thread.
     void submit(std::shared_ptr<const PlayedField> field);
     /// Returns the last result, or null before the first. Any thread.

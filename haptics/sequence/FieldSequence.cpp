@@ -1,7 +1,7 @@
 #include "haptics/sequence/FieldSequence.h"
 
 #include "haptics/points/FittedLevel.h"
-#include "haptics/propagation/AudibleChange.h"
+#include "haptics/propagation/Exposure.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"

@@ -4,6 +4,7 @@
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/base/threads/ThreadPool.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/solvers/HologramSolver.h"
 
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -234,5 +236,53 @@ void roundAmplitudes(const std::vector<float>& levels,
                      double most = kCoarseSum);
 /// Returns 0 .. m - 1 in the order in which an even mix raises them.
 std::vector<int> evenOrder(int m);
+
+// Figures of the field in a FieldProblem: y = |p| in Pa, a the targets.
+
+/// Returns the rms of y_l/(s a_l) - 1.
+inline float errorOf(const FieldProblem& field, float s)
+{
+    return relativeRms(field.y, field.a, s);
+}
+
+/// Returns s = (y.a)/(a.a), Pa at a_l = 1.
+inline float fittedLevel(const FieldProblem& field)
+{
+    return fittedLevel(field.y, field.a);
+}
+
+/// Returns the loudness E = s |a| / mean_l(sum_i |G_li|).
+inline float loudnessAt(const FieldProblem& field, float s)
+{
+    return loudnessOf(s, field.a.norm(), static_cast<float>(field.meanRowSum()));
+}
+
+/// Returns an estimate of the rms error due to rounding to the device's phase levels
+/// (haptics/SOLVER.md, "Rounding"); 0 for continuous phases. \a amplitude: rms |q_i|.
+inline float roundingError(const FieldProblem& field, float amplitude)
+{
+    constexpr float kOneLevel = 1.814f; // pi/sqrt(3): rms of a rounded phase times the levels, rad
+    // Quieter fields count as this loud, so that the estimate stays finite.
+    constexpr float kLeastLoudness = 0.05f;
+    const int levels = field.drive().phaseLevels;
+    if (levels == 0) return 0.0f;
+    return kOneLevel / static_cast<float>(std::max(levels, 2)) *
+           std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
+           std::max(loudnessAt(field, fittedLevel(field)) / amplitude, kLeastLoudness);
+}
+
+// A round of weighted Gerchberg-Saxton between the points and the transducers, which play unit
+// amplitudes (SOLVER.md, "Rounds").
+
+/// Sets field.w to w_l u_l, where u = field.u are the phases of the pressures.
+void weighPhases(FieldProblem& field, const Eigen::VectorXf& weights);
+
+/// Makes a round: z = G* (w u), q = z/|z|, p = G q, y = |p|, u = p/|p|, all in \a field. Reads G
+/// once.
+void projectionRound(FieldProblem& field, const Eigen::VectorXf& weights);
+
+/// Multiplies each weight w_l by s a_l/|p_l|, limited to 1/mostReweighing .. mostReweighing; s is
+/// the fitted level.
+void reweigh(const FieldProblem& field, Eigen::VectorXf& weights, float mostReweighing = 5.0f);
 
 } // namespace midair::haptics

@@ -1,7 +1,7 @@
 #include "haptics/solvers/SolverSettings.h"
 
 #include "haptics/base/Limits.h"
-#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingTable.h"
 #include "haptics/base/settings/SettingText.h"
 
 namespace midair::base

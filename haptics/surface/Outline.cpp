@@ -17,9 +17,207 @@ namespace midair::haptics
 namespace
 {
 
+/// Feature edges at each vertex, as a packed list.
+struct EdgeFans
+{
+    std::vector<int> start; ///< vertices + 1
+    std::vector<int> edges;
+
+    int degree(int v) const
+    {
+        return start[static_cast<std::size_t>(v) + 1] - start[static_cast<std::size_t>(v)];
+    }
+    int edge(int v, int i) const
+    {
+        return edges[static_cast<std::size_t>(start[static_cast<std::size_t>(v)] + i)];
+    }
+};
+
+EdgeFans collectEdgeFans(const MeshTopology& topology)
+{
+    EdgeFans fans;
+    fans.start.assign(static_cast<std::size_t>(topology.vertexCount) + 1, 0);
+    for (const FeatureEdge& edge : topology.features)
+    {
+        ++fans.start[static_cast<std::size_t>(edge.from) + 1];
+        ++fans.start[static_cast<std::size_t>(edge.to) + 1];
+    }
+    for (std::size_t v = 1; v < fans.start.size(); ++v)
+        fans.start[v] += fans.start[v - 1];
+    fans.edges.resize(2 * topology.features.size());
+    std::vector<int> at(fans.start.begin(), fans.start.end() - 1);
+    for (std::size_t e = 0; e < topology.features.size(); ++e)
+    {
+        const FeatureEdge& edge = topology.features[e];
+        for (const int v : {edge.from, edge.to})
+        {
+            fans.edges[static_cast<std::size_t>(at[static_cast<std::size_t>(v)]++)] =
+                static_cast<int>(e);
+        }
+    }
+    return fans;
+}
+
+Eigen::Vector3d vertexPosition(const TriangleMesh& mesh, const MeshTopology& topology, int vertex)
+{
+    const int fan =
+        topology.fan[static_cast<std::size_t>(topology.fanStart[static_cast<std::size_t>(vertex)])];
+    return mesh.vertices.col(
+        mesh.triangles(fan % 3, topology.triangles[static_cast<std::size_t>(fan / 3)]));
+}
+
+int otherEnd(const FeatureEdge& edge, int v)
+{
+    return edge.from == v ? edge.to : edge.from;
+}
+
+bool isCorner(const TriangleMesh& mesh,
+              const MeshTopology& topology,
+              const EdgeFans& fans,
+              int v,
+              double creaseAngle_rad)
+{
+    const int degree = fans.degree(v);
+    if (degree == 0)
+    {
+        // A cone whose sides turn by the crease angle at its tip has this angle deficit.
+        const double threshold = base::kTwoPi * (1.0 - std::cos(0.5 * creaseAngle_rad));
+        return topology.deficit[static_cast<std::size_t>(v)] > threshold;
+    }
+    if (degree != 2) return true;
+    const Eigen::Vector3d here = vertexPosition(mesh, topology, v);
+    const auto& features = topology.features;
+    const int a = otherEnd(features[static_cast<std::size_t>(fans.edge(v, 0))], v);
+    const int b = otherEnd(features[static_cast<std::size_t>(fans.edge(v, 1))], v);
+    const double inside =
+        cornerAngle(here, vertexPosition(mesh, topology, a), vertexPosition(mesh, topology, b));
+    return base::kPi - inside > creaseAngle_rad;
+}
+
+/// Follows unused edges from \a start to the next corner, or back to the start.
+FeatureChain walk(const TriangleMesh& mesh,
+                  const MeshTopology& topology,
+                  const EdgeFans& fans,
+                  const std::vector<char>& cornerAt,
+                  int start,
+                  int firstEdge,
+                  std::vector<char>& used)
+{
+    FeatureChain chain;
+    chain.arc.push_back(0.0);
+    int v = start;
+    int e = firstEdge;
+    while (e >= 0)
+    {
+        used[static_cast<std::size_t>(e)] = 1;
+        const FeatureEdge& edge = topology.features[static_cast<std::size_t>(e)];
+        const int next = otherEnd(edge, v);
+        chain.steps.push_back({e, edge.from != v});
+        chain.arc.push_back(
+            chain.arc.back() +
+            (vertexPosition(mesh, topology, next) - vertexPosition(mesh, topology, v)).norm());
+        v = next;
+        e = -1;
+        if (cornerAt[static_cast<std::size_t>(v)] != 0) break;
+        for (int i = 0; i < fans.degree(v); ++i)
+        {
+            if (used[static_cast<std::size_t>(fans.edge(v, i))] == 0) e = fans.edge(v, i);
+        }
+    }
+    chain.closed = v == start && cornerAt[static_cast<std::size_t>(v)] == 0;
+    return chain;
+}
+
 constexpr double kMostPoints = 100000;
 
 } // namespace
+
+std::vector<int>
+findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad)
+{
+    const EdgeFans fans = collectEdgeFans(topology);
+    std::vector<int> corners;
+    for (int v = 0; v < topology.vertexCount; ++v)
+    {
+        const auto index = static_cast<std::size_t>(v);
+        if (topology.fanStart[index] == topology.fanStart[index + 1]) continue;
+        if (isCorner(mesh, topology, fans, v, creaseAngle_rad)) corners.push_back(v);
+    }
+    std::stable_sort(corners.begin(),
+                     corners.end(),
+                     [&](int a, int b)
+                     {
+                         return topology.deficit[static_cast<std::size_t>(a)] >
+                                topology.deficit[static_cast<std::size_t>(b)];
+                     });
+    return corners;
+}
+
+std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
+                                        const MeshTopology& topology,
+                                        const std::vector<int>& corners)
+{
+    const EdgeFans fans = collectEdgeFans(topology);
+    std::vector<char> cornerAt(static_cast<std::size_t>(topology.vertexCount), 0);
+    for (const int v : corners)
+        cornerAt[static_cast<std::size_t>(v)] = 1;
+    std::vector<char> used(topology.features.size(), 0);
+    std::vector<FeatureChain> chains;
+    for (const int v : corners)
+    {
+        for (int i = 0; i < fans.degree(v); ++i)
+        {
+            const int e = fans.edge(v, i);
+            if (used[static_cast<std::size_t>(e)] != 0) continue;
+            chains.push_back(walk(mesh, topology, fans, cornerAt, v, e, used));
+        }
+    }
+    for (std::size_t e = 0; e < used.size(); ++e)
+    {
+        if (used[e] != 0) continue;
+        chains.push_back(walk(
+            mesh, topology, fans, cornerAt, topology.features[e].from, static_cast<int>(e), used));
+    }
+    return chains;
+}
+
+std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
+                                     double creaseAngle_rad,
+                                     double spacing_m,
+                                     const base::StopToken& stop,
+                                     int* points)
+{
+    const MeshTopology topology = buildTopology(mesh, creaseAngle_rad, spacing_m, stop);
+    const auto atPoints = std::count(topology.onPoint.begin(), topology.onPoint.end(), 1);
+    if (points) *points = static_cast<int>(atPoints);
+    if (topology.features.empty() && atPoints == 0)
+        throw base::InputError(
+            "The mesh has no edges to follow: it is closed and smooth; sample its "
+            "surface, or make the crease angle smaller");
+    std::vector<Outline> outlines;
+    base::StopLook look(stop);
+    for (const FeatureChain& chain :
+         chainFeatures(mesh, topology, findCorners(mesh, topology, creaseAngle_rad)))
+    {
+        look.turn();
+        if (!(chain.length() > 0.0)) continue;
+        Outline outline;
+        outline.closed = chain.closed && chain.steps.size() > 2;
+        const auto steps = static_cast<Eigen::Index>(chain.steps.size());
+        outline.vertices.resize(3, outline.closed ? steps : steps + 1);
+        for (Eigen::Index k = 0; k < outline.vertices.cols(); ++k)
+        {
+            const bool last = k == steps;
+            const FeatureChain::Step& step =
+                chain.steps[static_cast<std::size_t>(last ? k - 1 : k)];
+            const FeatureEdge& edge = topology.features[static_cast<std::size_t>(step.edge)];
+            const int vertex = step.reversed != last ? edge.to : edge.from;
+            outline.vertices.col(k) = vertexPosition(mesh, topology, vertex);
+        }
+        outlines.push_back(outline);
+    }
+    return outlines;
+}
 
 double Outline::length_m() const
 {

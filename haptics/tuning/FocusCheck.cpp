@@ -259,11 +259,7 @@ checkFocus(const TransducerArray& tuned, const TuningPlan& plan, const TuningRea
         throw base::InputError(fmt::format("the plan is of the method {}; a check needs one of the "
                                            "method focus",
                                            tuningMethodName(plan.method)));
-    if (tuned.size() != plan.transducers)
-        throw base::InputError(fmt::format("the plan is for {} transducers, array \"{}\" has {}",
-                                           plan.transducers,
-                                           tuned.name,
-                                           tuned.size()));
+    plan.requireFor(tuned);
     FocusCheck check;
     check.notes = readings.notes();
     for (int place = 0; place < static_cast<int>(plan.places.cols()); ++place)

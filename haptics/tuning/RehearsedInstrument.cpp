@@ -31,11 +31,7 @@ Eigen::Vector3d direction(std::mt19937& random)
 
 void check(const TransducerArray& array, const TuningPlan& plan, const RehearsalOptions& options)
 {
-    if (array.size() != plan.transducers)
-        throw base::InputError(fmt::format("the plan is for {} transducers, array \"{}\" has {}",
-                                           plan.transducers,
-                                           array.name,
-                                           array.size()));
+    plan.requireFor(array);
     std::string error;
     if (!base::RangeCheck("rehearsal's ")
              .within("detuning_Hz", options.detuning_Hz, 0.0, 20e3)

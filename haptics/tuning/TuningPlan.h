@@ -59,6 +59,8 @@ struct TuningPlan
     std::vector<TuningRow> rows;   ///< ascending by place
 
     int size() const { return static_cast<int>(rows.size()); }
+    /// Throws InputError if it isn't for an array of as many transducers as \a other has.
+    void requireFor(const TransducerArray& other) const;
     bool isOff(int element) const;
     /// Order of Hadamard's matrix: the least power of two above the number of transducers.
     int order() const;

@@ -1,6 +1,6 @@
 #include "haptics/tuning/TuningReadings.h"
 
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Quantity.h"

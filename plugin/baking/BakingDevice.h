@@ -2,7 +2,6 @@
 
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
-#include "device/HeldField.h"
 
 #include <osgMidair/FoundObject>
 #include <osgMidair/HapticSettings>

@@ -2,7 +2,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/base/text/Number.h"

@@ -1,8 +1,8 @@
 #include "plugin/engine/HapticEngine.h"
 
 #include "engine-bridge/scene/Convert.h"
-#include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/PublicMessage.h"

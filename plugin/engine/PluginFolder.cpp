@@ -1,7 +1,7 @@
 // Tells OSG where the kit's own plugins are: beside this library, wherever it was installed or
 // moved to. Without it, scene files of a kit in a private prefix need OSG_LIBRARY_PATH.
 
-#include "haptics/base/OwnFolder.h"
+#include "haptics/base/UserEnvironment.h"
 
 #include <osgDB/Registry>
 

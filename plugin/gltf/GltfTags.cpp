@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfTags.h"
 
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
 

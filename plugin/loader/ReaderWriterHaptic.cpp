@@ -1,7 +1,7 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/extending/RegisteredNames.h"
 #include "plugin/loader/ModelFile.h"
 #include "plugin/settings/AllSettings.h"

@@ -1,6 +1,6 @@
 #include "plugin/overlays/OverlayKinds.h"
 
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 
 #include <osg/Notify>
 #include <osgGA/GUIEventAdapter>

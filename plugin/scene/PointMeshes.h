@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine-bridge/scene/MeshCache.h"
-#include "haptics/base/text/MessageCode.h"
+#include "haptics/base/text/MessageLog.h"
 
 #include <osgMidair/HapticPoints>
 

@@ -1,6 +1,6 @@
 // What a BlockReader tells of a file, and where in it.
 
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/serializers/BlockReader.h"
 #include "plugin/serializers/FileOfStream.h"
 #include "plugin/settings/Grants.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/serializers/BlockReader.h"
 #include "plugin/settings/AllSettings.h"
 

@@ -4,7 +4,7 @@
 #include "plugin/settings/AllSettings.h"
 
 #include "engine-bridge/settings/SharedRows.h"
-#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingTable.h"
 #include "haptics/base/settings/SettingText.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/settings/Assignments.h"

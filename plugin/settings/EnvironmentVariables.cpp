@@ -3,7 +3,7 @@
 #include "device/limits/UserLimits.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/UserEnvironment.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <osg/ApplicationUsage>

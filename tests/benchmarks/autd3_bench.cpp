@@ -3,7 +3,7 @@
 #include "device/autd3/Autd3Device.h"
 #include "device/autd3/emulator/EmulatedLink.h"
 #include "device/autd3/emulator/UdpUnits.h"
-#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/benchmarks/Timing.h"

@@ -2,11 +2,11 @@
 // pressure between the points against time. haptics/SOLVER.md quotes it.
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
-#include "haptics/points/FeltPlaces.h"
+#include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/EvenedCycle.h"
+#include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"

@@ -1,6 +1,6 @@
 #include "device/FieldQueue.h"
 
-#include "device/usb/LinkClock.h"
+#include "device/usb/UsbConnection.h"
 #include "tests/device/Fields.h"
 
 #include <random>

@@ -363,7 +363,7 @@ TEST(House, InstalledHeadersStandAlone)
 // A code that nothing says any more is one that programs wait for in vain.
 TEST(House, EachMessageCodeIsSaid)
 {
-    const std::string header = textOf(kRoot / "haptics/base/text/MessageCode.h");
+    const std::string header = textOf(kRoot / "haptics/base/text/MessageLog.h");
     const std::size_t begin = header.find("enum class MessageCode");
     const std::string list = header.substr(begin, header.find("};", begin) - begin);
     std::set<std::string> unsaid;

@@ -73,23 +73,21 @@ Command Command::configureCpu(const CpuConfig& config)
 
 Command Command::configureBank(int bank, const BankConfig& config)
 {
-    Command command(kConfigureBankCode);
-    command.add(static_cast<std::uint64_t>(bank), 1)
+    return Command(kConfigureBankCode)
+        .add(static_cast<std::uint64_t>(bank), 1)
         .add(1, 1) // raw
         .add(static_cast<std::uint64_t>(config.divider), 2)
         .add(static_cast<std::uint64_t>(config.slots), 4)
         .add(0, 4)
         .add(config.forEver ? kForEver : kOnce, 2);
-    return command;
 }
 
 Command Command::activateBank(int bank, SwitchMode mode, std::uint64_t time_ns)
 {
-    Command command(kActivateCode);
-    command.add(static_cast<std::uint64_t>(bank), 1)
+    return Command(kActivateCode)
+        .add(static_cast<std::uint64_t>(bank), 1)
         .add(static_cast<std::uint64_t>(mode), 1)
         .add(time_ns, 8);
-    return command;
 }
 
 Command Command::writePhases(int bank,
@@ -122,13 +120,12 @@ Command Command::writeRaw(int bank, int first, const std::vector<const UnitPatte
 
 Command Command::setSilencer(const Silencer& silencer)
 {
-    Command command(0x30);
-    command.add(0, 2)
+    return Command(0x30)
+        .add(0, 2)
         .add(kSlowestGlide, 2)
         .add(kSlowestGlide, 2)
         .add(static_cast<std::uint64_t>(silencer.intensitySteps), 2)
         .add(static_cast<std::uint64_t>(silencer.phaseSteps), 2);
-    return command;
 }
 
 Command Command::setOutputMask(const std::vector<int>& silent)
@@ -141,17 +138,13 @@ Command Command::setOutputMask(const std::vector<int>& silent)
         const auto k = static_cast<std::size_t>(index);
         mask[k / 8] = static_cast<std::uint8_t>(mask[k / 8] & ~(1U << (k % 8)));
     }
-    Command command(kMaskCode);
-    command.add(mask.data(), mask.size());
-    return command;
+    return Command(kMaskCode).add(mask.data(), mask.size());
 }
 
 Command Command::silenceAll()
 {
     const std::array<std::uint8_t, kMaskBytes> mask{};
-    Command command(kMaskCode);
-    command.add(mask.data(), mask.size());
-    return command;
+    return Command(kMaskCode).add(mask.data(), mask.size());
 }
 
 Command Command::setPulseWidths(const std::array<std::uint16_t, 256>& widths)
@@ -160,6 +153,25 @@ Command Command::setPulseWidths(const std::array<std::uint16_t, 256>& widths)
     for (const std::uint16_t width : widths)
         command.add(width, 2);
     return command;
+}
+
+std::array<std::uint16_t, 256> dutyWidths()
+{
+    std::array<std::uint16_t, 256> widths{};
+    for (unsigned duty = 0; duty < widths.size(); ++duty)
+        widths[duty] = static_cast<std::uint16_t>((512 * duty + 255) / 510);
+    return widths;
+}
+
+void toUnit(const DriveSignal& signal, int first, UnitPattern& pattern)
+{
+    for (std::size_t k = 0; k < pattern.phase.size(); ++k)
+    {
+        const std::size_t i = static_cast<std::size_t>(first) + k;
+        pattern.intensity[k] = signal.duty[i];
+        const std::uint8_t advance = signal.duty[i] == 0 ? std::uint8_t{0} : signal.phase[i];
+        pattern.phase[k] = static_cast<std::uint8_t>(256U - advance);
+    }
 }
 
 } // namespace midair::device::autd3

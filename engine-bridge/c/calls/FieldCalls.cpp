@@ -1,7 +1,7 @@
 // midair_field_..(): what was solved or is played.
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/solving/ArrayLevels.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/solvers/SolveReport.h"
 

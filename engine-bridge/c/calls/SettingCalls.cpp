@@ -1,8 +1,8 @@
 // midair_set() and its like: settings and properties by their names.
 #include "engine-bridge/c/inside/Scene.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 

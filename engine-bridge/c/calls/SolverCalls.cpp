@@ -1,8 +1,8 @@
 // midair_solver_..(): one set of points after the other, without caps.
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
-#include "haptics/base/AssignPart.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "engine-bridge/hands/helper/HelperProcess.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/OwnFolder.h"
+#include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <array>

@@ -6,7 +6,7 @@
 #include "engine-bridge/hands/osc/OscHands.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>

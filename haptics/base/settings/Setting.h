@@ -10,6 +10,13 @@
 namespace midair::base
 {
 
+/// Replaces what \a to has of its base class \a Part by that of \a from.
+template<class Part, class To, class From>
+void assignPart(To& to, const From& from)
+{
+    static_cast<Part&>(to) = static_cast<const Part&>(from);
+}
+
 /// Access to a member of enum type in a struct \a T.
 template<typename T>
 struct Choice

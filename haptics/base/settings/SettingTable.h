@@ -1,11 +1,13 @@
 #pragma once
 
 #include "haptics/base/settings/Setting.h"
-#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +16,94 @@
 
 namespace midair::base
 {
+
+/// Builds a Setting: the constructor takes what every row has, the named functions set the rest.
+template<typename T>
+class Row
+{
+public:
+    Row(const char* name, Member<T> member, const std::string& help)
+    {
+        _setting.name = name;
+        _setting.member = member;
+        _setting.help = help;
+    }
+    Row& range(double low, double high, const char* unit = "")
+    {
+        _setting.range.low = low;
+        _setting.range.high = high;
+        _setting.unit = unit;
+        return *this;
+    }
+    Row& orZero() { return set(_setting.range.orZero, true); }
+    Row& zeroIs(const char* word) { return set(_setting.zero, word); }
+    Row& words(const std::vector<Word>& words) { return set(_setting.words, words); }
+    Row& stored(const char* name) { return set(_setting.stored, name); }
+    Row& variable(const char* name) { return set(_setting.variable, name); }
+    Row& safety() { return set(_setting.isSafety, true); }
+    Row& effect(unsigned effect) { return set(_setting.effect, effect); }
+    Row& noIdentity() { return set(_setting.isIdentity, false); }
+    Row& wish() { return set(_setting.isWish, true); }
+    Row& use(unsigned use) { return set(_setting.use, use); }
+    Row& parsedBy(bool (*parse)(T&, const std::string&)) { return set(_setting.parse, parse); }
+    Row& judgedBy(std::string (*judge)(const T&)) { return set(_setting.judge, judge); }
+    operator Setting<T>() const { return _setting; } // NOLINT(google-explicit-constructor)
+
+private:
+    template<typename V, typename To>
+    Row& set(V& fact, const To& value)
+    {
+        fact = value;
+        return *this;
+    }
+
+    Setting<T> _setting;
+};
+
+/// Range without an upper end.
+constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+
+/// The same member, as one of the struct \a T, which inherits from \a B.
+template<typename T, typename V, typename B>
+V T::*asMemberOf(V B::*member)
+{
+    return member;
+}
+
+/// Returns \a rows of the struct \a B as rows of \a T, which inherits from it. Throws
+/// std::logic_error for settings of an enum type, and for those with a parser of their own.
+/// Which texts hold stays as it is.
+template<typename T, typename B>
+std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
+{
+    std::vector<Setting<T>> all;
+    for (const Setting<B>& row : rows)
+    {
+        if (row.parse) throw std::logic_error(row.name + " has its own parser");
+        Setting<T>& own = all.emplace_back();
+        const auto convert = [&](auto member)
+        {
+            if constexpr (std::is_same_v<decltype(member), Choice<B>>)
+                throw std::logic_error(row.name + " is an enum");
+            else
+                own.member = asMemberOf<T>(member);
+        };
+        std::visit(convert, row.member);
+        assignPart<SettingFacts>(own, row);
+        if (row.judge) own.judge = [judge = row.judge](const T& object) { return judge(object); };
+    }
+    return all;
+}
+
+/// Appends each of \a groups of rows to one list.
+template<typename T>
+std::vector<Setting<T>> joined(std::initializer_list<std::vector<Setting<T>>> groups)
+{
+    std::vector<Setting<T>> rows;
+    for (const std::vector<Setting<T>>& group : groups)
+        rows.insert(rows.end(), group.begin(), group.end());
+    return rows;
+}
 
 /// All settings of a struct \a T, in the order in which they are listed and stored.
 template<typename T>

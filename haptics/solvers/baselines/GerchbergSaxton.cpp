@@ -1,9 +1,9 @@
 #include "haptics/points/FittedLevel.h"
+#include "haptics/solvers/FieldProblem.h"
+#include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/PhaseObjective.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
-#include "haptics/solvers/TikhonovInverse.h"
-#include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>

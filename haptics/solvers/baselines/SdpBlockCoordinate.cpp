@@ -1,7 +1,6 @@
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
-#include "haptics/solvers/TikhonovInverse.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "haptics/solvers/dense/LevenbergMarquardt.h"
 
-#include "haptics/solvers/WeightedRound.h"
+#include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <cmath>

@@ -39,8 +39,9 @@ public:
     int fit(FieldProblem& field, double s, const Limits& limits);
     double residual() const { return _residual; }
 
-    /// Makes \a rounds rounds of WeightedRound.h from the phases field.u. The first weights are the
-    /// targets; before each round the weights are scaled to the mean 1. A cheap start for fit().
+    /// Makes \a rounds rounds of projectionRound() from the phases field.u. The first weights are
+    /// the targets; before each round the weights are scaled to the mean 1. A cheap start for
+    /// fit().
     void project(FieldProblem& field, int rounds);
 
 private:

@@ -1,9 +1,7 @@
-#include "haptics/solvers/FieldFigures.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
 #include "haptics/solvers/production/CrowdedDescent.h"
 #include "haptics/solvers/production/GaussNewtonTuning.h"
-#include "haptics/solvers/production/Pace.h"
 #include "haptics/solvers/production/PhaseSearch.h"
 
 #include <algorithm>

@@ -2,8 +2,7 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/points/FittedLevel.h"
-#include "haptics/solvers/FieldFigures.h"
-#include "haptics/solvers/WeightedRound.h"
+#include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <random>

@@ -3,7 +3,6 @@
 #include "haptics/solvers/FieldProblem.h"
 #include "haptics/solvers/production/GaussNewtonStep.h"
 #include "haptics/solvers/production/GaussNewtonTuning.h"
-#include "haptics/solvers/production/Pace.h"
 #include "haptics/solvers/production/QuietPoints.h"
 
 #include <cstdint>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "haptics/solvers/FieldFigures.h"
 #include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>

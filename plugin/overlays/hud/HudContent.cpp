@@ -1,6 +1,6 @@
 #include "plugin/overlays/hud/HudContent.h"
 
-#include "haptics/base/AssignPart.h"
+#include "haptics/base/settings/Setting.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
 

@@ -2,7 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 
 #include <Eigen/Geometry>
 

@@ -1,7 +1,6 @@
 #include "samples/shared/shards/PartFile.h"
 
 #include "haptics/base/Bytes.h"
-#include "haptics/base/Crc32c.h"
 #include "haptics/base/InputError.h"
 
 #include <algorithm>

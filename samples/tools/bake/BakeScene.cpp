@@ -1,6 +1,6 @@
 #include "samples/tools/bake/BakeScene.h"
 
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"

@@ -5,7 +5,6 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/boards/BoardFit.h"
-#include "haptics/boards/BoardPlan.h"
 
 #include <cstdio>
 #include <fstream>

@@ -1,7 +1,7 @@
 #include "samples/tools/device/DeviceTool.h"
 
 #include "device/DeviceUri.h"
-#include "device/autd3/LinkChoice.h"
+#include "device/autd3/UdpLink.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
 #include "engine-bridge/playing/unaided/UserDevice.h"

@@ -1,9 +1,9 @@
 #include "samples/tools/sweep/SweepTable.h"
 
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/tools/solve/SolveFiles.h"
 

@@ -3,7 +3,6 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Words.h"
 #include "haptics/tuning/FocusCheck.h"

@@ -1,5 +1,5 @@
 #include "device/drive/DriveEncoder.h"
-#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 #include "tests/device/autd3/Rehearsal.h"
 
 #include <complex>

@@ -1,4 +1,4 @@
-#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 #include "tests/LongTests.h"
 #include "tests/device/autd3/Rehearsal.h"
 

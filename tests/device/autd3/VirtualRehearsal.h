@@ -2,7 +2,7 @@
 
 #include "device/autd3/Autd3Device.h"
 #include "device/autd3/emulator/EmulatedLink.h"
-#include "device/autd3/protocol/Levels.h"
+#include "device/autd3/protocol/Commands.h"
 
 #include <algorithm>
 #include <future>

@@ -1,8 +1,8 @@
 // Modulations that are faster than a board's line carries fields: what sounds, by the bytes and
 // their time on the wire, taken by models of the boards that were written from their firmware.
+#include "device/boards/BoardCodec.h"
 #include "device/boards/BoardDevice.h"
 #include "device/boards/BoardKind.h"
-#include "device/boards/BufferSwaps.h"
 #include "device/simulation/VirtualBoard.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/boards/BoardTime.h"

@@ -2,7 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/opening/MultiDevice.h"
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 

@@ -1,5 +1,4 @@
-#include "device/recording/RunningSequence.h"
-
+#include "device/recording/RecordingDevice.h"
 #include "tests/device/Fields.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/FeltSurface.h"
 
-#include "haptics/points/FeltPlaces.h"
+#include "haptics/points/ControlPoints.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <gtest/gtest.h>

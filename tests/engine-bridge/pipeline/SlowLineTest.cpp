@@ -2,7 +2,7 @@
 // told.
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
-#include "haptics/sequence/LineRate.h"
+#include "haptics/sequence/Modulator.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "haptics/base/threads/Clock.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <atomic>
 #include <chrono>

@@ -3,7 +3,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/boards/BoardPlan.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "haptics/points/FeltPlaces.h"
+#include "haptics/points/ControlPoints.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
-#include "haptics/points/ReachedOutlines.h"
-
 #include "haptics/array/Medium.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/Workspace.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
-#include "haptics/probe/DriveSchedule.h"
-
 #include "haptics/base/InputError.h"
+#include "haptics/probe/PressureProbe.h"
 
 #include <cmath>
 

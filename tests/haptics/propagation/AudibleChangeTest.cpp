@@ -1,5 +1,4 @@
-#include "haptics/propagation/AudibleChange.h"
-
+#include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 

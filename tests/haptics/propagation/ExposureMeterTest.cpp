@@ -1,5 +1,3 @@
-#include "haptics/propagation/ExposureMeter.h"
-
 #include "haptics/propagation/Exposure.h"
 
 #include <cmath>

@@ -1,10 +1,9 @@
-#include "haptics/sequence/EvenedCycle.h"
-
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "tests/haptics/sequence/EvenedScenes.h"

@@ -2,7 +2,6 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/points/ControlPoints.h"
-#include "haptics/points/FeltPlaces.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "tests/haptics/surface/SampleMeshes.h"

@@ -1,10 +1,9 @@
-#include "haptics/sequence/TimeMultiplexer.h"
-
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/sequence/Modulator.h"
+#include "haptics/sequence/SequenceComposer.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <cmath>

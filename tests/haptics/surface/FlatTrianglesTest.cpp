@@ -1,4 +1,4 @@
-#include "haptics/surface/FeatureChains.h"
+#include "haptics/surface/Outline.h"
 #include "tests/haptics/surface/SamplerChecks.h"
 
 namespace midair::haptics::test

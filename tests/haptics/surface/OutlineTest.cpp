@@ -1,7 +1,6 @@
 #include "haptics/surface/Outline.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/surface/FeatureChains.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <cmath>

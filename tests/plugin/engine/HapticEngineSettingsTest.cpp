@@ -1,5 +1,5 @@
 // What a scene's settings make of the options that its fields are solved with.
-#include "haptics/propagation/AudibleChange.h"
+#include "haptics/propagation/Exposure.h"
 #include "tests/plugin/KitTest.h"
 
 #include <gtest/gtest.h>

@@ -72,7 +72,8 @@ public:
     void closeGate(Time_ns cable_ns);
 
     Time_ns fpgaTime(Time_ns cable_ns) const;
-    Time_ns fpgaWhen(Time_ns reading_ns) const; ///< the cable's time of a reading
+    /// the cable's time of a reading
+    Time_ns fpgaWhen(Time_ns reading_ns) const { return _fpgaClock.when(reading_ns); }
     /// The unit's clock was set or changed its rate at \a cable_ns.
     void followClock(const EmulatedClock& clock, Time_ns cable_ns);
     /// At power-up: the FPGA's clock is the unit's, but runs by itself from then on.

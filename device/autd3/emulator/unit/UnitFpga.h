@@ -1,7 +1,6 @@
 #pragma once
 
-#include "device/autd3/emulator/unit/BankTimeline.h"
-#include "device/autd3/emulator/unit/UnitSilencer.h"
+#include "device/autd3/emulator/unit/EmulatedClock.h"
 #include "device/drive/DriveSignal.h"
 
 #include <algorithm>
@@ -12,6 +11,157 @@
 
 namespace midair::device::emulation
 {
+
+/// Results of commands, as a unit answers them.
+enum class Result : std::uint8_t
+{
+    DONE = 0x00,
+    UNKNOWN_COMMAND = 0x01,
+    BAD_PAYLOAD = 0x02,
+    SILENCER = 0x04,
+    MODE = 0x05,
+    TIME = 0x06,
+    NO_SYNC = 0x08,
+    CAUSE_LASTS = 0x15
+};
+
+/// How an activation names its time.
+enum class Activation : std::uint8_t
+{
+    INDEX = 0x00,
+    TIME = 0x01,
+    NOW = 0xFF
+};
+
+/// The registers of a bank.
+struct BankRegisters
+{
+    std::uint32_t divider = 0xFFFF; ///< slots change every divider periods
+    std::uint32_t slots = 1;        ///< patterns, or samples of a modulation
+    std::uint32_t rounds = 0;       ///< 0: for ever
+
+    Time_ns slot_ns() const { return Time_ns(divider) * kPeriod_ns; }
+};
+
+/// Which of two banks plays, and which of its slots: of patterns, or of the modulation. Times are
+/// readings of the FPGA's clock, but for the margin, which the CPU checks by its own.
+class BankTimeline
+{
+public:
+    /// A switch that has come about.
+    struct Switch
+    {
+        Time_ns at_ns = 0; ///< the period's edge from which the bank is heard
+        int bank = 0;
+        bool replays = false; ///< the bank that played before plays again
+    };
+
+    void clear(std::uint32_t slots); ///< bank 0 plays for ever, both with \a slots
+    void configure(int bank, const BankRegisters& registers) { _written[bank] = registers; }
+
+    /// What an activation is refused for.
+    struct Rules
+    {
+        Time_ns margin_ns = 0; ///< how near a switch may be
+        int steps = 0;         ///< that the dividers of banks that are heard have to reach
+    };
+    /// Plans a switch, or makes it (NOW), and makes the registers of both banks valid.
+    Result activate(int bank,
+                    Activation mode,
+                    std::uint64_t value,
+                    Time_ns fpga_ns,
+                    Time_ns cpu_ns,
+                    const Rules& rules);
+    /// Returns true if the dividers of the banks that are heard, or will be, reach \a steps.
+    bool reaches(int steps) const;
+
+    bool waits() const { return _waits; }
+    Time_ns due_ns() const { return _waits ? _due_ns : kNever_ns; }
+    /// Makes the switch that waits if it is due by \a fpga_ns, or one that was made at once; true,
+    /// once, with what it was.
+    bool takeSwitch(Time_ns fpga_ns, Switch& made);
+
+    int bank() const { return _bank; }
+    int waitingBank() const { return _requested; } ///< the playing one if none waits
+    bool forEver() const { return _forEver; }
+    const BankRegisters& playing() const { return _valid[_bank]; }
+    const BankRegisters& valid(int bank) const { return _valid[bank]; }
+    const BankRegisters& written(int bank) const { return _written[bank]; }
+    std::uint32_t slotAt(Time_ns fpga_ns) const;
+    bool endedAt(Time_ns fpga_ns) const; ///< its rounds are played, the last slot stands
+
+private:
+    void play(int bank, Time_ns at_ns, bool forEver);
+
+    std::array<BankRegisters, 2> _written;
+    std::array<BankRegisters, 2> _valid;
+    int _bank = 0;
+    int _requested = 0;
+    bool _forEver = true;
+    Time_ns _start_ns = 0; ///< of the rounds
+    bool _waits = false;
+    Time_ns _due_ns = 0;
+    bool _switched = false; ///< _last wasn't taken yet
+    Switch _last;
+};
+
+constexpr int kUnitTransducers = 249;
+using UnitLevels = std::array<std::uint8_t, kUnitTransducers>;
+
+/// Phases and intensities of a unit as its memory has them.
+struct UnitPattern
+{
+    UnitLevels phase{};
+    UnitLevels intensity{};
+
+    bool operator==(const UnitPattern& other) const
+    {
+        return phase == other.phase && intensity == other.intensity;
+    }
+};
+
+/// Lets phases (the short way round) and intensities glide, period by period.
+class UnitSilencer
+{
+public:
+    /// How values glide: in so many periods, or by so many 1/256 levels a period.
+    struct Settings
+    {
+        bool byRate = false;
+        bool strict = false;
+        std::uint16_t rateIntensity = 256;
+        std::uint16_t ratePhase = 256;
+        std::uint16_t stepsIntensity = 10;
+        std::uint16_t stepsPhase = 40;
+    };
+
+    void set(const Settings& settings) { _settings = settings; }
+    const Settings& settings() const { return _settings; }
+
+    void head(const UnitPattern& target); ///< begins to glide there
+    void jump(const UnitPattern& target); ///< is there
+    void glide(Time_ns periods);          ///< lets so many periods pass
+
+    float phase(int transducer) const { return _phase[transducer].value; }
+    float intensity(int transducer) const { return _intensity[transducer].value; }
+
+private:
+    /// One value on its way.
+    struct Gliding
+    {
+        float value = 0;
+        float target = 0; ///< of phases the turn of it that is nearest to value
+        float step = 0;
+        int left = 0; ///< periods, where it goes by steps
+
+        void headFor(float next, int steps);
+        void pass(Time_ns periods, bool byRate, float rate);
+    };
+
+    Settings _settings;
+    std::array<Gliding, kUnitTransducers> _phase{};
+    std::array<Gliding, kUnitTransducers> _intensity{};
+};
 
 constexpr std::uint32_t kMostSlots = 1024;
 constexpr std::uint32_t kMostSamples = 65536;
@@ -75,18 +225,23 @@ public:
     /// modulation and silencer: contentOf() of its pattern if all slots are alike.
     std::uint64_t content() const;
     /// The slot that plays, in our levels, without gate, modulation and silencer.
-    DriveSignal field(Time_ns now_ns) const;
+    DriveSignal field(Time_ns now_ns) const
+    {
+        return inOurLevels(slotOf(_patterns.bank(), _patterns.slotAt(now_ns)));
+    }
     /// What the transducers put out, silencer and all, relative to full drive.
     std::vector<std::complex<float>> output(Time_ns now_ns);
 
 private:
-    UnitPattern slotOf(int bank, std::uint32_t slot) const;
+    UnitPattern slotOf(int bank, std::uint32_t slot) const
+    {
+        return slot < _slots[bank].size() ? _slots[bank][slot] : UnitPattern();
+    }
     DriveSignal inOurLevels(const UnitPattern& pattern) const;
     UnitPattern target(Time_ns now_ns) const;
     std::uint8_t sampleAt(Time_ns now_ns) const;
     void render(Time_ns now_ns); ///< lets the silencer glide until now, with what played
     void lookAtModulation();
-    int strictSteps(bool ofPatterns) const; ///< that dividers have to reach; 0: any will do
 
     std::array<std::vector<UnitPattern>, 2> _slots; ///< as many as were ever written
     std::array<std::vector<std::uint8_t>, 2> _samples;

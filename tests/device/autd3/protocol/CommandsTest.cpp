@@ -1,6 +1,5 @@
 #include "device/autd3/protocol/Commands.h"
 
-#include "device/autd3/protocol/Levels.h"
 #include "device/autd3/protocol/Messages.h"
 #include "tests/device/autd3/protocol/HexText.h"
 

@@ -1,5 +1,4 @@
-#include "device/autd3/protocol/Levels.h"
-
+#include "device/autd3/protocol/Commands.h"
 #include "device/drive/DriveEncoder.h"
 
 #include <cmath>

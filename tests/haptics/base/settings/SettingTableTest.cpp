@@ -1,6 +1,5 @@
 #include "haptics/base/settings/SettingTable.h"
 
-#include "haptics/base/settings/Row.h"
 #include "haptics/base/settings/SettingText.h"
 
 #include <cmath>

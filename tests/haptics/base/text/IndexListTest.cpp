@@ -1,6 +1,5 @@
-#include "haptics/base/text/IndexList.h"
-
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
 
 #include <functional>
 

@@ -1,4 +1,4 @@
-#include "haptics/base/text/LineLimit.h"
+#include "haptics/base/text/MessageLog.h"
 
 #include <gtest/gtest.h>
 

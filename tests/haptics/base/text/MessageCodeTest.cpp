@@ -1,5 +1,5 @@
 // The table of codes, and the document that users have of it.
-#include "haptics/base/text/MessageCode.h"
+#include "haptics/base/text/MessageLog.h"
 
 #include <fstream>
 #include <regex>

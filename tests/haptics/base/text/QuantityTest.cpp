@@ -1,7 +1,7 @@
 // Numbers with units, yes and no, and slips of the pen.
 #include "haptics/base/text/Quantity.h"
 
-#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Words.h"
 
 #include <cmath>
 

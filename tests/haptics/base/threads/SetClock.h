@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/base/threads/Clock.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <atomic>

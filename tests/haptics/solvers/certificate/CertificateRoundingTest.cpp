@@ -1,7 +1,6 @@
 // What arithmetic can add to a certificate's bound, against least values in long double.
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/certificate/Certificate.h"
-#include "haptics/solvers/certificate/PhaseRelaxation.h"
 #include "tests/haptics/solvers/PhaseScenes.h"
 
 #include <Eigen/LU>

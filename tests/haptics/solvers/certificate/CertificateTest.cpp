@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/ReferencePropagation.h"
-#include "haptics/solvers/certificate/PhaseRelaxation.h"
 #include "tests/haptics/solvers/PhaseScenes.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-#include "haptics/base/Crc32c.h"
+#include "haptics/base/Bytes.h"
 
 #include <array>
 
