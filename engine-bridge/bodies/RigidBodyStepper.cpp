@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <stdexcept>
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>

@@ -6,7 +6,6 @@
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
 
 namespace midair::bridge
@@ -88,25 +87,33 @@ void ContactField::mask(const std::vector<ContactFocus>& foci)
     }
 }
 
-bool ContactField::solveFor(const std::vector<ContactFocus>& foci,
-                            Eigen::VectorXcf& q,
-                            std::string* error)
+haptics::ControlPoints pointsOf(const std::vector<ContactFocus>& foci)
 {
     haptics::ControlPoints points;
     const auto n = static_cast<Eigen::Index>(foci.size());
     points.positions.resize(3, n);
     points.normals.resize(3, n);
     points.targets.resize(n);
-    points.absolute = _options.absolute;
+    points.absolute = true;
     for (Eigen::Index l = 0; l < n; ++l)
     {
         const ContactFocus& focus = foci[static_cast<std::size_t>(l)];
         points.positions.col(l) = focus.position;
         points.normals.col(l) = focus.normal;
         points.targets[l] = focus.pressure_Pa;
+    }
+    return points;
+}
+
+bool ContactField::solveFor(const std::vector<ContactFocus>& foci,
+                            Eigen::VectorXcf& q,
+                            std::string* error)
+{
+    haptics::ControlPoints points = pointsOf(foci);
+    points.absolute = _options.absolute;
+    for (const ContactFocus& focus : foci)
         points.identity.push_back(focus.contact * kContactFoci +
                                   static_cast<std::uint64_t>(focus.index));
-    }
     _report = _solver->solve(points, _options.mask ? _masked : _array, _medium, q);
     if (_report.stop != haptics::StopReason::REFUSED)
     {

@@ -34,6 +34,9 @@ struct ContactFieldOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
+/// Places, normals and pressures (Pa) of \a foci, as control points.
+haptics::ControlPoints pointsOf(const std::vector<ContactFocus>& foci);
+
 /// Activations for the foci of one moment, by the default solver, which goes on from the field
 /// before: conjugate phases for one focus. The common phase, which nobody feels, is turned so that
 /// each field is as near as possible to the one before.

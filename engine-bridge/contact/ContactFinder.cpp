@@ -1,19 +1,47 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
-#include "engine-bridge/contact/MeshWinding.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/SmallMatrices.h"
 #include "haptics/base/text/Range.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 
 namespace midair::bridge
 {
 
 namespace
 {
+
+using Place = std::array<double, 3>;
+
+constexpr double kSame_m = 1e-9; ///< places that round to the same multiples are one
+
+/// Numbers the places of the vertices, so that vertices doubled at seams become one.
+std::vector<int> welded(const Eigen::Matrix3Xd& vertices)
+{
+    std::vector<int> order(static_cast<std::size_t>(vertices.cols()));
+    for (std::size_t i = 0; i < order.size(); ++i)
+        order[i] = static_cast<int>(i);
+    const auto rounded = [&](int axis, int v) { return std::round(vertices(axis, v) / kSame_m); };
+    const auto place = [&](int v) { return Place{rounded(0, v), rounded(1, v), rounded(2, v)}; };
+    const auto isFinite = [&](int v) { return vertices.col(v).allFinite(); };
+    order.erase(std::partition(order.begin(), order.end(), isFinite), order.end());
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
+    std::vector<int> weld(static_cast<std::size_t>(vertices.cols()), -1);
+    int last = -1;
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        if (i == 0 || place(order[i]) != place(order[i - 1])) last = order[i];
+        weld[static_cast<std::size_t>(order[i])] = last;
+    }
+    return weld;
+}
 
 using Eigen::Vector3d;
 
@@ -39,7 +67,72 @@ double heightOfAxis(const ContactPatch& patch, const Vector3d& normal)
     return normal.dot(pair.onOther - patch.centre);
 }
 
+/// Patches that look farther apart than this aren't one, whatever their distance.
+constexpr double kSameWay = 0.5; // 60 degrees
+
+bool overlap(const Capsule& a, const Capsule& b)
+{
+    return closestSegments(a.a, a.b, b.a, b.b).distance < a.radius_m + b.radius_m;
+}
+
 } // namespace
+
+int windingOf(const haptics::TriangleMesh& mesh)
+{
+    const std::vector<int> weld = welded(mesh.vertices);
+    std::vector<std::pair<int, int>> edges; // as the triangles go round
+    double volume = 0.0;                    // six times
+    for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
+    {
+        const Eigen::Vector3i index = mesh.triangles.col(t);
+        if (index.minCoeff() < 0 || index.maxCoeff() >= mesh.vertices.cols()) continue;
+        std::array<int, 3> corner{};
+        for (int k = 0; k < 3; ++k)
+            corner[static_cast<std::size_t>(k)] = weld[static_cast<std::size_t>(index[k])];
+        const bool isFlat = corner[0] == corner[1] || corner[1] == corner[2] ||
+                            corner[2] == corner[0] ||
+                            *std::min_element(corner.begin(), corner.end()) < 0;
+        if (isFlat) continue;
+        for (std::size_t k = 0; k < 3; ++k)
+            edges.emplace_back(corner[k], corner[(k + 1) % 3]);
+        const Eigen::Vector3d base = mesh.vertices.col(corner[0]);
+        volume += base.dot(Eigen::Vector3d(mesh.vertices.col(corner[1]))
+                               .cross(Eigen::Vector3d(mesh.vertices.col(corner[2]))));
+    }
+    if (edges.empty()) return 0;
+    std::sort(edges.begin(), edges.end());
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return 0;
+    for (const auto& [from, to] : edges)
+        if (!std::binary_search(edges.begin(), edges.end(), std::pair(to, from))) return 0;
+    return volume > 0.0 ? 1 : volume < 0.0 ? -1 : 0;
+}
+
+const char* contactReasonText(ContactReason reason)
+{
+    switch (reason)
+    {
+    case ContactReason::NONE:
+        return "";
+    case ContactReason::TIME_NOT_FINITE:
+        return "the time isn't a finite number, or it runs backwards";
+    case ContactReason::JOINT_NOT_FINITE:
+        return "a joint that counts as tracked has a place that isn't a finite number";
+    case ContactReason::RADIUS_OUT_OF_RANGE:
+        return "a joint's radius isn't above 0 and at most 100 mm";
+    case ContactReason::POSE_NOT_FINITE:
+        return "the pose of the object isn't made of finite numbers";
+    case ContactReason::MESH_NOT_READY:
+        return "the object's mesh is still being prepared";
+    case ContactReason::NO_AREA:
+        return "what is touched has no area";
+    case ContactReason::MATERIAL_INVALID:
+        return "a number of the object's material is out of range; it is silent where it is "
+               "touched";
+    case ContactReason::HAND_JUMPED:
+        return "the hand jumped; its contact begins anew";
+    }
+    return "";
+}
 
 bool ContactFinderOptions::isValid(std::string* error) const
 {
@@ -260,6 +353,83 @@ void ContactFinder::addParts(Part part,
     const double aboveA = heightOfAxis(a, a.normal);
     const double aboveB = heightOfAxis(b, b.normal);
     if (std::min(aboveA, aboveB) < 0.0) (aboveA < aboveB ? a : b).isExit = true;
+}
+
+// What overlaps is summed anew over the union, so that no part of the surface counts twice.
+ContactPatch ContactFinder::joined(const std::vector<const Part*>& members) const
+{
+    ContactPatch patch = members.front()->patch;
+    if (members.size() == 1) return patch;
+    patch.bones.clear();
+    patch.own.clear();
+    patch.depth_m = 0.0;
+    patch.isExit = true;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    std::vector<const Capsule*> capsules;
+    bool isOverlapping = false;
+    for (const Part* member : members)
+    {
+        const ContactPatch& one = member->patch;
+        const Capsule& shape = one.own.front();
+        normal += one.area_m2 * one.normal;
+        patch.depth_m = std::max(patch.depth_m, one.depth_m);
+        patch.isExit = patch.isExit && one.isExit;
+        const int bone = one.bones.front();
+        if (std::find(patch.bones.begin(), patch.bones.end(), bone) != patch.bones.end()) continue;
+        for (const Capsule* other : capsules)
+            isOverlapping = isOverlapping || overlap(*other, shape);
+        capsules.push_back(&shape);
+        patch.bones.push_back(bone);
+        patch.own.push_back(shape);
+    }
+    std::sort(patch.bones.begin(), patch.bones.end());
+    PatchMoments sum;
+    std::vector<const HapticObject*> done;
+    for (const Part* member : members)
+        if (!isOverlapping)
+            sum.add(member->moments);
+        else if (std::find(done.begin(), done.end(), member->piece) == done.end())
+        {
+            done.push_back(member->piece);
+            addSurface(*member, capsules, sum, nullptr);
+        }
+    setShape(patch, sum, normal.normalized());
+    return patch;
+}
+
+void ContactFinder::join()
+{
+    const std::size_t count = _parts.size();
+    std::vector<std::size_t> group(count);
+    std::iota(group.begin(), group.end(), std::size_t(0));
+    std::vector<std::pair<Key, Key>> pairs;
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t j = i + 1; j < count; ++j)
+        {
+            const ContactPatch &a = _parts[i].patch, &b = _parts[j].patch;
+            if (a.hand != b.hand || a.object != b.object || a.isExit != b.isExit ||
+                a.normal.dot(b.normal) < kSameWay)
+                continue;
+            const std::pair<Key, Key> pair(keyOf(_parts[i]), keyOf(_parts[j]));
+            const bool wasOne = std::find(_joined.begin(), _joined.end(), pair) != _joined.end();
+            if ((a.centre - b.centre).norm() >= (wasOne ? _options.part_m : _options.join_m))
+                continue;
+            pairs.push_back(pair);
+            const std::size_t from = group[j], to = group[i];
+            std::replace(group.begin(), group.end(), from, to);
+        }
+    _joined = std::move(pairs);
+    _normals.clear();
+    for (const Part& part : _parts)
+        _normals.emplace_back(keyOf(part), part.patch.normal);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        std::vector<const Part*> members;
+        for (std::size_t j = 0; j < count; ++j)
+            if (group[j] == i) members.push_back(&_parts[j]);
+        if (!members.empty()) _patches.push_back(joined(members));
+    }
+    _parts.clear();
 }
 
 } // namespace midair::bridge

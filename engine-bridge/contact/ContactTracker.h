@@ -3,9 +3,7 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/contact/ContactFinder.h"
 #include "engine-bridge/contact/ContactForce.h"
-#include "engine-bridge/contact/ContactPaint.h"
 #include "engine-bridge/contact/ContactPath.h"
-#include "engine-bridge/contact/ContactVibration.h"
 #include "engine-bridge/hands/Hand.h"
 #include "haptics/array/Medium.h"
 

@@ -1,8 +1,9 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,7 +36,7 @@ public:
             error = "the " + _kind + " \"" + name + "\" has nothing that makes it";
         else
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const base::Lock lock(_mutex);
             const bool isKnown = std::find(known.begin(), known.end(), name) != known.end();
             if (!isKnown && _makers.emplace(name, std::move(make)).second) return true;
             error = "the name \"" + name + "\" is taken";
@@ -46,14 +47,14 @@ public:
     /// Returns an empty function if there is none of that name.
     Factory find(const std::string& name)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto found = _makers.find(name);
         return found == _makers.end() ? Factory() : found->second;
     }
 
     std::vector<std::string> names()
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         std::vector<std::string> all;
         for (const auto& entry : _makers)
             all.push_back(entry.first);
@@ -64,8 +65,8 @@ private:
     static constexpr std::size_t kMostLetters = 32;
 
     const std::string _kind;
-    std::mutex _mutex;
-    std::map<std::string, Factory> _makers;
+    base::Mutex _mutex;
+    std::map<std::string, Factory> _makers MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::bridge

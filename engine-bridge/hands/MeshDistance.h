@@ -1,14 +1,124 @@
 #pragma once
 
 #include "engine-bridge/hands/Hand.h"
-#include "engine-bridge/hands/TriangleTree.h"
 #include "haptics/surface/TriangleMesh.h"
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
 namespace midair::bridge
 {
+
+/// Bounding volume hierarchy of a mesh's triangles: boxes, and the area of the surface below each.
+///
+/// Exact: a search by lowerBound() finds what a look at every triangle would. Triangles whose
+/// vertices are not finite or out of range are left out.
+class TriangleTree
+{
+public:
+    /// \a mesh must outlive the tree. \a like: a tree of the same triangles at other places, whose
+    /// order is kept, which is faster; null, or too different by now: the order is found anew.
+    TriangleTree(const haptics::TriangleMesh& mesh, const TriangleTree* like);
+
+    bool isEmpty() const { return _isEmpty; }
+    const Eigen::Vector3d& low() const { return _boxes.front().low; } ///< of the whole mesh
+    const Eigen::Vector3d& high() const { return _boxes.front().high; }
+
+    /// Calls \a visit(t) with every triangle that may be within \a limit of the capsule's axis,
+    /// those that are probably near first; visit may lower the limit.
+    template<class Visit>
+    void walk(const Capsule& capsule, const double& limit, const Visit& visit) const
+    {
+        if (!_isEmpty && lowerBound(capsule, 0) <= limit) walkFrom(0, capsule, limit, visit);
+    }
+
+    /// The sum of the surface's area inside the union of \a capsules: \a areaOf(t, near) is called
+    /// for triangles that the skin may cut, with the capsules that may reach it.
+    template<class AreaOf>
+    double areaInside(const std::vector<const Capsule*>& capsules, const AreaOf& areaOf) const
+    {
+        return _isEmpty ? 0.0 : areaFrom(0, capsules, areaOf);
+    }
+
+private:
+    /// A node: its left child follows it.
+    struct Link
+    {
+        int right = 0; ///< the right child; 0: a leaf
+        int first = 0; ///< of a leaf, the first of its triangles in Order::triangles
+        int count = 0;
+    };
+    /// What trees of the same triangles share.
+    struct Order
+    {
+        std::vector<int> triangles; ///< with valid indices, leaf by leaf
+        std::vector<Link> links;
+        Eigen::Index ofTriangles = 0; ///< of the mesh
+        double size_m = 0.0;          ///< sizeOf() when it was found
+    };
+    struct Box
+    {
+        Eigen::Vector3d low;
+        Eigen::Vector3d high;
+        double area = 0.0; ///< of all triangles below
+    };
+    struct Builder;
+
+    void fit();
+    void fitLeaf(const Link& link, Box& box) const;
+    double sizeOf() const;
+    double lowerBound(const Capsule& capsule, int node) const;
+    bool isInside(int node, const Capsule& capsule) const;
+
+    template<class Visit>
+    void walkFrom(int node, const Capsule& capsule, const double& limit, const Visit& visit) const
+    {
+        const Link& link = _order->links[static_cast<std::size_t>(node)];
+        if (link.right == 0)
+        {
+            for (int i = link.first; i < link.first + link.count; ++i)
+                visit(_order->triangles[static_cast<std::size_t>(i)]);
+            return;
+        }
+        const int left = node + 1;
+        const double toLeft = lowerBound(capsule, left);
+        const double toRight = lowerBound(capsule, link.right);
+        const bool leftFirst = toLeft <= toRight;
+        if (std::min(toLeft, toRight) <= limit)
+            walkFrom(leftFirst ? left : link.right, capsule, limit, visit);
+        if (std::max(toLeft, toRight) <= limit)
+            walkFrom(leftFirst ? link.right : left, capsule, limit, visit);
+    }
+
+    template<class AreaOf>
+    double
+    areaFrom(int node, const std::vector<const Capsule*>& capsules, const AreaOf& areaOf) const
+    {
+        std::vector<const Capsule*> near;
+        for (const Capsule* capsule : capsules)
+        {
+            if (isInside(node, *capsule)) return _boxes[static_cast<std::size_t>(node)].area;
+            if (lowerBound(*capsule, node) <= capsule->radius_m) near.push_back(capsule);
+        }
+        if (near.empty()) return 0.0;
+        const Link& link = _order->links[static_cast<std::size_t>(node)];
+        double area = 0.0;
+        if (link.right > 0)
+            return areaFrom(node + 1, near, areaOf) + areaFrom(link.right, near, areaOf);
+        for (int i = link.first; i < link.first + link.count; ++i)
+            area += areaOf(_order->triangles[static_cast<std::size_t>(i)], near);
+        return area;
+    }
+
+    const haptics::TriangleMesh& _mesh;
+    std::shared_ptr<const Order> _order;
+    std::vector<Box> _boxes; ///< of each node
+    bool _isEmpty = true;
+};
+
+/// Returns true if all vertices of the triangle \a t, whose indices are valid, are finite.
+bool isFinite(const haptics::TriangleMesh& mesh, int t);
 
 /// The place of a mesh that is nearest to a capsule.
 struct NearestSpot

@@ -1,20 +1,25 @@
 #include "engine-bridge/hands/Obstacles.h"
 
-#include "engine-bridge/hands/Fresnel.h"
+#include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/SmallMatrices.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace midair::bridge
 {
 
 namespace
 {
+
+constexpr double kFade = 0.6;
 
 using Eigen::Vector3d;
 
@@ -186,7 +191,125 @@ std::vector<Capsule> nearOnes(const std::vector<Capsule>& obstacles,
     return result;
 }
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Half the least extent of an obstacle, m: far below any wavelength, and over 0.
+constexpr double kThinnest_m = 1e-4;
+
+/// The principal axes of the surface as columns, the largest spread first.
+Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
+{
+    // Moments of the surface instead of the vertices, which may crowd: the second moments of a
+    // triangle about the origin are A/12 (sum v_i v_i^T + 9 m m^T), with m the mean of its corners
+    // v_i.
+    Matrix3d moments = Matrix3d::Zero();
+    Vector3d first = Vector3d::Zero();
+    double area = 0.0;
+    for (const auto& t : mesh.triangles.colwise())
+    {
+        const Vector3d a = mesh.vertices.col(t[0]);
+        const Vector3d b = mesh.vertices.col(t[1]);
+        const Vector3d c = mesh.vertices.col(t[2]);
+        const double size = 0.5 * (b - a).cross(c - a).norm();
+        const Vector3d mean = (a + b + c) / 3.0;
+        if (!std::isfinite(size)) continue;
+        moments += size / 12.0 *
+                   (a * a.transpose() + b * b.transpose() + c * c.transpose() +
+                    9.0 * mean * mean.transpose());
+        first += size * mean;
+        area += size;
+    }
+    if (!(area > 0.0)) return Matrix3d::Identity();
+    middle = first / area;
+    const Matrix3d spread = moments / area - middle * middle.transpose();
+    return base::symmetricAxes(spread).vectors.rowwise().reverse();
+}
+
+/// An interval, empty at first.
+struct Range
+{
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+
+    void add(double value)
+    {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+};
+
+Range within(const Eigen::Matrix3Xd& vertices,
+             const Eigen::Matrix3Xi& triangles,
+             double low,
+             double high)
+{
+    Range range;
+    for (const auto& t : triangles.colwise())
+        for (int k = 0; k < 3; ++k)
+        {
+            const Vector3d a = vertices.col(t[k]);
+            const Vector3d b = vertices.col(t[(k + 1) % 3]);
+            if (a.y() >= low && a.y() <= high) range.add(a.x());
+            // The points where the edge crosses the strip's borders.
+            for (const double border : {low, high})
+                if ((a.y() - border) * (b.y() - border) < 0.0)
+                    range.add(a.x() + (b.x() - a.x()) * (border - a.y()) / (b.y() - a.y()));
+        }
+    return range;
+}
+
+/// Written so that NaN counts as moved.
+bool near(const Capsule& a, const Capsule& b)
+{
+    return (a.a - b.a).norm() <= kHandTolerance_m && (a.b - b.b).norm() <= kHandTolerance_m &&
+           std::abs(a.radius_m - b.radius_m) <= kHandTolerance_m;
+}
+
+bool nearHands(const std::vector<HandCapsule>& a, const std::vector<HandCapsule>& b)
+{
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (a[i].hand != b[i].hand || a[i].bone != b[i].bone || !near(a[i].shape, b[i].shape))
+            return false;
+    return true;
+}
+
+bool nearProps(const std::vector<Capsule>& a, const std::vector<Capsule>& b)
+{
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (!near(a[i], b[i])) return false;
+    return true;
+}
+
 } // namespace
+
+std::complex<double> knifeEdge(double v)
+{
+    // Auxiliary functions of v >= 0: C(v) = 1/2 + f sin - g cos, S(v) = 1/2 - f cos - g sin of pi
+    // v^2/2 (A&S 7.3.9, 7.3.10), so that integral from v of e^{-j pi t^2/2} = (1/2 - C) - j (1/2 -
+    // S) = (g - j f) e^{-j pi v^2/2}.
+    const double x = std::abs(v);
+    const double f = (1.0 + 0.926 * x) / (2.0 + 1.792 * x + 3.104 * x * x);
+    const double g = 1.0 / (2.0 + 4.142 * x + 3.492 * x * x + 6.670 * x * x * x);
+    const std::complex<double> beyond = std::complex<double>(0.5, 0.5) *
+                                        std::complex<double>(g, -f) *
+                                        std::polar(1.0, -0.5 * base::kPi * x * x);
+    return v >= 0.0 ? beyond : 1.0 - beyond;
+}
+
+double pastRectangle(double x1, double x2, double y1, double y2)
+{
+    if (x1 >= kLit || y1 >= kLit || y2 <= -kLit) return 1.0;
+    const std::complex<double> blocked =
+        (knifeEdge(x1) - knifeEdge(x2)) * (knifeEdge(y1) - knifeEdge(y2));
+    const double passed = std::min(1.0, std::abs(1.0 - blocked));
+    // Blends to 1 from kFade to kLit; the ripples of the far edges would leave a small step at
+    // kLit.
+    const double lit = std::clamp((x1 - kFade) / (kLit - kFade), 0.0, 1.0);
+    return passed + lit * (1.0 - passed);
+}
 
 bool ShadowOptions::isValid(std::string* error) const
 {
@@ -261,6 +384,92 @@ Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
         squares.setOnes();
     if (counters) *counters = counted;
     return squares.cwiseSqrt();
+}
+
+std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastWidth_m, int most)
+{
+    std::vector<Capsule> capsules;
+    if (mesh.triangles.cols() == 0 || !mesh.vertices.allFinite()) return capsules;
+    Vector3d middle = Vector3d::Zero();
+    Matrix3d axes = principalAxes(mesh, middle);
+    Eigen::Matrix3Xd local = axes.transpose() * (mesh.vertices.colwise() - middle);
+    Vector3d extent = local.rowwise().maxCoeff() - local.rowwise().minCoeff();
+    // Sorts the axes again, since their extents may rank differently from their spreads.
+    Eigen::Vector3i order(0, 1, 2);
+    std::stable_sort(
+        order.data(), order.data() + 3, [&](int i, int k) { return extent[i] > extent[k]; });
+    Matrix3d ranked;
+    for (int k = 0; k < 3; ++k)
+        ranked.col(k) = axes.col(order[k]);
+    axes = ranked;
+    local = axes.transpose() * (mesh.vertices.colwise() - middle);
+    const Vector3d low = local.rowwise().minCoeff();
+    extent = (local.rowwise().maxCoeff() - low).cwiseMax(2.0 * kThinnest_m);
+
+    const double wanted = std::floor(extent.y() / std::max(extent.z(), leastWidth_m) + 0.5);
+    const int strips = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(most)));
+    const double width = extent.y() / strips;
+    // A single capsule is as wide as the mesh looks from its sides, on average.
+    const double radius = strips > 1 ? 0.5 * width : 0.25 * (width + extent.z());
+    for (int i = 0; i < strips; ++i)
+    {
+        const double from = low.y() + width * i;
+        const Range range = within(local, mesh.triangles, from, from + width);
+        if (!(range.high >= range.low)) continue;
+        const double y = from + 0.5 * width;
+        const double z = low.z() + 0.5 * extent.z();
+        const double inset = std::min(radius, 0.5 * (range.high - range.low));
+        capsules.push_back({middle + axes * Vector3d(range.low + inset, y, z),
+                            middle + axes * Vector3d(range.high - inset, y, z),
+                            radius});
+    }
+    return capsules;
+}
+
+bool equivalent(const HandsAndObstacles& a, const HandsAndObstacles& b)
+{
+    if (a.reach_m != b.reach_m || a.shadows != b.shadows) return false;
+    if ((a.reach_m > 0.0 || a.shadows) && !nearHands(a.hands, b.hands)) return false;
+    return !a.shadows || nearProps(a.props, b.props);
+}
+
+std::uint64_t ReachAndShadow::keepWithinReach(haptics::ControlPoints& points,
+                                              Eigen::Matrix3Xd& skipped) const
+{
+    if (!(_last.reach_m > 0.0)) return 0;
+    const std::vector<bool> within = withinReach(points.positions, _last.hands, _last.reach_m);
+    std::vector<int> kept;
+    const Eigen::Index before = skipped.cols();
+    skipped.conservativeResize(3, before + points.size());
+    Eigen::Index left = before;
+    for (int l = 0; l < points.size(); ++l)
+        if (within[static_cast<std::size_t>(l)])
+            kept.push_back(l);
+        else
+            skipped.col(left++) = points.positions.col(l);
+    skipped.conservativeResize(3, left);
+    points = haptics::pick(points, kept);
+    return static_cast<std::uint64_t>(left - before);
+}
+
+const haptics::TransducerArray& ReachAndShadow::shadowed(const haptics::ControlPoints& points,
+                                                         const haptics::TransducerArray& array,
+                                                         double wavelength_m)
+{
+    if (!_last.shadows || (_last.hands.empty() && _last.props.empty())) return array;
+    std::vector<Capsule> obstacles = _last.props;
+    for (const HandCapsule& hand : _last.hands)
+        obstacles.push_back(hand.shape);
+    ShadowOptions options;
+    options.wavelength_m = wavelength_m;
+    const Eigen::VectorXd gains = shadowGains(points.positions, array, obstacles, options);
+    if ((gains.array() == 1.0).all()) return array;
+    _shadowed = array;
+    if (array.gain.size() == gains.size())
+        _shadowed.gain = array.gain.cwiseProduct(gains);
+    else
+        _shadowed.gain = gains;
+    return _shadowed;
 }
 
 } // namespace midair::bridge

@@ -1,7 +1,5 @@
 #include "engine-bridge/hands/TouchMeshes.h"
 
-#include "haptics/base/threads/Mutex.h"
-
 #include <algorithm>
 #include <utility>
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "engine-bridge/pipeline/EarStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "engine-bridge/playing/PressureCap.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine-bridge/pipeline/CappedOutput.h"
-#include "engine-bridge/pipeline/HandStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/rendering/ContactRenderer.h"
 

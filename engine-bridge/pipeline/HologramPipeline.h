@@ -2,15 +2,12 @@
 
 #include "engine-bridge/pipeline/CappedOutput.h"
 #include "engine-bridge/pipeline/ContactStage.h"
-#include "engine-bridge/pipeline/EarStage.h"
-#include "engine-bridge/pipeline/HandStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/pipeline/RestRefiner.h"
-#include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/sequence/SequenceComposer.h"
 

@@ -1,7 +1,5 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 
-#include "engine-bridge/playing/PressureCap.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <utility>

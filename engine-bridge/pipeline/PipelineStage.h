@@ -1,8 +1,10 @@
 #pragma once
 
+#include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
-#include "engine-bridge/pipeline/SceneSnapshot.h"
+#include "engine-bridge/pipeline/PointAssembler.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "haptics/base/text/MessageLog.h"
 
 #include <memory>
@@ -92,6 +94,59 @@ public:
     /// Adds to \a result what this stage knows; its state is there already. \a isOtherField: its
     /// field may be another than the last one.
     virtual void report(HologramResult& /*result*/, bool /*isOtherField*/) {}
+};
+
+/// Listens to what is played. With a limit, a field is held down for where the ears are now; else
+/// they just hear another one when they move.
+class EarStage final : public PipelineStage
+{
+public:
+    explicit EarStage(const PipelineContext& context) : _context(context) { setOptions(); }
+
+    void setOptions() override;
+    bool arrive(const SceneSnapshot*& snapshot) override;
+    bool mayPlayOn() const override { return !_isMoved; }
+    void report(HologramResult& result, bool isOtherField) override;
+
+    double limit_dB() const { return _watch.limit_dB(); } ///< 0: there is none; any thread
+    /// The limit for the fields; null: there is none.
+    const EarBound* bound() { return _watch.bound(); }
+    haptics::ExposureFigures reading() const; ///< as of now; any thread
+
+private:
+    const PipelineContext& _context;
+    EarWatch _watch;
+    bool _isMoved = false; // by the newest snapshot, where a limit holds
+};
+
+/// The hands and props of the snapshot that is solved for: which points are near enough, and which
+/// transducers they shadow.
+class HandStage final : public PipelineStage
+{
+public:
+    explicit HandStage(const PipelineContext& context) : _context(context) {}
+
+    bool arrive(const SceneSnapshot*& snapshot) override
+    {
+        return _around.unmoved(snapshot->around);
+    }
+
+    /// Sets the hands and props for the calls that follow.
+    void begin(const HandsAndObstacles& around) { _around.begin(around); }
+    /// See ReachAndShadow.
+    std::uint64_t keepWithinReach(haptics::ControlPoints& points, Eigen::Matrix3Xd& skipped) const
+    {
+        return _around.keepWithinReach(points, skipped);
+    }
+    /// The options' array as \a points hear it; valid until the next call.
+    const haptics::TransducerArray& shadowed(const haptics::ControlPoints& points)
+    {
+        return _around.shadowed(points, _context.options.array, _context.options.wavelength_m());
+    }
+
+private:
+    const PipelineContext& _context;
+    ReachAndShadow _around;
 };
 
 } // namespace midair::bridge

@@ -1,7 +1,8 @@
 #pragma once
 
+#include "engine-bridge/HapticObject.h"
+#include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/SampleCache.h"
-#include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPointSelector.h"
@@ -17,6 +18,25 @@
 
 namespace midair::bridge
 {
+
+/// The objects, hands and props of one frame, handed to the hologram thread; immutable once
+/// submitted.
+struct SceneSnapshot
+{
+    std::uint64_t frame = 0; ///< frame number; copied into HologramResult::frame
+    double time_s = 0.0;     ///< steady clock, when it was collected
+    /// of the frame; copied into HologramResult::simulationTime_s
+    double simulationTime_s = 0.0;
+    /// affine, from the scene's world, in its units, to the array; copied into the result
+    Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
+    std::vector<HapticObject> objects;
+    HandsAndObstacles around;
+    HandFrame hands;          ///< array frame; for contacts
+    double handsLate_s = 0.0; ///< from the time of these places to the sound; 0: they are predicted
+    /// 3 x k, m, array frame: the ears of a head that is known to be there
+    Eigen::Matrix3Xd ears = Eigen::Matrix3Xd(3, 0);
+    double metresPerUnit = 1.0; ///< of the scene, for messages; the objects are in metres
+};
 
 /// What became of the samples of one object of a snapshot.
 struct ObjectPoints

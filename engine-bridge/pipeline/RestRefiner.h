@@ -1,9 +1,8 @@
 #pragma once
 
-#include "engine-bridge/pipeline/FeltSurface.h"
-#include "engine-bridge/pipeline/HandStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
+#include "engine-bridge/pipeline/SampleCache.h"
 #include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/surface/Outline.h"

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/HapticObject.h"
+#include "haptics/points/ControlPoints.h"
 #include "haptics/surface/SurfaceSampler.h"
 
 #include <Eigen/Core>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -79,6 +81,32 @@ private:
     std::list<Entry> _entries; ///< newest first; about one per mesh
     std::uint64_t _sampled = 0;
     std::uint64_t _followed = 0;
+};
+
+/// Finds the places on a scene's surfaces over which a cycle's fields are evened out.
+class FeltSurface
+{
+public:
+    /// \a wavelength_m: > 0; also the spacing of objects that set none.
+    explicit FeltSurface(double wavelength_m) : _wavelength_m(wavelength_m) {}
+
+    /// Once \a stop is requested, places() throws base::Stopped.
+    void setStop(const base::StopToken& stop);
+
+    /// Returns the places of \a objects near \a points, the control points that are played, with
+    /// the targets of the nearest: at the first of haptics::kPlaceSpacings that gives at most
+    /// haptics::kMostPlaces; nothing if none does.
+    std::optional<haptics::ControlPoints> places(const std::vector<HapticObject>& objects,
+                                                 const haptics::ControlPoints& points);
+
+private:
+    std::optional<haptics::ControlPoints> placesOf(const std::vector<HapticObject>& objects,
+                                                   const haptics::ControlPoints& points,
+                                                   double spacing_m);
+
+    double _wavelength_m;
+    base::StopToken _stop;
+    SampleCache _samples;
 };
 
 } // namespace midair::bridge

@@ -1,13 +1,13 @@
 #include "engine-bridge/player/ScenePlayer.h"
 
 #include "engine-bridge/player/SceneOptions.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Quantity.h"
-#include "haptics/base/threads/Mutex.h"
+#include "haptics/base/text/Words.h"
 #include "haptics/base/threads/SteadyClock.h"
 
-#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -52,7 +52,76 @@ void addFigures(const HologramResult& result, SceneStatistics& all)
     all.stop = haptics::stopReasonName(result.report().stop);
 }
 
+bool sameObject(const HapticObject& a, const HapticObject& b)
+{
+    return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
+           a.clips == b.clips && a.pose.matrix() == b.pose.matrix();
+}
+
 } // namespace
+
+// \a isCounted: it is said once more; else it is one that the thread has counted.
+void SceneMessages::keep(base::Message message, bool isCounted)
+{
+    message.text = base::printable(message.text); // may contain text from a file
+    message.path = base::printable(message.path);
+    bool fresh = false;
+    {
+        const base::Lock lock(_mutex);
+        fresh = isCounted ? _log.say(message) : _log.take(message);
+    }
+    if (!fresh || !_print) return;
+    if (const auto line = _lines.take(message, base::steadySeconds())) _print(*line);
+}
+
+// A result has all that its thread has told so far. What was taken before may be gone from the log,
+// which has a limit, and isn't new for that.
+void SceneMessages::take(const std::vector<base::Message>& told)
+{
+    std::uint64_t newest = _takenUpTo;
+    for (const base::Message& message : told)
+    {
+        if (message.said == 0 || message.said > _takenUpTo) keep(message, false);
+        newest = std::max(newest, message.said);
+    }
+    _takenUpTo = newest;
+}
+
+void SceneMessages::printDue(double now_s)
+{
+    for (const Line& line : _lines.due(now_s))
+        _print(line);
+}
+
+std::vector<base::Message> SceneMessages::all() const
+{
+    const base::Lock lock(_mutex);
+    return _log.messages();
+}
+
+void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
+{
+    _objects = snapshot.objects;
+    _around = snapshot.around;
+    _ears = snapshot.ears;
+    _at_s = now_s;
+    _isAny = true;
+}
+
+bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) const
+{
+    if (!_isAny || !equivalent(snapshot.around, _around)) return true;
+    const Eigen::Matrix3Xd& ears = snapshot.ears;
+    if (ears.cols() != _ears.cols() ||
+        (ears.cols() > 0 &&
+         !((ears - _ears).colwise().norm().maxCoeff() <= EarWatch::kTolerance_m)))
+        return true;
+    return objectsToo && !std::equal(snapshot.objects.begin(),
+                                     snapshot.objects.end(),
+                                     _objects.begin(),
+                                     _objects.end(),
+                                     sameObject);
+}
 
 ScenePlayer::ScenePlayer(Host host) :
     _host(std::move(host)),

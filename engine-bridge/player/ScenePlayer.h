@@ -4,17 +4,21 @@
 #include "engine-bridge/air/AirTemperature.h"
 #include "engine-bridge/hands/tracking/HandTracker.h"
 #include "engine-bridge/pipeline/HologramThread.h"
-#include "engine-bridge/player/LatencyStatistics.h"
+#include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/player/PipelineMaker.h"
-#include "engine-bridge/player/SceneMessages.h"
-#include "engine-bridge/player/SubmittedFrame.h"
+#include "haptics/base/Percentile.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <osgMidair/SceneSettings>
 #include <osgMidair/SceneStatistics>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,6 +27,90 @@
 
 namespace midair::bridge
 {
+
+/// What the user is told about one scene: each message once, counted, and as lines of a log that
+/// stays readable.
+class SceneMessages
+{
+public:
+    using Line = base::LineLimit::Line;
+
+    /// \a print: takes each line on the thread that says it; none: messages are kept alone.
+    explicit SceneMessages(std::function<void(const Line&)> print) : _print(std::move(print)) {}
+
+    /// Adds \a message, or counts it if it is there. For one thread at a time, as the next two.
+    void say(base::Message message) { keep(std::move(message), true); }
+    /// Takes over those of \a told that are new since the last call, which the hologram thread has
+    /// counted.
+    void take(const std::vector<base::Message>& told);
+    /// Takes over one that something else than that thread has counted.
+    void adopt(const base::Message& message) { keep(message, false); }
+    /// Prints lines that have waited until \a now_s.
+    void printDue(double now_s);
+
+    /// All so far. Any thread.
+    std::vector<base::Message> all() const;
+
+private:
+    void keep(base::Message message, bool isCounted);
+
+    const std::function<void(const Line&)> _print;
+    base::LineLimit _lines;
+    std::uint64_t _takenUpTo = 0; ///< newest Message::said of those that were taken
+    mutable base::Mutex _mutex;
+    base::MessageLog _log MIDAIR_GUARDED_BY(_mutex);
+};
+
+/// The frame that was handed over last, to find whether another one differs.
+class SubmittedFrame
+{
+public:
+    /// From now on every frame differs.
+    void forget() { _isAny = false; }
+    bool isAny() const { return _isAny; }
+
+    /// Notes \a snapshot, which is about to be handed over at \a now_s (steady clock).
+    void note(const SceneSnapshot& snapshot, double now_s);
+    double since_s() const { return _at_s; }
+
+    /// Returns true if \a snapshot differs. \a objectsToo: false compares only what is around the
+    /// objects, where it is known that they are the same.
+    bool differs(const SceneSnapshot& snapshot, bool objectsToo) const;
+
+    bool hasObjects() const { return !_objects.empty(); }
+
+private:
+    std::vector<HapticObject> _objects;
+    HandsAndObstacles _around;
+    Eigen::Matrix3Xd _ears = Eigen::Matrix3Xd(3, 0);
+    double _at_s = 0.0;
+    bool _isAny = false;
+};
+
+/// Percentiles over the last kWindow values.
+class LatencyStatistics
+{
+public:
+    static constexpr std::size_t kWindow = 1024;
+
+    void add(double value)
+    {
+        _values[_count % kWindow] = value;
+        ++_count;
+    }
+
+    /// Returns the percentile at \a fraction (0 .. 1) of the values in the window; 0 if there are
+    /// none.
+    double percentile(double fraction) const
+    {
+        const auto end = static_cast<std::ptrdiff_t>(std::min(_count, kWindow));
+        return base::percentile({_values.begin(), _values.begin() + end}, fraction);
+    }
+
+private:
+    std::array<double, kWindow> _values{};
+    std::size_t _count = 0;
+};
 
 /// Plays a scene whose frames somebody hands in: settings in, with their caps and their air; hands,
 /// touches and forces; a hologram thread with its device; messages, state and counts out. It knows

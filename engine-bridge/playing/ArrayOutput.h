@@ -2,11 +2,9 @@
 
 #include "device/ArrayDevice.h"
 #include "device/limits/Lead.h"
-#include "engine-bridge/playing/ArrayReading.h"
 #include "engine-bridge/playing/DeviceOpener.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "engine-bridge/playing/PlayedDrives.h"
-#include "engine-bridge/playing/PlayedShare.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
@@ -26,6 +24,31 @@
 
 namespace midair::bridge
 {
+
+/// Tells from a device's reports whether it plays what it is sent, over its last fields, so that
+/// single losses of a noisy line are no fault.
+class PlayedShare
+{
+public:
+    /// Takes a newer report in, and returns true if the device plays too few of its fields.
+    bool isFaulty(const device::DeviceReport& report);
+    /// Begins anew: what was lost before \a report counts no more.
+    void forget(const device::DeviceReport& report);
+
+private:
+    std::uint64_t _settled = 0;
+    std::uint64_t _played = 0;
+    double _share = 1.0; ///< of the last fields, those that were played
+    bool _faulty = false;
+};
+
+/// What an array does, and what became of its fields: all by one report of its device.
+struct ArrayReading
+{
+    ArrayState state = ArrayState::CLOSED;
+    ArrayFields fields; ///< none while no device is open
+    std::string status; ///< of the device, for people
+};
 
 /// Sends a scene's fields to a device: holds a single field, plays several in turn, silences the
 /// array, and resends what the device lost.

@@ -21,7 +21,14 @@ struct DeviceOpener::Shared
     Shared(Open itsOpen, double itsPause_s) : open(std::move(itsOpen)), pause_s(itsPause_s) {}
 
     void run() MIDAIR_EXCLUDES(mutex);
-    bool awaitTry(base::Lock& lock) MIDAIR_REQUIRES(mutex);
+    // Returns false if the try that is under way hasn't ended when nobody should wait any more.
+    bool awaitTry(base::Lock& lock) MIDAIR_REQUIRES(mutex)
+    {
+        const double until_s = began_s + kPatience_s;
+        while (isTrying && base::steadySeconds() < until_s)
+            base::steadyClock().wait(wake, lock, until_s);
+        return !isTrying;
+    }
 
     const Open open;
     const double pause_s;
@@ -81,15 +88,6 @@ void DeviceOpener::Shared::run()
         began_s = base::steadySeconds();
         ++tries;
     }
-}
-
-// Returns false if the try that is under way hasn't ended when nobody should wait any more.
-bool DeviceOpener::Shared::awaitTry(base::Lock& lock)
-{
-    const double until_s = began_s + kPatience_s;
-    while (isTrying && base::steadySeconds() < until_s)
-        base::steadyClock().wait(wake, lock, until_s);
-    return !isTrying;
 }
 
 DeviceOpener::DeviceOpener(Open open, double pause_s) :

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/Modulator.h"
@@ -13,6 +14,20 @@
 
 namespace midair::bridge
 {
+
+/// Replaces \a out by the signal for step \a step (>= 0; at step/fieldRate_Hz) of a modulated
+/// \a cycle of at least one signal.
+void signalOfStep(const std::vector<device::DriveSignal>& cycle,
+                  const haptics::Modulator& modulator,
+                  std::int64_t step,
+                  device::DriveSignal& out);
+
+/// All steps of one period of a modulated \a cycle, for a device that times them by itself. Has no
+/// signals if the period is longer than \a most steps, or the period of the amplitude modulation is
+/// not a whole number of steps.
+device::DriveSequence sequenceOfSteps(const std::vector<device::DriveSignal>& cycle,
+                                      const haptics::Modulator& modulator,
+                                      int most);
 
 /// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate.
 ///

@@ -102,20 +102,12 @@ bool ContactRenderer::isActive(double now_s) const
                        { return one.wanted_m > 0.0 || one.depth_m > kLeastDepth_m; });
 }
 
-haptics::ControlPoints ContactRenderer::pointsOf(const std::vector<ContactFocus>& foci) const
+haptics::ControlPoints
+ContactRenderer::pointsWithObjects(const std::vector<ContactFocus>& foci) const
 {
-    haptics::ControlPoints points;
-    const auto n = static_cast<Eigen::Index>(foci.size());
-    points.positions.resize(3, n);
-    points.normals.resize(3, n);
-    points.targets.resize(n);
-    points.absolute = true;
-    for (Eigen::Index l = 0; l < n; ++l)
+    haptics::ControlPoints points = pointsOf(foci);
+    for (const ContactFocus& focus : foci)
     {
-        const ContactFocus& focus = foci[static_cast<std::size_t>(l)];
-        points.positions.col(l) = focus.position;
-        points.normals.col(l) = focus.normal;
-        points.targets[l] = focus.pressure_Pa;
         const auto found = _indices.find(objectOf(_tracker.contacts(), focus.contact));
         points.object.push_back(found == _indices.end() ? 0 : found->second);
     }
@@ -154,7 +146,7 @@ RenderedField ContactRenderer::render(double now_s, const haptics::FieldSequence
     rendered.isFailed = !_field.solve(_foci, rendered.q, &rendered.error);
     if (rendered.isFailed) _foci.clear();
     rendered.report = _field.report();
-    rendered.foci = pointsOf(_foci);
+    rendered.foci = pointsWithObjects(_foci);
     addWhole(now_s, whole, rendered.q);
     _wasActive = isActive(now_s);
     return rendered;
@@ -184,7 +176,7 @@ ContactScene ContactRenderer::view() const
         std::vector<ContactFocus> own;
         for (const ContactFocus& focus : _foci)
             if (focus.contact == contact.id) own.push_back(focus);
-        const haptics::ControlPoints points = pointsOf(own);
+        const haptics::ControlPoints points = pointsWithObjects(own);
         view.foci = points.positions;
         view.pressure_Pa = points.targets.cast<double>();
     }

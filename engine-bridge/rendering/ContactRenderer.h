@@ -89,7 +89,7 @@ public:
     const ContactRendererOptions& options() const { return _options; }
 
 private:
-    haptics::ControlPoints pointsOf(const std::vector<ContactFocus>& foci) const;
+    haptics::ControlPoints pointsWithObjects(const std::vector<ContactFocus>& foci) const;
     void addWhole(double now_s, const haptics::FieldSequence& whole, Eigen::VectorXcf& q) const;
 
     ContactRendererOptions _options;

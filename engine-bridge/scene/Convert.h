@@ -12,8 +12,15 @@ namespace midair::bridge
 
 /// Convert matrices, which are each other's transpose: OSG multiplies row vectors (v M), Eigen
 /// column vectors (M v). No other code transposes.
-Eigen::Matrix4d toEigen(const osg::Matrixd& matrix);
-osg::Matrixd toOsg(const Eigen::Matrix4d& matrix);
+inline Eigen::Matrix4d toEigen(const osg::Matrixd& matrix)
+{
+    // OSG stores row by row; Eigen reads this column by column, which gives the transpose.
+    return Eigen::Map<const Eigen::Matrix4d>(matrix.ptr());
+}
+inline osg::Matrixd toOsg(const Eigen::Matrix4d& matrix)
+{
+    return osg::Matrixd(matrix.data());
+}
 
 inline Eigen::Vector3d toEigen(const osg::Vec3d& v)
 {

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "engine-bridge/scene/DataCopy.h"
 #include "engine-bridge/scene/PaintReader.h"
-#include "engine-bridge/scene/PrimitiveCopy.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/surface/SurfacePaint.h"
 
 #include <osg/Array>
 #include <osg/Geometry>
 #include <osg/Matrixd>
+#include <osg/PrimitiveSet>
 #include <osg/ref_ptr>
 
 #include <Eigen/Core>
@@ -20,6 +20,134 @@
 
 namespace midair::bridge
 {
+
+/// Memory of large copies that have gone, for those that come: what the system gives anew has to be
+/// mapped page by page, which takes several times as long as the copying. For any thread.
+class SpareMemory : public std::enable_shared_from_this<SpareMemory>
+{
+public:
+    using Bytes = std::shared_ptr<std::byte[]>;
+
+    /// Returns \a size bytes, which come back here when the last user lets go of them.
+    Bytes take(std::size_t size);
+    /// Frees what nobody has taken since the last call.
+    void forgetUnused();
+
+    static constexpr std::size_t kLeast = 65536; ///< bytes; smaller memory is not kept
+    static constexpr std::size_t kMost = 8;      ///< pieces kept
+
+private:
+    /// A piece that nobody uses.
+    struct Spare
+    {
+        std::size_t size = 0;
+        std::unique_ptr<std::byte[]> bytes;
+        bool isOld = false; ///< was here at the last forgetUnused()
+    };
+
+    void giveBack(std::size_t size, std::unique_ptr<std::byte[]> bytes);
+
+    base::Mutex _mutex;
+    std::vector<Spare> _spares MIDAIR_GUARDED_BY(_mutex);
+};
+
+/// Which bytes of two memories are compared: those of every \a parts th block, from the block \a
+/// turn on, so that \a parts turns compare all.
+struct ComparedBlocks
+{
+    std::size_t size = 0;  ///< bytes of either memory
+    std::size_t block = 0; ///< bytes
+    std::uint64_t parts = 1;
+    std::uint64_t turn = 0;
+};
+
+bool isSame(const void* a, const void* b, const ComparedBlocks& which);
+
+/// Bytes of an application's memory, copied at once or in slices. Not changed once it is whole, so
+/// any thread may read it then.
+class DataCopy
+{
+public:
+    DataCopy() = default;
+    /// For \a size bytes; \a spares may be null.
+    explicit DataCopy(std::size_t size, const std::shared_ptr<SpareMemory>& spares = nullptr);
+
+    /// Copies up to \a most of the bytes at \a data that are not copied yet; returns how many.
+    std::size_t copyMore(const void* data, std::size_t most);
+    bool isWhole() const { return _copied == _size; }
+    std::size_t size() const { return _size; }
+    const std::byte* data() const { return _bytes.get(); }
+
+private:
+    SpareMemory::Bytes _bytes;
+    std::size_t _size = 0;
+    std::size_t _copied = 0;
+};
+
+/// How the vertices of a primitive set are felt.
+enum class Felt
+{
+    AS_TRIANGLES,
+    AS_LINES_OR_POINTS,
+    NOT
+};
+
+Felt feltAs(GLenum mode);
+
+/// A primitive set, with its indices copied as they are.
+class PrimitiveCopy
+{
+public:
+    /// Copies all of \a set but the indices; those come with copyMore(). \a spares may be null.
+    PrimitiveCopy(const osg::PrimitiveSet& set, const std::shared_ptr<SpareMemory>& spares);
+
+    /// Returns false for kinds of which only a reference is kept (several draws in one, or those
+    /// that the graphics card chooses): these are for the thread that may read nodes, at once.
+    bool isPlain() const { return !_other; }
+    GLenum mode() const { return _mode; }
+    /// Returns false if it has too few indices for anything.
+    bool mayBeFelt() const;
+    std::size_t bytes() const { return _indices.size(); }
+
+    /// Returns false if \a set is not of the copied kind and size.
+    bool fits(const osg::PrimitiveSet& set) const;
+    /// Copies up to \a most bytes of the indices of \a set, which must fit; returns how many.
+    std::size_t copyMore(const osg::PrimitiveSet& set, std::size_t most);
+    bool isWhole() const { return _indices.isWhole(); }
+    /// Compares the indices with \a set: up to kAtOnce of them, of more a part of that size that \a
+    /// turn selects.
+    bool isStill(const osg::PrimitiveSet& set, std::uint64_t turn) const;
+    static constexpr std::size_t kAtOnce = 4096;
+
+    /// Calls \a functor as the set itself does.
+    void accept(osg::PrimitiveIndexFunctor& functor) const;
+    /// Lines and points: calls \a add(begin, end) for each strip, loop or list of indices.
+    template<class Add>
+    void eachRun(const Add& add) const
+    {
+        unsigned int begin = 0;
+        if (_lengths.empty()) return add(begin, numIndices());
+        for (const GLsizei length : _lengths)
+        {
+            if (length <= 0) continue;
+            add(begin, begin + static_cast<unsigned int>(length));
+            begin += static_cast<unsigned int>(length);
+        }
+    }
+    unsigned int numIndices() const;
+    unsigned int index(unsigned int i) const;
+
+private:
+    std::size_t indexBytes() const;
+
+    GLenum _mode = 0;
+    osg::PrimitiveSet::Type _type = osg::PrimitiveSet::PrimitiveType;
+    GLint _first = 0;              ///< without indices
+    GLsizei _count = 0;            ///< without indices: number of vertices in a row
+    std::vector<GLsizei> _lengths; ///< of several rows; empty: one
+    DataCopy _indices;
+    osg::ref_ptr<const osg::PrimitiveSet> _other; ///< the set itself, of another kind
+};
 
 /// The vertices of one geometry, copied as they are, which takes a tenth of converting them.
 class VertexCopy

@@ -1,7 +1,6 @@
 #include "engine-bridge/scene/MeshCache.h"
 
 #include "engine-bridge/scene/Convert.h"
-#include "engine-bridge/scene/SubtreeReading.h"
 
 #include <algorithm>
 #include <iterator>
@@ -20,18 +19,20 @@ constexpr std::size_t kLeastSlice = 16384;
 /// A subtree that changes while it is read is read at once after as many vain readings.
 constexpr int kMostRestarts = 2;
 
+constexpr std::uint64_t kSweepFrames = 60;
+
 } // namespace
 
 void MeshBin::put(SharedMesh mesh)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _meshes.push_back(std::move(mesh));
 }
 
 void MeshBin::freeUnused()
 {
     std::vector<SharedMesh> unused; // freed outside the lock
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     const auto kept = std::stable_partition(
         _meshes.begin(), _meshes.end(), [](const SharedMesh& m) { return m.useCount() > 1; });
     std::move(kept, _meshes.end(), std::back_inserter(unused));
@@ -84,7 +85,7 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
         {
             std::vector<std::string> warnings;
             haptics::TriangleMesh mesh = meshOf(pieces, warnings);
-            const std::lock_guard<std::mutex> lock(late->mutex);
+            const base::Lock lock(late->mutex);
             late->all.insert(late->all.end(), warnings.begin(), warnings.end());
             late->isAny = !late->all.empty();
             return mesh;
@@ -242,7 +243,7 @@ bool MeshCache::follow(Subtree& subtree)
 void MeshCache::takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings)
 {
     if (!subtree.shape.late || !subtree.shape.late->isAny) return;
-    const std::lock_guard<std::mutex> lock(subtree.shape.late->mutex);
+    const base::Lock lock(subtree.shape.late->mutex);
     warnings.insert(warnings.end(), subtree.shape.late->all.begin(), subtree.shape.late->all.end());
     subtree.shape.late->all.clear();
     subtree.shape.late->isAny = false;
@@ -364,6 +365,77 @@ bool MeshCache::get(osg::Node& root,
                        placed.pose});
     }
     return true;
+}
+
+// How long meshes are kept. Shapes that a subtree had before and may have again, as the children of
+// an osg::Sequence, keep their meshes, and so their samples.
+
+// Keeps what the subtree is, before it becomes \a next.
+void MeshCache::keepShape(Subtree& subtree, const SubtreeState& next) const
+{
+    const std::vector<Part>& parts = subtree.shape.parts;
+    if (parts.empty() || subtree.isRepainted || parts.front().bytes > kKeptBytes ||
+        subtree.shape.fingerprint.topology == next.fingerprint().topology)
+        return;
+    if (subtree.kept.size() >= kKeptShapes)
+        subtree.kept.erase(std::min_element(subtree.kept.begin(),
+                                            subtree.kept.end(),
+                                            [](const KeptShape& a, const KeptShape& b)
+                                            { return a.used < b.used; }));
+    subtree.kept.push_back({subtree.shape, _frame});
+}
+
+// Returns true if the subtree is again what it was before, which it then takes back.
+bool MeshCache::recallShape(Subtree& subtree) const
+{
+    const MeshFingerprint now = subtree.next.fingerprint();
+    const auto same =
+        std::find_if(subtree.kept.begin(),
+                     subtree.kept.end(),
+                     [&now](const KeptShape& kept) { return kept.shape.fingerprint == now; });
+    if (same == subtree.kept.end()) return false;
+    std::swap(same->shape, subtree.shape);
+    same->used = _frame;
+    subtree.now = subtree.next;
+    return true;
+}
+
+void MeshCache::forgetShapes(Subtree& subtree) const
+{
+    const auto isOld = [this](const KeptShape& kept) { return _frame - kept.used > kKeptFrames; };
+    subtree.kept.erase(std::remove_if(subtree.kept.begin(), subtree.kept.end(), isOld),
+                       subtree.kept.end());
+}
+
+void MeshCache::endFrame()
+{
+    if (_frame % kKeptFrames == 0) _spares->forgetUnused();
+    if (_frame % kSweepFrames != 0) return;
+    _bin->freeUnused();
+    bool forgotten = false;
+    for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
+    {
+        for (Part& part : subtree->second.shape.parts)
+        {
+            // A caller for whom look() stays the same holds the mesh without asking again.
+            for (Stretched& s : part.stretched)
+                if (s.mesh.useCount() > 1) s.used = _frame;
+            forgetUnused(part, kKeptFrames);
+        }
+        forgetShapes(subtree->second);
+        const bool unused = _frame - subtree->second.used > kKeptFrames;
+        forgotten = forgotten || unused;
+        subtree = unused ? _subtrees.erase(subtree) : std::next(subtree);
+    }
+    if (forgotten) _images.forgetUnused();
+}
+
+void MeshCache::forgetUnused(Part& part, std::uint64_t frames) const
+{
+    auto old = [&](const Stretched& s)
+    { return _frame - s.used > frames && s.mesh.useCount() == 1; };
+    auto& all = part.stretched;
+    all.erase(std::remove_if(all.begin(), all.end(), old), all.end());
 }
 
 } // namespace midair::bridge

@@ -3,6 +3,7 @@
 #include "engine-bridge/SharedMesh.h"
 #include "engine-bridge/scene/MeshExtractor.h"
 #include "engine-bridge/scene/SubtreeReading.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -11,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -39,8 +39,8 @@ public:
     void freeUnused();
 
 private:
-    std::mutex _mutex;
-    std::vector<SharedMesh> _meshes;
+    base::Mutex _mutex;
+    std::vector<SharedMesh> _meshes MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// Caches meshes by subtree and stretch; reads a subtree again only when its fingerprint has
@@ -129,8 +129,8 @@ private:
     /// What is found out where a mesh is made.
     struct LateWarnings
     {
-        std::mutex mutex;
-        std::vector<std::string> all;
+        base::Mutex mutex;
+        std::vector<std::string> all MIDAIR_GUARDED_BY(mutex);
         std::atomic<bool> isAny{false};
     };
     /// What was read of a subtree.

@@ -5,6 +5,7 @@
 #include <osg/Billboard>
 #include <osg/Camera>
 #include <osg/Drawable>
+#include <osg/Matrixd>
 #include <osg/NodeVisitor>
 #include <osg/Projection>
 #include <osg/Transform>
@@ -15,6 +16,15 @@
 
 namespace midair::bridge
 {
+
+/// Returns true for a transform that turns or scales with the camera on screen
+/// (osg::AutoTransform).
+bool followsCamera(const osg::Transform& transform);
+
+/// The transform's own matrix, from its children to its parent, without what depends on a camera: a
+/// transform that follows the camera counts as not turned and not scaled by it. Only for relative
+/// reference frames.
+osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visitor);
 
 /// Options for reading a subtree: which parts of it become the mesh, and how they are painted.
 struct ExtractOptions

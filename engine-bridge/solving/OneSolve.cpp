@@ -11,7 +11,6 @@
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
-#include "haptics/sequence/SequenceComposer.h"
 
 #include <algorithm>
 #include <cmath>

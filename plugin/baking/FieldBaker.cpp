@@ -1,7 +1,7 @@
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
-#include "engine-bridge/playing/SequenceOfSteps.h"
+#include "engine-bridge/playing/FieldPlayer.h"
 #include "haptics/base/Bytes.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"

@@ -3,7 +3,7 @@
 #include "device/DeviceUri.h"
 #include "device/opening/DeviceRegistry.h"
 #include "device/opening/MultiDevice.h"
-#include "engine-bridge/hands/opening/RecordedUri.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/settings/Grants.h"
 

@@ -1,5 +1,5 @@
 #include "device/DeviceUri.h"
-#include "engine-bridge/hands/opening/OscUri.h"
+#include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
 #include "haptics/base/text/Number.h"
 #include "plugin/hands/HandConversion.h"

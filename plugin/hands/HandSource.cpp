@@ -1,5 +1,4 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
-#include "engine-bridge/hands/opening/OpeningHands.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/hands/HandConversion.h"

@@ -1,6 +1,6 @@
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 
-#include "engine-bridge/scene/CameraFreeTransform.h"
+#include "engine-bridge/scene/SubtreeWalk.h"
 
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine-bridge/pipeline/SceneSnapshot.h"
+#include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/scene/MeshCache.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"

@@ -1,6 +1,6 @@
 #include "plugin/scene/TaggedObstacles.h"
 
-#include "engine-bridge/hands/ObstacleFit.h"
+#include "engine-bridge/hands/Obstacles.h"
 #include "plugin/scene/WhyUnfelt.h"
 
 namespace osgMidair

@@ -2,7 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "device/opening/MultiDevice.h"
-#include "engine-bridge/hands/opening/RecordedUri.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"

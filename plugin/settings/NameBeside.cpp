@@ -1,6 +1,6 @@
 #include "plugin/settings/NameBeside.h"
 
-#include "engine-bridge/hands/opening/RecordedUri.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 
 #include <filesystem>
 

@@ -1,9 +1,8 @@
 // What hands take that come by OSC over UDP on this machine: from the call that sends two of them
 // to the moment when a hand source has them, at 250 Hz; quiet, and beside a flood of nonsense.
 
-#include "engine-bridge/hands/osc/OscHandSource.h"
+#include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
-#include "engine-bridge/hands/osc/SocketAddress.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/threads/SteadyClock.h"
 

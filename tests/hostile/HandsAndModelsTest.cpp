@@ -1,7 +1,7 @@
 // Hands and models of somebody else's: scenes that would listen to the network or start programs,
 // datagrams without end, models that name files or say that they are huge.
+#include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
-#include "engine-bridge/hands/osc/SocketAddress.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"

@@ -126,7 +126,6 @@ midair_status midair_add_mesh(midair_scene* scene,
             setTriangles(triangles, triangle_count, vertex_count, mesh);
             if (intensity) setIntensity(intensity, vertex_count, mesh);
             *object = add(*of, std::move(mesh), {});
-            return MIDAIR_OK;
         });
 }
 
@@ -151,7 +150,6 @@ midair_add_file(midair_scene* scene, const char* obj_file, double size_m, midair
             }
             if (size_m > 0.0) mesh = mesh.scaledTo(size_m);
             *object = add(*of, std::move(mesh), {});
-            return MIDAIR_OK;
         });
 }
 
@@ -181,7 +179,6 @@ midair_status midair_add_points(midair_scene* scene,
             points.felt = forPipeline(points.properties);
             points.felt.sampling = haptics::Sampling::POINTS;
             *object = add(*of, std::move(mesh), std::move(points));
-            return MIDAIR_OK;
         });
 }
 
@@ -207,7 +204,6 @@ midair_status midair_move_vertices(midair_scene* scene,
             moved.vertices = std::move(places);
             one.mesh = std::make_shared<const haptics::TriangleMesh>(std::move(moved));
             one.meshId = nextMesh();
-            return MIDAIR_OK;
         });
 }
 
@@ -220,6 +216,5 @@ midair_status midair_remove(midair_scene* scene, midair_object object)
             const std::lock_guard<std::mutex> lock(of->mutex);
             objectOf(*of, object);
             of->objects.erase(object);
-            return MIDAIR_OK;
         });
 }

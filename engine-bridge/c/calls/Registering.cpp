@@ -181,7 +181,6 @@ midair_status midair_register_device(const char* scheme, const midair_driver* dr
             { return std::make_shared<DriverOfCallbacks>(copy, amplitudes); };
             std::string error;
             if (!bridge::registerDriver(name, make, error)) fail(MIDAIR_REFUSED, error);
-            return MIDAIR_OK;
         });
 }
 
@@ -196,6 +195,5 @@ midair_status midair_register_solver(const char* name, midair_solve_function sol
             { return std::make_shared<MethodOfCallback>(solve, user); };
             std::string error;
             if (!bridge::registerMethod(registered, make, error)) fail(MIDAIR_REFUSED, error);
-            return MIDAIR_OK;
         });
 }

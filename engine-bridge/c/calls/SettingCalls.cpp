@@ -148,7 +148,6 @@ midair_status midair_set(midair_scene* scene, const char* name, const char* valu
                 refuse(sceneTable(), setting, error, *of, of->misunderstood);
             }
             of->misunderstood.settle(setting);
-            return MIDAIR_OK;
         });
 }
 
@@ -194,7 +193,6 @@ midair_object_set(midair_scene* scene, midair_object object, const char* name, c
             one.felt = felt;
             one.properties = std::move(changed);
             one.misunderstood.settle(property);
-            return MIDAIR_OK;
         });
 }
 
@@ -227,7 +225,6 @@ midair_setting(int32_t of_objects, size_t index, const char** name, const char**
                 fail(MIDAIR_UNKNOWN, fmt::format("index is {}; there are {}", index, all.size()));
             if (name) *name = all[index].first.c_str();
             if (summary) *summary = all[index].second.c_str();
-            return MIDAIR_OK;
         });
 }
 
@@ -240,6 +237,5 @@ midair_status midair_set_pose(midair_scene* scene, midair_object object, const d
             const Eigen::Isometry3d pose = poseOf(matrix);
             const std::lock_guard<std::mutex> lock(of->mutex);
             objectOf(*of, object).pose = pose;
-            return MIDAIR_OK;
         });
 }

@@ -120,7 +120,6 @@ midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
                 settings.solver.empty() ? haptics::solverNames().front() : settings.solver,
                 options);
             *solver = solvers().add(std::move(made));
-            return MIDAIR_OK;
         });
 }
 
@@ -183,6 +182,5 @@ midair_status midair_solver_close(midair_solver* solver)
         {
             solverOf(solver);
             solvers().take(solver);
-            return MIDAIR_OK;
         });
 }

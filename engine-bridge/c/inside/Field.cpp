@@ -6,9 +6,6 @@
 #include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/SolveReport.h"
 
-#include <memory>
-#include <mutex>
-
 namespace midair::capi
 {
 

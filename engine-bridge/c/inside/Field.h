@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/drive/DriveSignal.h"
-#include "engine-bridge/c/inside/Handles.h"
+#include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"

@@ -1,6 +1,5 @@
 #include "engine-bridge/c/inside/Scene.h"
 
-#include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
@@ -192,7 +191,6 @@ midair_status midair_scene_make(midair_array* array, midair_scene** scene)
             auto made = std::make_shared<Scene>();
             made->array = arrays().find(array);
             *scene = scenes().add(std::move(made));
-            return MIDAIR_OK;
         });
 }
 
@@ -214,6 +212,5 @@ midair_status midair_scene_close(midair_scene* scene)
             ended = closed->endPlaying();
             source = closed->player.hands().active();
             closed->player.setHandSource(nullptr);
-            return MIDAIR_OK;
         });
 }

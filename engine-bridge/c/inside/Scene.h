@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine-bridge/HapticObject.h"
-#include "engine-bridge/c/inside/Handles.h"
+#include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/player/ScenePlayer.h"

@@ -3,7 +3,6 @@
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "engine-bridge/hands/osc/OscHands.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -4,10 +4,8 @@
 #include "engine-bridge/extending/NamedFactories.h"
 #include "engine-bridge/hands/helper/HelperHandSource.h"
 #include "engine-bridge/hands/helper/HelperProcess.h"
-#include "engine-bridge/hands/opening/OscUri.h"
-#include "engine-bridge/hands/opening/RecordedUri.h"
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
-#include "engine-bridge/hands/osc/OscHandSource.h"
+#include "engine-bridge/hands/osc/OscReceiver.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/Quantity.h"
 
@@ -22,6 +20,9 @@ namespace midair::bridge
 
 namespace
 {
+
+const std::string kScheme = "recorded:";
+const std::string kLoop = "?loop";
 
 using base::InputError;
 using device::DeviceUri;
@@ -139,6 +140,74 @@ std::shared_ptr<HandSource> openOwn(const HandSourceMaker& make, const std::stri
 }
 
 } // namespace
+
+OpeningHands::OpeningHands(std::function<std::shared_ptr<HandSource>()> open, std::string name) :
+    _name(std::move(name)),
+    _thread(
+        [this, open = std::move(open)]
+        {
+            std::shared_ptr<HandSource> source;
+            std::string error;
+            try
+            {
+                source = open();
+            }
+            catch (...)
+            {
+                error = base::whatWasThrown();
+            }
+            const base::Lock lock(_mutex);
+            _source = std::move(source);
+            if (!error.empty()) _messages.push_back(error);
+        })
+{
+}
+
+OpeningHands::~OpeningHands()
+{
+    _thread.join();
+}
+
+bool OpeningHands::frameAt(double time_s, HandFrame& frame)
+{
+    frame.hands.clear();
+    std::shared_ptr<HandSource> source;
+    {
+        const base::Lock lock(_mutex);
+        source = _source;
+    }
+    return source && source->frameAt(time_s, frame);
+}
+
+std::string OpeningHands::status() const
+{
+    const base::Lock lock(_mutex);
+    return _source ? _source->status() : _name + ": not open";
+}
+
+std::vector<std::string> OpeningHands::takeMessages()
+{
+    const base::Lock lock(_mutex);
+    return std::exchange(_messages, {});
+}
+
+std::optional<RecordedUri> RecordedUri::parse(const std::string& uri)
+{
+    if (uri.compare(0, kScheme.size(), kScheme) != 0) return std::nullopt;
+    RecordedUri recorded;
+    recorded.file = uri.substr(kScheme.size());
+    const std::size_t size = recorded.file.size();
+    // A file may have the name "?loop".
+    recorded.loops =
+        size > kLoop.size() && recorded.file.compare(size - kLoop.size(), kLoop.size(), kLoop) == 0;
+    if (recorded.loops) recorded.file.resize(size - kLoop.size());
+    return recorded;
+}
+
+std::string RecordedUri::text() const
+{
+    return kScheme + file + (loops ? kLoop : "");
+}
 
 bool registerHands(const std::string& name, HandSourceMaker make, std::string& error)
 {

@@ -1,7 +1,6 @@
 #include "engine-bridge/hands/openxr/OpenXrTracker.h"
 
 #include "engine-bridge/hands/openxr/OpenXrSession.h"
-#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "engine-bridge/hands/osc/OscInbox.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 

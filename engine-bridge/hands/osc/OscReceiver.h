@@ -1,14 +1,43 @@
 #pragma once
 
+#include "device/DeviceUri.h"
+#include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/hands/osc/OscInbox.h"
+#include "haptics/base/InputError.h"
+
+#include <Eigen/Geometry>
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
+
+#include <sys/socket.h>
 
 namespace midair::bridge
 {
+
+/// An address of the internet and a port.
+class SocketAddress
+{
+public:
+    /// \a address: numeric, IPv4 or IPv6, no name, for which the network would be asked. \a port: 0
+    /// .. 65535. Throws base::InputError.
+    static SocketAddress parse(const std::string& address, int port);
+    /// What \a socket is bound to.
+    static SocketAddress boundTo(int socket);
+
+    int family() const { return _address.ss_family; }
+    const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&_address); }
+    socklen_t size() const { return _size; }
+    int port() const;
+
+private:
+    sockaddr_storage _address{};
+    socklen_t _size = sizeof(sockaddr_storage);
+};
 
 /// Where datagrams are received.
 struct OscOptions
@@ -56,5 +85,37 @@ private:
     std::atomic<int> _port{0};
     std::thread _thread; ///< last: it uses the other members
 };
+
+/// The hands that come by OSC now, whatever time is asked for.
+class OscHandSource : public HandSource
+{
+public:
+    /// \a placement maps the sender's space to the world of the scene, in metres. Throws
+    /// base::InputError if \a options have no address.
+    explicit OscHandSource(const OscOptions& options,
+                           const Eigen::Isometry3d& placement = Eigen::Isometry3d::Identity());
+
+    bool frameAt(double time_s, HandFrame& frame) override;
+    std::string status() const override { return _receiver->status(); }
+
+    std::vector<std::string> takeMessages() override { return _receiver->inbox().messages(_told); }
+
+    const OscReceiver& receiver() const { return *_receiver; }
+
+private:
+    std::shared_ptr<OscReceiver> _receiver;
+    Eigen::Isometry3d _placement;
+    std::size_t _told = 0;
+};
+
+/// Takes address= and port= of "osc:?..": what a source listens at, and where a sender sends to.
+inline OscOptions takeOscOptions(device::DeviceUri& uri)
+{
+    uri.rejectPath();
+    OscOptions options;
+    options.address = uri.takeText("address", options.address);
+    options.port = static_cast<int>(uri.takeNumber("port", options.port, 1, 65535));
+    return options;
+}
 
 } // namespace midair::bridge

@@ -1,6 +1,5 @@
 #include "engine-bridge/hands/osc/OscSender.h"
 
-#include "engine-bridge/hands/osc/SocketAddress.h"
 #include "haptics/base/InputError.h"
 
 #include <array>

@@ -1,8 +1,6 @@
 #include "engine-bridge/hands/tracking/HandTracker.h"
 
 #include "engine-bridge/hands/opening/HandOpening.h"
-#include "engine-bridge/hands/opening/OpeningHands.h"
-#include "engine-bridge/hands/opening/RecordedUri.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 

@@ -2,7 +2,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "device/limits/UserLimits.h"
-#include "engine-bridge/playing/EarWatch.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"

@@ -1,6 +1,5 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
-#include "engine-bridge/contact/MeshWinding.h"
 #include "engine-bridge/hands/MeshDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"

@@ -1,5 +1,4 @@
-#include "engine-bridge/contact/ContactVibration.h"
-
+#include "engine-bridge/contact/ContactForce.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "tests/engine-bridge/contact/ContactNumbers.h"

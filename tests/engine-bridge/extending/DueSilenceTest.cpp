@@ -1,4 +1,4 @@
-#include "engine-bridge/extending/DueSilence.h"
+#include "engine-bridge/extending/DriverThread.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-#include "engine-bridge/hands/HandsAndObstacles.h"
 
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"

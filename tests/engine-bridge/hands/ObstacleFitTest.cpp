@@ -1,6 +1,4 @@
-#include "engine-bridge/hands/ObstacleFit.h"
 
-#include "engine-bridge/hands/Fresnel.h"
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"

@@ -1,6 +1,5 @@
 #include "engine-bridge/hands/Obstacles.h"
 
-#include "engine-bridge/hands/Fresnel.h"
 #include "haptics/base/InputError.h"
 
 #include <cmath>

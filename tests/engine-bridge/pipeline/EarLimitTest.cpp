@@ -1,5 +1,5 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
-#include "engine-bridge/playing/EarWatch.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 

@@ -1,5 +1,4 @@
-#include "engine-bridge/pipeline/FeltSurface.h"
-
+#include "engine-bridge/pipeline/SampleCache.h"
 #include "haptics/points/ControlPoints.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 

@@ -1,4 +1,4 @@
-#include "engine-bridge/playing/EarWatch.h"
+#include "engine-bridge/playing/EarBound.h"
 
 #include <cmath>
 #include <limits>

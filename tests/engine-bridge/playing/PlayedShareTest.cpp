@@ -1,4 +1,4 @@
-#include "engine-bridge/playing/PlayedShare.h"
+#include "engine-bridge/playing/ArrayOutput.h"
 
 #include <random>
 

@@ -1,4 +1,4 @@
-#include "engine-bridge/playing/SequenceOfSteps.h"
+#include "engine-bridge/playing/FieldPlayer.h"
 
 #include <cstdlib>
 #include <vector>

@@ -1,6 +1,5 @@
-#include "engine-bridge/scene/VertexCopies.h"
-
 #include "engine-bridge/scene/MeshCache.h"
+#include "engine-bridge/scene/SubtreeReading.h"
 #include "tests/engine-bridge/scene/OsgScenes.h"
 
 #include <gtest/gtest.h>

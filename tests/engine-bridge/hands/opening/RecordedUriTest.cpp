@@ -1,4 +1,4 @@
-#include "engine-bridge/hands/opening/RecordedUri.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,6 @@
 #include "engine-bridge/hands/osc/OscReceiver.h"
 
-#include "engine-bridge/hands/osc/OscHandSource.h"
 #include "engine-bridge/hands/osc/OscSender.h"
-#include "engine-bridge/hands/osc/SocketAddress.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/engine-bridge/hands/Soon.h"

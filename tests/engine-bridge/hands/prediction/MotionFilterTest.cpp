@@ -1,5 +1,4 @@
-#include "engine-bridge/hands/prediction/MotionFilter.h"
-
+#include "engine-bridge/hands/prediction/MotionTrack.h"
 #include "tests/engine-bridge/hands/prediction/Reaching.h"
 
 #include <cmath>

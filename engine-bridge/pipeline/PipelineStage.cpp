@@ -1,4 +1,4 @@
-#include "engine-bridge/pipeline/EarStage.h"
+#include "engine-bridge/pipeline/PipelineStage.h"
 
 #include "haptics/base/threads/SteadyClock.h"
 
