@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfMotion.h"
 
-#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfScene.h"
 
 #include <osgAnimation/BasicAnimationManager>
 #include <osgAnimation/Channel>

@@ -2,7 +2,6 @@
 #include "engine-bridge/hands/opening/OpeningHands.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/hands/HandConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 

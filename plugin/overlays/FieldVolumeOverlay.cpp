@@ -1,5 +1,4 @@
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/FieldVolume.h"

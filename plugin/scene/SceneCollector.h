@@ -4,13 +4,13 @@
 #include "engine-bridge/scene/MeshCache.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
-#include "plugin/scene/FeltNode.h"
 #include "plugin/scene/PointMeshes.h"
 #include "plugin/scene/SceneMarks.h"
 #include "plugin/scene/TaggedObstacles.h"
 
 #include <osgMidair/FoundObject>
 
+#include <osg/Node>
 #include <osg/observer_ptr>
 
 #include <Eigen/Core>
@@ -24,6 +24,14 @@
 
 namespace osgMidair
 {
+
+/// HapticObject::origin of what the SceneCollector makes: the node that is felt and its path, for
+/// whoever gets the field. Immutable; any thread may keep it.
+struct FeltNode
+{
+    osg::observer_ptr<osg::Node> node;
+    std::string path;
+};
 
 /// Collects the active haptic objects and obstacles below its roots, in array coordinates. Those
 /// that have not changed since the last frame are checked but not made again.

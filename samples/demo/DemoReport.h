@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/demo/DemoOptions.h"
+#include "samples/demo/DemoScene.h"
 
 #include <osgMidair/HapticStatistics>
 

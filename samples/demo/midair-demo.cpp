@@ -1,13 +1,11 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
-#include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/shared/monitor/SceneMonitor.h"
-#include "samples/shared/views/EmulatedDevices.h"
 #include "samples/shared/views/Offscreen.h"
-#include "samples/shared/views/PictureTaker.h"
+#include "samples/shared/views/SampleFiles.h"
 #include "samples/shared/views/ShownObject.h"
 #include "samples/shared/views/Signals.h"
 

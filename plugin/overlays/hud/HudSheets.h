@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plugin/overlays/drawing/TextPanel.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 #include "plugin/overlays/hud/HudContent.h"
 #include "plugin/overlays/hud/SkinTrace.h"
 

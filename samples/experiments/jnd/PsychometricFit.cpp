@@ -1,6 +1,6 @@
 #include "samples/experiments/jnd/PsychometricFit.h"
 
-#include "samples/experiments/jnd/Rehearsal.h"
+#include "samples/experiments/jnd/Staircase.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
-#include "samples/shared/shards/PartFile.h"
+#include "samples/shared/shards/Shards.h"
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,9 @@
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/InstallationRecord.h"
+#include "samples/installations/shell/Looks.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
-#include "samples/installations/shell/VisitorSign.h"
 #include "samples/shared/views/Signals.h"
 
 #include <osgMidair/HapticOverlays>

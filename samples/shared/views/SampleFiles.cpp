@@ -1,5 +1,7 @@
 #include "samples/shared/views/SampleFiles.h"
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
+
 #include <osgDB/FileUtils>
 
 #include <filesystem>
@@ -27,6 +29,11 @@ osg::ref_ptr<osgText::Font> labelFont()
     osg::ref_ptr<osgText::Font> found;
     if (osgDB::fileExists(file)) found = osgText::readRefFontFile(file);
     return found ? found : osgText::Font::getDefaultFont();
+}
+
+void registerEmulatedDevices()
+{
+    device::registerRehearsedAutd3();
 }
 
 } // namespace midair::samples

@@ -14,4 +14,7 @@ std::string sampleFile(const std::string& name);
 /// Returns the font of pictures and signs: DejaVu Sans (Debian: fonts-dejavu-core), else OSG's own.
 osg::ref_ptr<osgText::Font> labelFont();
 
+/// From now on this program opens `sim:?board=autd3` as well: AUTD3 units that are emulated in it.
+void registerEmulatedDevices();
+
 } // namespace midair::samples
