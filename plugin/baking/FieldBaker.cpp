@@ -13,7 +13,6 @@
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/ManyStarts.h"
-#include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
@@ -33,8 +32,6 @@
 #include <cmath>
 #include <complex>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include <fmt/format.h>
 

@@ -9,31 +9,25 @@
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/MessageLog.h"
-#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/engine/PublicMessage.h"
+#include "plugin/engine/SceneAccess.h"
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 #include "plugin/report/Report.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/PropertyChanges.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticScene>
-#include <osgMidair/HapticSettings>
 
 #include <osg/Notify>
-#include <osgViewer/View>
 
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
-#include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 

@@ -1,14 +1,12 @@
 #include "plugin/gltf/GltfFile.h"
 
 #include "haptics/base/RegularFile.h"
-#include "plugin/gltf/GltfScene.h"
 #include "plugin/gltf/GltfTags.h"
 #include "plugin/settings/Grants.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <string_view>

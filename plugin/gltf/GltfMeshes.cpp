@@ -1,7 +1,5 @@
 #include "plugin/gltf/GltfMeshes.h"
 
-#include "plugin/gltf/GltfScene.h"
-
 #include <osg/AlphaFunc>
 #include <osg/Material>
 #include <osg/Texture2D>

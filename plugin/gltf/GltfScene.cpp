@@ -11,7 +11,6 @@
 #include <osg/MatrixTransform>
 #include <osg/Matrixd>
 #include <osg/Notify>
-#include <osg/ref_ptr>
 #include <osgAnimation/Bone>
 #include <osgAnimation/Skeleton>
 #include <osgAnimation/StackedMatrixElement>
@@ -22,13 +21,10 @@
 #include <osgAnimation/UpdateMatrixTransform>
 #include <osgDB/FileNameUtils>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 

@@ -15,20 +15,17 @@
 #include <osg/Geometry>
 #include <osg/MatrixTransform>
 #include <osg/Notify>
-#include <osg/Texture>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/Registry>
 
 #include <algorithm>
 #include <cerrno>
-#include <clocale>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <set>
 #include <sstream>
-#include <string>
 
 #include <fmt/format.h>
 #include <poll.h>

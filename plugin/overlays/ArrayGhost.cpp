@@ -6,7 +6,6 @@
 #include <osgMidair/ColorMap>
 
 #include <osg/Geometry>
-#include <osg/LineWidth>
 #include <osg/Math>
 #include <osgGA/GUIEventAdapter>
 

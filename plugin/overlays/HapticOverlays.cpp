@@ -11,12 +11,10 @@
 #include <osgMidair/Hud>
 
 #include <osg/Notify>
-#include <osg/Transform>
 #include <osgGA/EventVisitor>
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include <fmt/format.h>
 

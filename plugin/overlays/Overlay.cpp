@@ -6,8 +6,6 @@
 #include <osg/Notify>
 #include <osgGA/GUIEventAdapter>
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 namespace osgMidair

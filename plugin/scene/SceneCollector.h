@@ -1,7 +1,9 @@
 #pragma once
 
+#include "engine-bridge/HapticObject.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "engine-bridge/scene/MeshCache.h"
+#include "engine-bridge/scene/PaintReader.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/PointMeshes.h"
@@ -9,6 +11,7 @@
 #include "plugin/scene/TaggedObstacles.h"
 
 #include <osgMidair/FoundObject>
+#include <osgMidair/HapticProperty>
 
 #include <osg/Node>
 #include <osg/observer_ptr>
@@ -24,6 +27,16 @@
 
 namespace osgMidair
 {
+
+/// Returns the part of \a property that goes to the hologram thread with each object.
+midair::bridge::HapticProperties forBridge(const HapticProperty& property);
+
+/// Returns what is wrong with the material of \a property, so that nothing is felt where the object
+/// is touched, or with the user's file of materials; empty: nothing.
+std::string problemOfMaterial(const HapticProperty& property);
+
+/// Returns the part of \a property that describes the paint of the mesh.
+midair::bridge::PaintOptions paintOf(const HapticProperty& property);
 
 /// HapticObject::origin of what the SceneCollector makes: the node that is felt and its path, for
 /// whoever gets the field. Immutable; any thread may keep it.

@@ -6,7 +6,6 @@
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticSurface>
 
-#include <osg/Camera>
 #include <osg/Drawable>
 #include <osg/Group>
 #include <osg/NodeVisitor>
@@ -16,7 +15,6 @@
 #include <osg/Transform>
 
 #include <algorithm>
-#include <vector>
 
 #include <fmt/format.h>
 

@@ -16,10 +16,8 @@
 #include <filesystem>
 #include <fstream>
 #include <istream>
-#include <string>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace osgMidair
 {

@@ -11,8 +11,6 @@
 #include <osgDB/OutputStream>
 
 #include <algorithm>
-#include <string>
-#include <vector>
 
 namespace
 {

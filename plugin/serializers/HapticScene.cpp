@@ -11,10 +11,7 @@
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
-#include <optional>
-#include <string>
 #include <type_traits>
-#include <vector>
 
 namespace
 {

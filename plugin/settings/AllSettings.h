@@ -75,4 +75,8 @@ std::string problemOf(const midair::base::SettingTable<T>& table,
     return error;
 }
 
+/// How often a setter of any haptic node of the program has changed a property. Any thread.
+unsigned int propertyChanges();
+void notePropertyChange();
+
 } // namespace osgMidair

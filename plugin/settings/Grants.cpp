@@ -6,7 +6,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
-#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cctype>

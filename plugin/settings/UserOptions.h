@@ -2,7 +2,6 @@
 
 #include <osgMidair/HapticSettings>
 
-#include <functional>
 #include <string>
 
 namespace osgMidair

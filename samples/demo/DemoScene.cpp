@@ -2,7 +2,6 @@
 
 #include "samples/shared/OverlayOptions.h"
 #include "samples/shared/SettingOptions.h"
-#include "samples/shared/views/SampleFiles.h"
 #include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/FileFormats>

@@ -4,7 +4,6 @@
 #include "haptics/base/text/Number.h"
 
 #include <osg/BlendFunc>
-#include <osg/Texture2D>
 #include <osgDB/FileUtils>
 #include <osgDB/Options>
 #include <osgText/Font>

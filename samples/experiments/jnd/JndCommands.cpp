@@ -1,9 +1,7 @@
 #include "samples/experiments/jnd/JndCommands.h"
 
 #include "haptics/base/InputError.h"
-#include "samples/experiments/jnd/PsychometricFit.h"
 #include "samples/experiments/jnd/Staircase.h"
-#include "samples/experiments/jnd/TrialFile.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/shared/views/CurvePlot.h"
 
@@ -13,7 +11,6 @@
 #include <exception>
 #include <map>
 #include <set>
-#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>

@@ -1,12 +1,11 @@
 #include "samples/experiments/jnd/Staircase.h"
 
 #include "haptics/base/text/Range.h"
-#include "samples/experiments/jnd/PsychometricFit.h"
+#include "samples/experiments/jnd/TrialFile.h"
 
 #include <cassert>
 #include <cmath>
 #include <random>
-#include <vector>
 
 namespace midair::samples
 {

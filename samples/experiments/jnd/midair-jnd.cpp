@@ -3,7 +3,6 @@
 #include "haptics/base/Units.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/experiments/jnd/JndCommands.h"
-#include "samples/experiments/jnd/PsychometricFit.h"
 #include "samples/experiments/jnd/Staircase.h"
 #include "samples/experiments/jnd/TrialFile.h"
 #include "samples/experiments/jnd/TrialRunner.h"

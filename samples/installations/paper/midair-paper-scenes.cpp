@@ -3,7 +3,7 @@
 #include "samples/experiments/paper/LineExperiment.h"
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
-#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/HapticPoints>
 

@@ -1,12 +1,16 @@
-#include "samples/installations/shell/InstallationShell.h"
-
 #include "haptics/base/UserEnvironment.h"
-#include "samples/installations/shell/EarChoice.h"
+#include "samples/installations/shell/Installation.h"
+#include "samples/installations/shell/InstallationOptions.h"
+#include "samples/installations/shell/InstallationRecord.h"
+#include "samples/installations/shell/Looks.h"
+#include "samples/installations/shell/MuteMemory.h"
+#include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/shared/monitor/SceneMonitor.h"
-#include "samples/shared/views/SampleFiles.h"
 #include "samples/shared/views/ShownObject.h"
 #include "samples/shared/views/Signals.h"
 
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticScene>
 #include <osgMidair/Hud>
 
 #include <osg/Timer>
@@ -24,7 +28,9 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -37,12 +43,113 @@ namespace midair::samples
 namespace
 {
 
+/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
+/// and its memory, the array's rest while nobody is there, and the record of the run.
+class InstallationShell
+{
+public:
+    /// Throws what the installation's build() does, and std::runtime_error for settings that are
+    /// not understood.
+    InstallationShell(Installation& installation, const InstallationOptions& options);
+
+    osg::Group* root() { return _root; }
+    osgMidair::HapticScene& haptics() { return *_haptics; }
+    osgMidair::HapticOverlays& overlays() { return *_overlays; }
+
+    /// Sets view, projection and background; \a aspect: width over height.
+    void aim(osg::Camera& camera, double aspect) const;
+    /// Sends keys of \a viewer to the installation.
+    void listen(osgViewer::Viewer& viewer);
+
+    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
+    void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
+    void addPicture(const std::string& file) { _record.addPicture(file); }
+    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
+    /// frame, which may never come, nor for a disk.
+    void keepMuteSoon() { _signals->wake(); }
+
+    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
+    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
+    /// if that fails, or if there never was an array.
+    bool finish(const std::string& report);
+
+private:
+    class Touches;
+    class Keys;
+    struct Mute
+    {
+        MuteMemory memory;
+        std::mutex keeping; ///< guards what is read of the scene and kept of it
+        std::string why;
+        bool isOn = false;
+    };
+    struct Visitors
+    {
+        bool areHandsKnown = false; ///< there is a source of hands
+        bool areThere = true;
+        bool mustRest = false; ///< nobody is there, so the array is silent
+        double seen_s = -1e9;  ///< their hands; never
+    };
+    struct Past
+    {
+        bool hasFrame = false;
+        bool hasArray = false; ///< one was open
+        double time_s = 0.0;   ///< of the last frame
+    };
+
+    void applySettings();
+    void chooseHands();
+    void openSilently();
+    void followMute();
+    void keepMute();
+    void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
+    std::string trouble(const osgMidair::HapticStatistics& now) const;
+    void say(const std::string& text) const;
+
+    Installation& _installation;
+    const InstallationOptions& _options;
+    const InstallationTitle _title;
+    const std::string _program;
+    osg::ref_ptr<osg::Group> _root;
+    osg::ref_ptr<osgMidair::HapticScene> _haptics;
+    osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
+    VisitorSign _sign;
+    ServiceNotifier _service;
+    InstallationRecord _record;
+    Mute _mute;
+    Visitors _visitors;
+    Past _past;
+    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<SilenceAtStop> _atStop;
+};
+
 /// Cap at control points where the command line sets none: hands of people who know nothing of
 /// arrays are no place for the most that one can do.
 constexpr double kMaxPressure_Pa = 3000.0;
 
 /// Longest wait for an array that is being opened.
 constexpr double kOpening_s = 10.0;
+
+/// Returns the settings of the scene of \a installation: the command line comes after the
+/// installation, and both after the defaults. Throws std::runtime_error for settings that are not
+/// understood.
+osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
+{
+    osgMidair::HapticSettings settings;
+    settings.array = installation.arrayOf(options.device);
+    settings.device = "sim:";
+    settings.maxPressure = kMaxPressure_Pa;
+    installation.arrange(settings);
+    std::string error;
+    for (const auto& [name, text] : options.settings)
+        if (!settings.set(name, text, error)) throw std::runtime_error(error);
+    if (!options.array.empty() && !settings.set("array", options.array, error))
+        throw std::runtime_error(error);
+    if (!options.device.empty() && !settings.set("device", options.device, error))
+        throw std::runtime_error(error);
+    settings.device = withHold(settings.device);
+    return settings;
+}
 
 /// The visitor that the program brings along.
 class DemonstratedHands : public osgMidair::HandSource
@@ -297,7 +404,7 @@ InstallationShell::InstallationShell(Installation& installation,
     _root(new osg::Group),
     _haptics(new osgMidair::HapticScene),
     _overlays(new osgMidair::HapticOverlays),
-    _memory(options.state, static_cast<double>(std::time(nullptr)))
+    _mute{{options.state, static_cast<double>(std::time(nullptr))}, {}, {}}
 {
     _haptics->setName(_title.name);
     applySettings();
@@ -316,15 +423,15 @@ InstallationShell::InstallationShell(Installation& installation,
     _root->addChild(bright);
     _root->addChild(_sign.node());
     _sign.setInvitation(_title.invites);
-    Stage stage{*_haptics, *bright, options.seed, _areHandsKnown};
+    Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
     installation.build(stage);
 
-    if (!_memory.reason().empty()) say(_memory.reason());
-    _isMuted = options.muted || _memory.startsMuted();
-    if (_memory.startsMuted()) _whyMuted = _memory.reason();
-    if (_areHandsKnown && installation.restsAlone()) openSilently();
-    _haptics->setMuted(_isMuted);
-    if (!_areHandsKnown && installation.restsAlone())
+    if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
+    _mute.isOn = options.muted || _mute.memory.startsMuted();
+    if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
+    if (_visitors.areHandsKnown && installation.restsAlone()) openSilently();
+    _haptics->setMuted(_mute.isOn);
+    if (!_visitors.areHandsKnown && installation.restsAlone())
         say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
             "names a tracker");
     // Signals that came meanwhile are followed now.
@@ -332,24 +439,6 @@ InstallationShell::InstallationShell(Installation& installation,
                                              [this] { keepMute(); });
     // No mute of the operator's, so it isn't kept.
     _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
-}
-
-osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
-{
-    osgMidair::HapticSettings settings;
-    settings.array = installation.arrayOf(options.device);
-    settings.device = "sim:";
-    settings.maxPressure = kMaxPressure_Pa;
-    installation.arrange(settings);
-    std::string error;
-    for (const auto& [name, text] : options.settings)
-        if (!settings.set(name, text, error)) throw std::runtime_error(error);
-    if (!options.array.empty() && !settings.set("array", options.array, error))
-        throw std::runtime_error(error);
-    if (!options.device.empty() && !settings.set("device", options.device, error))
-        throw std::runtime_error(error);
-    settings.device = withHold(settings.device);
-    return settings;
 }
 
 // Without an ear limit that somebody chose it is a rehearsal, however the shell is come by: nothing
@@ -371,14 +460,14 @@ void InstallationShell::chooseHands()
     if (_options.hands == "demo")
     {
         _haptics->setHandSource(new DemonstratedHands(_installation));
-        _areHandsKnown = true;
+        _visitors.areHandsKnown = true;
         return;
     }
     if (!_options.hands.empty()) _haptics->setHands(_options.hands);
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* environment = std::getenv("OSG_MIDAIR_HANDS");
     const std::string used = environment ? environment : _haptics->getHands();
-    _areHandsKnown = !used.empty() && used != "none";
+    _visitors.areHandsKnown = !used.empty() && used != "none";
 }
 
 // A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array are
@@ -417,11 +506,11 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
 {
     const osgMidair::HapticStatistics before = _haptics->getStatistics();
     followVisitors(before, time_s);
-    const Moment now{time_s, time_s - _lastTime_s, _isSomebodyThere, before};
+    const Moment now{time_s, time_s - _past.time_s, _visitors.areThere, before};
     _installation.update(now);
-    _lastTime_s = time_s;
+    _past.time_s = time_s;
     _sign.setCaption(_installation.caption());
-    _sign.setState(_isMuted, trouble(before));
+    _sign.setState(_mute.isOn, trouble(before));
     if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
         _sign.update(viewport->width(), viewport->height());
     viewer.advance(time_s);
@@ -431,48 +520,48 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
     followMute();
     const double now_s = osg::Timer::instance()->time_s();
     const osgMidair::HapticStatistics after = _haptics->getStatistics();
-    if (!std::exchange(_hasBegun, true)) _memory.begin();
-    _wasOpen = _wasOpen || (after.state != osgMidair::ArrayState::CLOSED &&
-                            after.state != osgMidair::ArrayState::OPENING);
+    if (!std::exchange(_past.hasFrame, true)) _mute.memory.begin();
+    _past.hasArray = _past.hasArray || (after.state != osgMidair::ArrayState::CLOSED &&
+                                        after.state != osgMidair::ArrayState::OPENING);
     _record.addField(_haptics->getField().get());
-    _record.addFrame({now_s, _isMuted, _mustRest}, after);
+    _record.addFrame({now_s, _mute.isOn, _visitors.mustRest}, after);
     if (_haptics->getRehearsed()) return; // nobody is told that it runs
     _service.beat(now_s,
                   std::string(midair::bridge::stateName(after.state)) +
-                      (_isSomebodyThere ? "" : ", nobody is there"));
+                      (_visitors.areThere ? "" : ", nobody is there"));
 }
 
 // F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
 void InstallationShell::followMute()
 {
     const bool isMuted = _haptics->getMuted();
-    if (isMuted == _isMuted) return;
-    _isMuted = isMuted;
-    _whyMuted.clear();
+    if (isMuted == _mute.isOn) return;
+    _mute.isOn = isMuted;
+    _mute.why.clear();
     keepMute();
 }
 
 // What is kept is what the scene has then: of two who mute and unmute at once the later one counts.
 void InstallationShell::keepMute()
 {
-    const std::lock_guard<std::mutex> lock(_keeping);
-    if (!_memory.keep(_haptics->getMuted()))
+    const std::lock_guard<std::mutex> lock(_mute.keeping);
+    if (!_mute.memory.keep(_haptics->getMuted()))
         say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
 }
 
 // A scene that isn't enabled is silent, and still follows hands.
 void InstallationShell::followVisitors(const osgMidair::HapticStatistics& now, double time_s)
 {
-    if (!_areHandsKnown) return;
-    if (now.hands > 0) _handsSeen_s = time_s;
-    _isSomebodyThere = time_s - _handsSeen_s <= _options.linger_s;
-    _mustRest = !_isSomebodyThere && _installation.restsAlone();
-    if (_haptics->getEnabled() == _mustRest) _haptics->setEnabled(!_mustRest);
+    if (!_visitors.areHandsKnown) return;
+    if (now.hands > 0) _visitors.seen_s = time_s;
+    _visitors.areThere = time_s - _visitors.seen_s <= _options.linger_s;
+    _visitors.mustRest = !_visitors.areThere && _installation.restsAlone();
+    if (_haptics->getEnabled() == _visitors.mustRest) _haptics->setEnabled(!_visitors.mustRest);
 }
 
 std::string InstallationShell::trouble(const osgMidair::HapticStatistics& now) const
 {
-    if (_isMuted) return _whyMuted;
+    if (_mute.isOn) return _mute.why;
     switch (now.state)
     {
     case osgMidair::ArrayState::LOST:
@@ -498,9 +587,10 @@ bool InstallationShell::finish(const std::string& report)
     _signals->end();
     followMute();
     _service.stop();
-    if (!_memory.end()) say("\"" + _options.state + "\" can't be written");
+    if (!_mute.memory.end()) say("\"" + _options.state + "\" can't be written");
     _record.print(_program, end);
-    const bool hadArray = !_hasBegun || _wasOpen || end.state != osgMidair::ArrayState::CLOSED;
+    const bool hadArray =
+        !_past.hasFrame || _past.hasArray || end.state != osgMidair::ArrayState::CLOSED;
     if (!hadArray) say("no array was open");
     if (report.empty()) return hadArray;
     nlohmann::ordered_json json;

@@ -1,6 +1,6 @@
 #include "samples/installations/shell/Looks.h"
 
-#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/Overlay>
 

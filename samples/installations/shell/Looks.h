@@ -4,7 +4,6 @@
 
 #include <osg/Camera>
 #include <osg/Node>
-#include <osg/Quat>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 #include <osg/Vec3d>

@@ -1,5 +1,7 @@
 #include "samples/shared/views/ShownObject.h"
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
+
 #include <osgMidair/FileFormats>
 #include <osgMidair/Hud>
 #include <osgMidair/Overlay>
@@ -20,8 +22,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <system_error>
 #include <vector>
 
 namespace midair::samples
@@ -205,6 +209,31 @@ public:
 };
 
 } // namespace
+
+std::string sampleFile(const std::string& name)
+{
+    std::error_code ignored;
+    const std::filesystem::path program =
+        std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+    const std::filesystem::path installed = program / MIDAIR_SAMPLES_FROM_PROGRAM / name;
+    if (std::filesystem::exists(installed, ignored)) return installed.lexically_normal().string();
+    const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/" + name;
+    const std::string found = osgDB::findDataFile(shipped);
+    return found.empty() ? shipped : found;
+}
+
+osg::ref_ptr<osgText::Font> labelFont()
+{
+    const std::string file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    osg::ref_ptr<osgText::Font> found;
+    if (osgDB::fileExists(file)) found = osgText::readRefFontFile(file);
+    return found ? found : osgText::Font::getDefaultFont();
+}
+
+void registerEmulatedDevices()
+{
+    device::registerRehearsedAutd3();
+}
 
 ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque)
 {

@@ -9,13 +9,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <map>
 #include <memory>
 #include <set>
-#include <string>
-#include <vector>
 
 #include <expat.h>
 #include <fmt/format.h>

@@ -1,6 +1,5 @@
 #include "samples/tools/solve/Solution.h"
 
-#include "engine-bridge/solving/OneSolve.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Words.h"
@@ -10,7 +9,6 @@
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldMonitor.h"
 #include "haptics/solvers/certificate/Certificate.h"
-#include "samples/tools/solve/SolveFiles.h"
 
 #include <algorithm>
 #include <array>

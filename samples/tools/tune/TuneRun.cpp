@@ -3,11 +3,9 @@
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/unaided/UserDevice.h"
-#include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "haptics/tuning/TuningPlan.h"
 #include "haptics/tuning/TuningReadings.h"
 #include "samples/shared/shards/LineJournal.h"
 #include "samples/shared/shards/Shards.h"
@@ -23,7 +21,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
