@@ -2,9 +2,9 @@
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/PressureField.h"
-#include "plugin/engine/FieldOfResult.h"
+#include "plugin/engine/HapticEngine.h"
 #include "plugin/extending/ArrayConversion.h"
-#include "plugin/scene/FeltNode.h"
+#include "plugin/scene/SceneCollector.h"
 
 #include <osgMidair/HapticField>
 

@@ -3,12 +3,25 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/text/MessageLog.h"
 #include "plugin/engine/HapticEngine.h"
+
+#include <osgMidair/HapticMessage>
 
 #include <memory>
 
 namespace osgMidair
 {
+
+/// The form of \a message that programs get.
+inline HapticMessage toPublic(const midair::base::Message& message)
+{
+    return {static_cast<HapticMessage::Severity>(message.severity()),
+            midair::base::kindOf(message.code).name,
+            message.path,
+            message.text,
+            message.count};
+}
 
 class HapticCallback;
 class HapticDevice;

@@ -17,7 +17,6 @@
 #include <osg/Notify>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <utility>
 

@@ -1,15 +1,49 @@
 #include "plugin/extending/RegisteredNames.h"
 
 #include "device/opening/DeviceRegistry.h"
+#include "engine-bridge/extending/ArrayDriver.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 
+#include <osgMidair/DeviceDriver>
+#include <osgMidair/FieldSolver>
+
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 namespace osgMidair
 {
+
+bool registerDevice(const std::string& scheme, DeviceDriverFactory make, std::string& error)
+{
+    midair::bridge::ArrayDriverFactory adapted;
+    if (make)
+        adapted = [make = std::move(make)]() -> std::shared_ptr<ArrayDriver>
+        {
+            osg::ref_ptr<DeviceDriver> driver = make();
+            ArrayDriver* const called = driver.get();
+            if (!called) return nullptr;
+            return {called, [driver](ArrayDriver*) mutable { driver = nullptr; }};
+        };
+    return midair::bridge::registerDriver(scheme, std::move(adapted), error);
+}
+
+bool registerSolver(const std::string& name, FieldSolverFactory make, std::string& error)
+{
+    midair::bridge::FieldMethodFactory adapted;
+    if (make)
+        adapted = [make = std::move(make)]() -> std::shared_ptr<FieldMethod>
+        {
+            osg::ref_ptr<FieldSolver> solver = make();
+            FieldMethod* const called = solver.get();
+            if (!called) return nullptr;
+            return {called, [solver](FieldMethod*) mutable { solver = nullptr; }};
+        };
+    return midair::bridge::registerMethod(name, std::move(adapted), error);
+}
 
 std::string registeredNames(const std::string& setting)
 {

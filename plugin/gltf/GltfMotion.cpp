@@ -1,7 +1,5 @@
 #include "plugin/gltf/GltfMotion.h"
 
-#include "plugin/gltf/GltfMessages.h"
-
 #include <osgAnimation/BasicAnimationManager>
 #include <osgAnimation/Channel>
 #include <osgAnimation/RigGeometry>

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "plugin/gltf/GltfFile.h"
 #include "plugin/gltf/GltfMeshes.h"
-#include "plugin/gltf/GltfMessages.h"
-#include "plugin/gltf/GltfNumbers.h"
+#include "plugin/gltf/GltfScene.h"
 
 #include <osg/Geometry>
 #include <osg/Matrixd>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfScene.h"
 #include "plugin/gltf/TinyGltf.h"
 
 #include <osg/Node>

@@ -2,7 +2,7 @@
 #include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
 #include "haptics/base/text/Number.h"
-#include "plugin/hands/HandConversion.h"
+#include "plugin/hands/KitHands.h"
 
 #include <osgMidair/HandSender>
 

@@ -1,7 +1,6 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/hands/HandConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 

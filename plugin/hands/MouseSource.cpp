@@ -1,11 +1,8 @@
 #include "plugin/hands/MouseSource.h"
 
-#include <osgMidair/MouseHand>
-
 #include <osg/ApplicationUsage>
 #include <osg/Camera>
 #include <osgGA/GUIEventAdapter>
-#include <osgViewer/View>
 
 #include <cmath>
 

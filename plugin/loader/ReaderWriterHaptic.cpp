@@ -7,7 +7,6 @@
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/NameBeside.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/FileFormats>

@@ -11,7 +11,6 @@
 #include <osgMidair/HapticScene>
 #include <osgMidair/RigidBodyCallback>
 
-#include <osg/FrameStamp>
 #include <osg/NodeVisitor>
 #include <osg/Notify>
 #include <osg/observer_ptr>

@@ -1,5 +1,5 @@
 #include "plugin/engine/HapticEngine.h"
-#include "plugin/engine/PublicMessage.h"
+#include "plugin/engine/SceneAccess.h"
 #include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticCallback>

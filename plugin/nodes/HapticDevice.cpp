@@ -1,5 +1,5 @@
 #include "plugin/engine/HapticEngine.h"
-#include "plugin/engine/PublicMessage.h"
+#include "plugin/engine/SceneAccess.h"
 #include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticDevice>
@@ -11,7 +11,6 @@
 #include <osgViewer/View>
 
 #include <algorithm>
-#include <string>
 
 namespace osgMidair
 {

@@ -1,7 +1,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneKeys.h"
 #include "plugin/hands/TouchTeller.h"
-#include "plugin/settings/PropertyChanges.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticScene>

@@ -1,14 +1,11 @@
 #include "haptics/base/Units.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
-#include "plugin/overlays/drawing/Vectors.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
 
 #include <osg/Geometry>
-#include <osg/LineWidth>
 #include <osg/Math>
 #include <osgGA/GUIEventAdapter>
 

@@ -1,4 +1,3 @@
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"

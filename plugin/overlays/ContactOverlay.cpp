@@ -1,10 +1,8 @@
 #include "engine-bridge/contact/ContactPatch.h"
 #include "engine-bridge/rendering/ContactView.h"
 #include "haptics/base/Units.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
-#include "plugin/overlays/drawing/Vectors.h"
 
 #include <osgMidair/ContactOverlay>
 

@@ -1,6 +1,5 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/Exposure.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/LevelSphere.h"
@@ -17,7 +16,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <future>
 
 #include <fmt/format.h>

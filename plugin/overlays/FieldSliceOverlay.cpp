@@ -2,13 +2,10 @@
 #include "haptics/base/SmallMatrices.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/FieldSlice.h"
 #include "plugin/overlays/drawing/GpuSlice.h"
-#include "plugin/overlays/drawing/SliceDisc.h"
-#include "plugin/overlays/drawing/Vectors.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
@@ -31,6 +28,43 @@ namespace osgMidair
 
 namespace
 {
+
+/// Makes a texture of \a image, which changes.
+osg::ref_ptr<osg::Texture2D> makeSliceTexture(osg::Image* image)
+{
+    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(image);
+    texture->setDataVariance(osg::Object::DYNAMIC);
+    texture->setResizeNonPowerOfTwoHint(false);
+    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+    texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
+    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
+    return texture;
+}
+
+/// Makes \a disc a square of four vertices with \a texture, whose shape is in the texture. The
+/// caller sets the vertices.
+void setUpSliceDisc(osg::Geometry& disc, osg::Texture2D* texture)
+{
+    disc.setDataVariance(osg::Object::DYNAMIC);
+    disc.setUseDisplayList(false);
+    disc.setUseVertexBufferObjects(true);
+    disc.setVertexArray(new osg::Vec3Array(4));
+    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
+    for (const osg::Vec2& corner :
+         {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
+        // The centres of the outermost texels lie on the rim.
+        coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
+                               kSlicePixels);
+    disc.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
+    const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
+    disc.setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
+    disc.addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
+    osg::StateSet* state = disc.getOrCreateStateSet();
+    state->setTextureAttributeAndModes(0, texture);
+    // The slice of a flat object is in its plane; the offset keeps the object in front.
+    state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+}
 
 const OverlayNumber kFieldSliceRadius =
     overlayNumber<FieldSliceOverlay, &FieldSliceOverlay::setRadius, &FieldSliceOverlay::getRadius>(

@@ -1,8 +1,7 @@
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
-#include "plugin/overlays/drawing/FieldVolume.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 

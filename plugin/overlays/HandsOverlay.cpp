@@ -1,9 +1,7 @@
 #include "haptics/base/Units.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
-#include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/overlays/hud/HudRoom.h"
 
 #include <osgMidair/HandsOverlay>

@@ -2,7 +2,6 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/overlays/HudPart.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/Grants.h"
 
@@ -12,12 +11,10 @@
 #include <osgMidair/Hud>
 
 #include <osg/Notify>
-#include <osg/Transform>
 #include <osgGA/EventVisitor>
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include <fmt/format.h>
 

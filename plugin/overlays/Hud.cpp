@@ -1,11 +1,17 @@
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/engine/HapticEngine.h"
 #include "plugin/overlays/HudPart.h"
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 
+#include <osgMidair/HapticOverlays>
 #include <osgMidair/Hud>
 
 #include <osgGA/GUIEventAdapter>
 #include <osgUtil/CullVisitor>
+
+#include <algorithm>
+#include <cmath>
 
 namespace osgMidair
 {
@@ -38,6 +44,63 @@ const OverlayRegistration
                       0,
                       makeOverlay<Hud>,
                       {kScale, kInterval, kKeyTime, kPlain}});
+
+constexpr float kHudPartMargin = 10.0F;
+constexpr float kGap = 4.0F;
+
+/// Draws sheets in pixels of a viewport. The scene graph is not changed, as views may cull at the
+/// same time: each pushes its own matrices.
+class SheetCull
+{
+public:
+    SheetCull(osgUtil::CullVisitor& visitor, const HudRoom& room) :
+        _visitor(visitor),
+        _mode(visitor.getComputeNearFarMode())
+    {
+        visitor.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+        visitor.pushProjectionMatrix(new osg::RefMatrix(
+            osg::Matrix::ortho2D(0.0, room.viewport.x(), 0.0, room.viewport.y())));
+    }
+    ~SheetCull()
+    {
+        _visitor.popProjectionMatrix();
+        _visitor.setComputeNearFarMode(_mode);
+    }
+    SheetCull(const SheetCull&) = delete;
+    SheetCull& operator=(const SheetCull&) = delete;
+
+    /// Whole pixels keep letters sharp.
+    void draw(const HudSheet& sheet, const osg::Vec2& lowerLeft, double scale)
+    {
+        if (sheet.size.x() <= 0.0F) return;
+        const auto whole = [&](double at) { return std::round(at * scale) / scale; };
+        _visitor.pushModelViewMatrix(new osg::RefMatrix(osg::Matrix::translate(
+                                         whole(lowerLeft.x()), whole(lowerLeft.y()), 0.0)),
+                                     osg::Transform::ABSOLUTE_RF);
+        sheet.panel->accept(_visitor);
+        _visitor.popModelViewMatrix();
+    }
+
+private:
+    osgUtil::CullVisitor& _visitor;
+    const osg::CullSettings::ComputeNearFarMode _mode;
+};
+
+/// Returns the number of the largest layout for \a room; below 0: there is too little even for the
+/// smallest.
+int layoutFor(const HudRoom& room)
+{
+    int found = -1;
+    for (const HudLayout& layout : kHudLayouts)
+        if (room.width() >= layout.width && room.height() >= layout.height) ++found;
+    return found;
+}
+
+/// Height of \a sheet with the gap around it; 0: nothing is drawn.
+float heightOf(const HudSheet& sheet)
+{
+    return sheet.size.y() > 0.0F ? sheet.size.y() + kGap : 0.0F;
+}
 
 } // namespace
 
@@ -118,6 +181,170 @@ void Hud::traverse(osg::NodeVisitor& visitor)
 {
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
     if (cull && cull->getViewport()) _part.cullFigures(*cull, _scale);
+}
+
+HudPart::HudPart() : _layouts(kHudLayouts.begin(), kHudLayouts.end()) {}
+
+void HudPart::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    _result = result;
+    _error.add(100.0 * result->report().rms);
+    _latency.add(result->latency_ms);
+}
+
+void HudPart::update(const HapticOverlays& overlays, const HapticEngine* engine, double time_s)
+{
+    ++_frames;
+    drawKeys(overlays, time_s);
+    const double now_s = midair::base::steadySeconds();
+    const bool isMuted = engine && engine->isMuted();
+    const bool isShown = overlays.isShown("figures") && !isPlain;
+    if (now_s - _lastUpdate_s < updateInterval_s && isMuted == _news.isMuted) return;
+    if (_lastUpdate_s > 0.0) frameRate = _frames / std::max(1e-9, now_s - _lastUpdate_s);
+    _frames = 0;
+    _lastUpdate_s = now_s;
+    auto result = _result;
+    if (engine)
+    {
+        _news.statistics = engine->statistics();
+        _news.isMuted = isMuted;
+        _news.isEnabled = engine->mayPlay();
+        result = engine->latestResult();
+    }
+    else if (result)
+        _news = newsOf(*result);
+    const bool isKnown = engine ? _news.statistics.frames > 0 : result != nullptr;
+    HudAlarm alarm = isKnown ? alarmOf(_news, result.get()) : HudAlarm();
+    // Hidden figures and visitors leave what is only told to those who look after the array.
+    const bool isSaid = isShown || alarm.word == "MUTED" || (alarm.word == "LOST" && !isPlain);
+    drawAlarm(isSaid ? std::move(alarm) : HudAlarm());
+    if (!isShown || !isKnown) return;
+    _skin.update(result, engine, _lastUpdate_s);
+    drawFigures(overlays, result);
+}
+
+void HudPart::drawFigures(const HapticOverlays& overlays,
+                          const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    osg::ref_ptr<FieldSliceOverlay> fieldSlice;
+    osg::ref_ptr<FieldVolumeOverlay> fieldVolume;
+    slice.lock(fieldSlice);
+    volume.lock(fieldVolume);
+    const bool hasSlice = fieldSlice && fieldSlice->isShown();
+    const bool hasVolume = fieldVolume && fieldVolume->isShown();
+    OverlayRates rates;
+    rates.frames = frameRate;
+    if (hasSlice) rates.slices = fieldSlice->getSlicesPerSecond();
+    if (hasVolume) rates.volumes = fieldVolume->getVolumesPerSecond();
+    const HudRows rows = rowsOf(result.get(), _news, rates);
+    const std::vector<std::string> messages = messagesOf(_news, _alarm);
+    for (HudSheets& sheets : _layouts)
+    {
+        sheets.drawFigures(title, rows, _error, _latency, _skin.curve());
+        sheets.drawMessages(messages);
+        sheets.drawScales(hasSlice ? fieldSlice->getRange() : 0.0F,
+                          hasVolume ? fieldVolume->getRange() : 0.0F,
+                          overlays.isShown("points"),
+                          overlays.isShown("array"),
+                          overlays.isShown("ears"));
+    }
+}
+
+void HudPart::drawAlarm(HudAlarm alarm)
+{
+    if (alarm == _alarm) return;
+    _alarm = std::move(alarm);
+    for (HudSheets& sheets : _layouts)
+        sheets.drawAlarm(_alarm);
+}
+
+void HudPart::drawKeys(const HapticOverlays& overlays, double time_s)
+{
+    if (_hasKey && time_s >= 0.0)
+    {
+        _keysSince_s = time_s;
+        _hasKey = false;
+    }
+    // If time goes back, a clock was reset.
+    const double age_s = time_s - _keysSince_s;
+    if (isPlain || time_s < 0.0 || age_s < 0.0 || age_s >= keyTime_s) _keysSince_s = -1.0;
+    std::vector<bool> drawn;
+    if (_keysSince_s >= 0.0)
+        for (const auto& [place, kind] : overlayKinds())
+            drawn.push_back(overlays.getOverlay(kind.name)->isShown());
+    if (drawn == _keysDrawn) return;
+    _keysDrawn = std::move(drawn);
+    std::vector<HudKey> all;
+    bool isAnyOn = false;
+    std::size_t next = 0;
+    if (!_keysDrawn.empty())
+        for (const auto& [place, kind] : overlayKinds())
+        {
+            const bool isOn = _keysDrawn[next++];
+            all.push_back({kind.keyName() + " " + kind.word, isOn});
+            isAnyOn = isAnyOn || isOn;
+        }
+    if (!all.empty())
+    {
+        all.push_back({"F7 all", isAnyOn});
+        all.push_back({"F8 mute", true});
+    }
+    for (HudSheets& sheets : _layouts)
+        sheets.drawKeys(all);
+}
+
+void HudPart::cullFigures(osgUtil::CullVisitor& visitor, float scale)
+{
+    const HudRoom room = roomOf(visitor, scale);
+    const int layout = layoutFor(room);
+    if (layout < 0) return;
+    const HudSheets& sheets = _layouts[static_cast<std::size_t>(layout)];
+    SheetCull cull(visitor, room);
+    const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kHudPartMargin, kHudPartMargin);
+    cull.draw(sheets.figures, corner, room.scale);
+    const float above = sheets.figures.size.y() + kGap;
+    const float used =
+        above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin;
+    if (used + sheets.messages.size.y() <= room.height())
+        cull.draw(sheets.messages, corner + osg::Vec2(0.0F, above), room.scale);
+    const float beside = sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kHudPartMargin;
+    if (beside <= room.width())
+        cull.draw(sheets.scales,
+                  {room.upperRight.x() - kHudPartMargin - sheets.scales.size.x(), corner.y()},
+                  room.scale);
+}
+
+void HudPart::cullBanner(osgUtil::CullVisitor& visitor, float scale)
+{
+    const HudRoom room = roomOf(visitor, scale);
+    const HudSheets& sheets = _layouts[static_cast<std::size_t>(std::max(0, layoutFor(room)))];
+    SheetCull cull(visitor, room);
+    // It is seen even where there is no room for it.
+    float top =
+        std::max(room.upperRight.y() - kHudPartMargin, heightOf(sheets.alarm) + kHudPartMargin);
+    if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin)
+    {
+        cull.draw(sheets.keys,
+                  {room.lowerLeft.x() + kHudPartMargin, top - sheets.keys.size.y()},
+                  room.scale);
+        top -= heightOf(sheets.keys);
+    }
+    const float middle = 0.5F * (room.lowerLeft.x() + room.upperRight.x());
+    cull.draw(sheets.alarm,
+              {middle - 0.5F * sheets.alarm.size.x(), top - sheets.alarm.size.y()},
+              room.scale);
+}
+
+HudBanner::HudBanner(Hud* hud) : _hud(hud)
+{
+    setName("banner");
+    pixels::paintInOrder(*this, HUD_BIN + 1);
+}
+
+void HudBanner::traverse(osg::NodeVisitor& visitor)
+{
+    osgUtil::CullVisitor* cull = visitor.asCullVisitor();
+    if (cull && cull->getViewport()) HudPart::of(*_hud).cullBanner(*cull, _hud->getScale());
 }
 
 } // namespace osgMidair

@@ -5,15 +5,91 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/settings/Setting.h"
+
+#include <osgMidair/Overlay>
 
 #include <osg/Node>
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace osgMidair
 {
+
+/// A number that says how an overlay looks: in files ("SliceRadius"), on command lines
+/// ("sliceRadius") and in copies.
+struct OverlayNumber : midair::base::SettingFacts
+{
+    void (*set)(Overlay&, double) = nullptr;
+    double (*get)(const Overlay&) = nullptr;
+};
+
+/// Makes an OverlayNumber of a setter and a getter of the overlay \a O.
+template<class O, auto Set, auto Get>
+OverlayNumber overlayNumber(const char* name,
+                            const char* help,
+                            const midair::base::Range& range,
+                            const char* unit = "")
+{
+    using Value = decltype((std::declval<const O&>().*Get)());
+    OverlayNumber number;
+    number.name = name;
+    number.help = help;
+    number.range = range;
+    number.unit = unit;
+    number.set = [](Overlay& overlay, double value)
+    { (static_cast<O&>(overlay).*Set)(static_cast<Value>(value)); };
+    number.get = [](const Overlay& overlay)
+    { return static_cast<double>((static_cast<const O&>(overlay).*Get)()); };
+    return number;
+}
+
+/// A kind of overlay; every HapticOverlays has one overlay of each kind.
+struct OverlayKind
+{
+    int place = 0;    ///< in lists, and so of its key
+    std::string name; ///< name of its switch in files, after "Show": "FieldSlice"
+    std::string word; ///< word on command lines: "slice"
+    std::string what; ///< text in a viewer's help, after "show or hide": "the slice of the field"
+    std::string seen; ///< what is seen, in the documents' words
+    int key = 0;      ///< key that shows and hides it, of osgGA::GUIEventAdapter
+    /// Overlays in the array's frame are drawn in this order; 0: drawn in the window instead.
+    int layer = 0;
+    osg::ref_ptr<Overlay> (*make)() = nullptr;
+    std::vector<OverlayNumber> numbers = {};
+    bool isHidden = false; ///< until it is asked for
+
+    bool isNamed(const std::string& text) const { return text == name || text == word; }
+    std::string keyName() const; ///< "F3"
+};
+
+/// Returns all kinds by their place. Keys, files, options and documents have their names from here.
+const std::map<int, OverlayKind>& overlayKinds();
+
+/// Returns the kind of that name in files or word on command lines; null: there is none, and \a
+/// error says so, with the nearest.
+const OverlayKind* findOverlayKind(const std::string& name, std::string& error);
+
+/// Registers a kind of overlay: define a static object of this class in the overlay's source. A
+/// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused
+/// with a message.
+class OverlayRegistration
+{
+public:
+    explicit OverlayRegistration(const OverlayKind& kind);
+};
+
+/// Makes an overlay of class \a O, for OverlayKind::make.
+template<class O>
+osg::ref_ptr<Overlay> makeOverlay()
+{
+    return new O;
+}
 
 class HapticEngine;
 class HapticOverlays;

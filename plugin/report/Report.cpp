@@ -3,8 +3,8 @@
 #include "device/DeviceLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"
-#include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/UserOptions.h"
 
 #include <osg/Notify>
 
@@ -14,7 +14,6 @@
 #include <fstream>
 #include <map>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <utility>
 #include <vector>

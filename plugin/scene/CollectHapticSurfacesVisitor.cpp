@@ -7,7 +7,6 @@
 #include <osgMidair/HapticSurface>
 
 #include <osg/Camera>
-#include <osg/ClipPlane>
 #include <osg/Drawable>
 #include <osg/Plane>
 #include <osg/Transform>

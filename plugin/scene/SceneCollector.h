@@ -1,16 +1,19 @@
 #pragma once
 
+#include "engine-bridge/HapticObject.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/scene/MeshCache.h"
+#include "engine-bridge/scene/PaintReader.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
-#include "plugin/scene/FeltNode.h"
 #include "plugin/scene/PointMeshes.h"
 #include "plugin/scene/SceneMarks.h"
 #include "plugin/scene/TaggedObstacles.h"
 
 #include <osgMidair/FoundObject>
+#include <osgMidair/HapticProperty>
 
+#include <osg/Node>
 #include <osg/observer_ptr>
 
 #include <Eigen/Core>
@@ -24,6 +27,24 @@
 
 namespace osgMidair
 {
+
+/// Returns the part of \a property that goes to the hologram thread with each object.
+midair::bridge::HapticProperties forBridge(const HapticProperty& property);
+
+/// Returns what is wrong with the material of \a property, so that nothing is felt where the object
+/// is touched, or with the user's file of materials; empty: nothing.
+std::string problemOfMaterial(const HapticProperty& property);
+
+/// Returns the part of \a property that describes the paint of the mesh.
+midair::bridge::PaintOptions paintOf(const HapticProperty& property);
+
+/// HapticObject::origin of what the SceneCollector makes: the node that is felt and its path, for
+/// whoever gets the field. Immutable; any thread may keep it.
+struct FeltNode
+{
+    osg::observer_ptr<osg::Node> node;
+    std::string path;
+};
 
 /// Collects the active haptic objects and obstacles below its roots, in array coordinates. Those
 /// that have not changed since the last frame are checked but not made again.

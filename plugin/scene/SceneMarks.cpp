@@ -6,11 +6,17 @@
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticSurface>
 
+#include <osg/Drawable>
 #include <osg/Group>
+#include <osg/NodeVisitor>
 #include <osg/PagedLOD>
+#include <osg/Projection>
 #include <osg/ProxyNode>
+#include <osg/Transform>
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -55,6 +61,122 @@ std::string findMissing(const osg::Node& node)
     return missing;
 }
 
+/// Some nodes or drawables of one kind, of which the first is named.
+struct Some
+{
+    int count = 0;
+    std::string first;
+
+    void add(const osg::Object& object, const std::string& more = std::string())
+    {
+        if (count++ == 0) first = midair::bridge::quoted(object) + more;
+    }
+    std::string text() const
+    {
+        return count > 1 ? fmt::format("{} and {} more", first, count - 1) : first;
+    }
+};
+
+/// Tells the active children of one group, as the reader of its mesh meets them.
+class ActiveChildren : public osg::NodeVisitor
+{
+public:
+    explicit ActiveChildren(osg::Node& group) : osg::NodeVisitor(TRAVERSE_ACTIVE_CHILDREN)
+    {
+        group.traverse(*this);
+    }
+    void apply(osg::Node& node) override { _all.push_back(&node); }
+    bool has(const osg::Node& node) const
+    {
+        return std::find(_all.begin(), _all.end(), &node) != _all.end();
+    }
+
+private:
+    std::vector<const osg::Node*> _all;
+};
+
+/// Sorts what is below a node by why it isn't felt.
+class Reasons
+{
+public:
+    Reasons(osg::Node& root, bool isTold) : _isTold(isTold)
+    {
+        if (osg::Drawable* drawable = root.asDrawable())
+            addDrawable(*drawable, nullptr);
+        else
+            lookBelow(root, nullptr);
+    }
+
+    WhyUnfelt summary() const
+    {
+        std::vector<std::string> all;
+        if (_hidden.count > 0) all.push_back("is hidden (" + _hidden.text() + ")");
+        if (_missing.count > 0) all.push_back("is not loaded (" + _missing.text() + ")");
+        if (_own.count > 0) all.push_back("is marked itself (" + _own.text() + ")");
+        if (_cameras.count > 0)
+            all.push_back("hangs on a camera, not in the world (" + _cameras.text() + ")");
+        if (all.empty() && _isTold) return {};
+        if (all.empty() && _shapes == 0) return {"has no drawables below it", false};
+        if (all.empty()) return {"has no triangles", false};
+        return {"has nothing to be felt: what is below it " +
+                    fmt::format("{}", fmt::join(all, ", or ")),
+                _hidden.count > 0};
+    }
+
+private:
+    /// \a hider: what hides \a node; null: it is shown.
+    void look(osg::Node& node, const osg::Object* hider)
+    {
+        if (isOwnObject(node)) return _own.add(node);
+        if (node.asCamera() || dynamic_cast<osg::Projection*>(&node)) return _cameras.add(node);
+        const osg::Transform* transform = node.asTransform();
+        if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
+        {
+            if (hider)
+                _cameras.add(node);
+            else
+                _isTold = true;
+            return;
+        }
+        if (osg::Drawable* drawable = node.asDrawable()) return addDrawable(*drawable, hider);
+        lookBelow(node, hider);
+    }
+
+    void lookBelow(osg::Node& node, const osg::Object* hider)
+    {
+        osg::Group* group = node.asGroup();
+        if (!group) return;
+        const std::string missing = missingFile(node);
+        if (!missing.empty()) _missing.add(node, ": \"" + missing + "\"");
+        const ActiveChildren active(node);
+        for (unsigned int i = 0; i < group->getNumChildren(); ++i)
+        {
+            osg::Node& child = *group->getChild(i);
+            const osg::Object* itself = child.getNodeMask() == 0 ? &child : group;
+            look(child, hider || active.has(child) ? hider : itself);
+        }
+    }
+
+    void addDrawable(const osg::Drawable& drawable, const osg::Object* hider)
+    {
+        ++_shapes;
+        // The reader names what it meets and can't read.
+        if (hider && (_lastHider != hider || _hidden.count == 0))
+            _hidden.add(*hider);
+        else if (!hider && !drawable.asGeometry())
+            _isTold = true;
+        if (hider) _lastHider = hider;
+    }
+
+    Some _hidden;
+    const osg::Object* _lastHider = nullptr;
+    Some _missing;
+    Some _own;
+    Some _cameras;
+    int _shapes = 0;
+    bool _isTold; ///< something of it was named when the mesh was read
+};
+
 } // namespace
 
 std::string missingFile(const osg::Node& node)
@@ -75,6 +197,11 @@ void SceneMarks::look(const std::vector<const osg::Node*>& roots)
     for (const osg::Node* root : roots)
         if (_missing.empty()) _missing = findMissing(*root);
     if (_missing.empty()) _state = State::NONE;
+}
+
+WhyUnfelt whyUnfelt(osg::Node& root, bool isTold)
+{
+    return Reasons(root, isTold).summary();
 }
 
 } // namespace osgMidair

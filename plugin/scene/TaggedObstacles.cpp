@@ -1,7 +1,7 @@
 #include "plugin/scene/TaggedObstacles.h"
 
 #include "engine-bridge/hands/Obstacles.h"
-#include "plugin/scene/WhyUnfelt.h"
+#include "plugin/scene/SceneMarks.h"
 
 namespace osgMidair
 {

@@ -1,11 +1,22 @@
 #include "plugin/serializers/BlockReader.h"
 
-#include "plugin/serializers/FileOfStream.h"
+#include "haptics/base/text/Words.h"
+#include "plugin/settings/Grants.h"
 
+#include <osgMidair/HapticPoints>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/Notify>
 #include <osgDB/Registry>
 
 #include <algorithm>
 #include <cctype>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <istream>
+#include <system_error>
 #include <utility>
 
 namespace osgMidair
@@ -13,6 +24,55 @@ namespace osgMidair
 
 namespace
 {
+
+/// Returns the first \a size bytes of \a stream's buffer, and leaves it where it is; empty if it
+/// can't be read again.
+std::string beginning(std::istream& stream, std::size_t size)
+{
+    std::streambuf* buffer = stream.rdbuf();
+    const auto before = buffer->pubseekoff(0, std::ios::cur, std::ios::in);
+    const std::streampos none(std::streamoff(-1));
+    if (before == none || buffer->pubseekpos(0, std::ios::in) == none) return {};
+    std::string text(size, '\0');
+    text.resize(static_cast<std::size_t>(
+        buffer->sgetn(text.data(), static_cast<std::streamsize>(text.size()))));
+    buffer->pubseekpos(before, std::ios::in);
+    return text;
+}
+
+/// The same for all that it holds.
+std::string wholeText(std::istream& stream)
+{
+    std::streambuf* buffer = stream.rdbuf();
+    const auto before = buffer->pubseekoff(0, std::ios::cur, std::ios::in);
+    const auto size = buffer->pubseekoff(0, std::ios::end, std::ios::in);
+    const std::streampos none(std::streamoff(-1));
+    if (before == none || size == none) return {};
+    buffer->pubseekpos(before, std::ios::in);
+    return beginning(stream, static_cast<std::size_t>(std::streamoff(size)));
+}
+
+// OSG hands serializers an open stream and the folder; Linux says which files are open.
+/// Returns the name of the file in \a folder that is being read and has the content \a text, by
+/// which OSG's readers don't tell serializers; empty if there is none.
+std::string openFile(const std::string& folder, const std::string& text)
+{
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path wanted = fs::weakly_canonical(folder.empty() ? "." : folder, error);
+    for (const auto& entry : fs::directory_iterator("/proc/self/fd", error))
+    {
+        std::error_code none;
+        const fs::path file = fs::read_symlink(entry.path(), none);
+        if (none || !fs::is_regular_file(file, none)) continue;
+        if (fs::weakly_canonical(file.parent_path(), none) != wanted ||
+            fs::file_size(file, none) != text.size())
+            continue;
+        std::ifstream in(file, std::ios::binary);
+        if (wholeText(in) == text) return file.filename().string();
+    }
+    return {};
+}
 
 /// OSG's stream tells neither its iterator nor the numbers of its objects.
 struct StreamParts : osgDB::InputStream
@@ -26,6 +86,30 @@ struct StreamParts : osgDB::InputStream
         return in.*(&StreamParts::_identifierMap);
     }
 };
+
+// What a BlockReader tells of a file, and where in it.
+
+/// Makes \a object silence its scene because of \a reason. Returns false if it is none that is
+/// felt.
+bool silence(osg::Object& object, const std::string& reason)
+{
+    if (auto* scene = dynamic_cast<HapticScene*>(&object))
+    {
+        HapticSettings settings = scene->getSettings();
+        settings.isSilenced = true;
+        settings.whySilenced.push_back(reason);
+        scene->setSettings(settings);
+        return true;
+    }
+    auto* surface = dynamic_cast<HapticSurface*>(&object);
+    auto* points = dynamic_cast<HapticPoints*>(&object);
+    if (!surface && !points) return false;
+    HapticPropertyHolder& holder = surface ? static_cast<HapticPropertyHolder&>(*surface) : *points;
+    HapticProperty property = holder.getProperty();
+    property.whySilenced.push_back(reason);
+    holder.setProperty(property);
+    return true;
+}
 
 } // namespace
 
@@ -360,6 +444,101 @@ std::vector<std::string> BlockReader::readWords()
     while (!(next = word()).empty() && next != "}" && !_stream.getException())
         words.push_back(next);
     return words;
+}
+
+const std::string& BlockReader::text()
+{
+    if (_text.empty()) _text = wholeText(*getStream());
+    return _text;
+}
+
+std::ptrdiff_t BlockReader::lineAt(std::streamoff place)
+{
+    const auto end = std::min<std::streamoff>(place, static_cast<std::streamoff>(text().size()));
+    return 1 + std::count(text().begin(), text().begin() + end, '\n');
+}
+
+/// "star.osgt:12: ", or as much of it as is known.
+std::string BlockReader::placeIn(std::ptrdiff_t line)
+{
+    std::string place;
+    const osgDB::Options* options = _stream.getOptions();
+    if (options && !options->getDatabasePathList().empty())
+        place = openFile(options->getDatabasePathList().front(), text());
+    if (line > 0) place += place.empty() ? "line " : ":";
+    if (line > 0) place += std::to_string(line);
+    return place.empty() ? place : place + ": ";
+}
+
+std::string BlockReader::place()
+{
+    if (_block && _block->element) return placeIn(_block->element->line);
+    const bool isKnown = _block && !_isXml && _block->place >= 0;
+    return placeIn(isKnown ? lineAt(_block->place) : 0);
+}
+
+void BlockReader::complain(const std::string& what, bool concernsSafety)
+{
+    std::string told = place();
+    if (_block)
+    {
+        told += _block->object.className();
+        if (!_block->object.getName().empty()) told += " '" + _block->object.getName() + "'";
+        told += ": ";
+    }
+    tell(told + what, concernsSafety);
+}
+
+void BlockReader::tell(std::string told, bool concernsSafety)
+{
+    told = printable(told);
+    if (concernsSafety && _block && silence(_block->object, told + "; nothing is played"))
+        told += "; nothing is played until that is right";
+    OSG_WARN << "osgMidair: " << told << std::endl;
+}
+
+// OSG asks for the words that name classes by a word alone; other texts are in quotes.
+bool BlockReader::isUnknownClass(const std::string& word)
+{
+    const std::size_t colons = word.find("::");
+    return colons != std::string::npos && colons > 0 && word[0] != '"' &&
+           !osgDB::Registry::instance()->getObjectWrapperManager()->findWrapper(word);
+}
+
+void BlockReader::tellSkipped(const std::string& first,
+                              std::streamoff place,
+                              const std::string& unknownClass,
+                              bool concernsSafety)
+{
+    std::string told = placeIn(place >= 0 ? lineAt(place) : 0);
+    if (unknownClass.empty())
+        told += "OSG passes over \"" + first +
+                "\" and what follows it in this object: it reads the properties of its own nodes "
+                "in the order in which it writes them, and others not at all";
+    else
+    {
+        std::vector<std::string> known;
+        for (const auto& [name, wrapper] :
+             osgDB::Registry::instance()->getObjectWrapperManager()->getWrapperMap())
+            known.push_back(name);
+        told += "unknown class \"" + unknownClass + "\"" +
+                midair::base::didYouMean(unknownClass, known) + "; what it holds isn't there";
+    }
+    tell(told, concernsSafety);
+}
+
+void BlockReader::tellUnknown(const std::string& name)
+{
+    if (name == "UniqueID" && _block->isMisplaced) return; // told
+    const std::vector<std::string> nearest = midair::base::nearestWords(name, nameList());
+    // What nothing is near to may be anything, a limit of a newer kit as well.
+    const bool mayBeSafety =
+        nearest.empty() || std::any_of(nearest.begin(),
+                                       nearest.end(),
+                                       [this](const std::string& one)
+                                       { return _block->names.at(one).concernsSafety; });
+    complain("unknown property \"" + name + "\"" + midair::base::didYouMean(name, nameList()),
+             mayBeSafety);
 }
 
 } // namespace osgMidair

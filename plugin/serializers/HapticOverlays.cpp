@@ -1,5 +1,5 @@
 #include "haptics/base/text/Quantity.h"
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/serializers/BlockReader.h"
 #include "plugin/serializers/Wrappers.h"
 
@@ -11,8 +11,6 @@
 #include <osgDB/OutputStream>
 
 #include <algorithm>
-#include <string>
-#include <vector>
 
 namespace
 {

@@ -1,14 +1,17 @@
+#include "haptics/base/text/Number.h"
 #include "plugin/serializers/SettingSerializer.h"
 #include "plugin/serializers/Wrappers.h"
 
+#include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
 
+#include <osg/Notify>
 #include <osgDB/InputStream>
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
-#include <optional>
-#include <string>
+#include <type_traits>
 
 namespace
 {
@@ -62,5 +65,161 @@ void osgMidair::registerHapticScene()
                 [](HapticScene& node, const HapticSettings& all) { node.setSettings(all); });
             wrapper->addSerializer(new EndOfScene,
                                    osgDB::BaseSerializer::RW_USER); // must stay last
+        });
+}
+
+void osgMidair::registerHapticSurface()
+{
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticSurface; },
+        "osgMidair",
+        "osgMidair::HapticSurface",
+        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            addFormatVersion(*wrapper);
+            addSettings<HapticSurface, HapticProperty>(
+                *wrapper,
+                surfaceProperties(),
+                [](const HapticSurface& node) -> const HapticProperty&
+                { return node.getProperty(); },
+                [](HapticSurface& node, const HapticProperty& all) { node.setProperty(all); });
+        });
+}
+
+namespace
+{
+
+using osgMidair::HapticPoints;
+
+/// More than a scene can hold; a file that claims more is broken.
+constexpr unsigned int kMost = 200000;
+constexpr const char* kTooMany = "osgMidair: a HapticPoints with too many points";
+
+/// Puts the numbers that make up one entry of a list into it.
+void setEntry(osg::Vec3d& point, const double* numbers)
+{
+    point.set(numbers[0], numbers[1], numbers[2]);
+}
+void setEntry(double& pressure, const double* numbers)
+{
+    pressure = *numbers;
+}
+
+/// Reads a list from text: how many entries, and in brackets \a each numbers for every entry. If
+/// it isn't that, the scene is silent, since a pressure may have gone to another point.
+template<class T>
+void readPlain(osgDB::InputStream& in, std::vector<T>& list, std::size_t each)
+{
+    osgMidair::BlockReader& reader = osgMidair::BlockReader::of(in);
+    double size = -1.0;
+    midair::base::parseNumber(reader.readValue(), size);
+    if (size > kMost) return in.throwException(kTooMany);
+    const std::vector<std::string> words = reader.readWords();
+    if (static_cast<double>(words.size()) != static_cast<double>(each) * size)
+        return reader.complain("a list of points or pressures should have as many entries as it "
+                               "says, and has " +
+                                   std::to_string(words.size()) + " numbers",
+                               true);
+    std::vector<double> numbers(words.size());
+    for (std::size_t i = 0; i < words.size(); ++i)
+        if (!midair::base::parseNumber(words[i], numbers[i]))
+            return reader.complain("\"" + words[i] + "\" should be a number", true);
+    list.resize(words.size() / each);
+    for (std::size_t i = 0; i < list.size(); ++i)
+        setEntry(list[i], numbers.data() + each * i);
+}
+
+template<class T>
+bool readList(osgDB::InputStream& in, std::vector<T>& list)
+{
+    if (!in.isBinary())
+    {
+        readPlain(in, list, std::is_same_v<T, double> ? 1 : 3);
+        return !in.getException();
+    }
+    unsigned int size = 0;
+    in >> size >> in.BEGIN_BRACKET;
+    if (size > kMost)
+    {
+        in.throwException(kTooMany);
+        return false;
+    }
+    for (unsigned int i = 0; i < size && !in.getException(); ++i)
+    {
+        T value{};
+        in >> value;
+        list.push_back(value);
+    }
+    in >> in.END_BRACKET;
+    return !in.getException();
+}
+
+template<class T>
+bool writeList(osgDB::OutputStream& out, const std::vector<T>& list)
+{
+    out << static_cast<unsigned int>(list.size()) << out.BEGIN_BRACKET << std::endl;
+    for (const T& value : list)
+        out << value << std::endl;
+    out << out.END_BRACKET << std::endl;
+    return true;
+}
+
+bool checkPoints(const HapticPoints& node)
+{
+    return !node.getPoints().empty();
+}
+
+bool readPoints(osgDB::InputStream& in, HapticPoints& node)
+{
+    std::vector<osg::Vec3d> points;
+    if (!readList(in, points)) return false;
+    node.setPoints(points, node.getPressures());
+    return true;
+}
+
+bool writePoints(osgDB::OutputStream& out, const HapticPoints& node)
+{
+    return writeList(out, node.getPoints());
+}
+
+bool checkPressures(const HapticPoints& node)
+{
+    return !node.getPressures().empty();
+}
+
+bool readPressures(osgDB::InputStream& in, HapticPoints& node)
+{
+    std::vector<double> pressures;
+    if (!readList(in, pressures)) return false;
+    node.setPressures(pressures);
+    return true;
+}
+
+bool writePressures(osgDB::OutputStream& out, const HapticPoints& node)
+{
+    return writeList(out, node.getPressures());
+}
+
+} // namespace
+
+void osgMidair::registerHapticPoints()
+{
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticPoints; },
+        "osgMidair",
+        "osgMidair::HapticPoints",
+        "osgMidair::Properties osg::Object osg::Node osgMidair::HapticPoints",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            addFormatVersion(*wrapper);
+            using MyClass = HapticPoints; // for OSG's macros
+            ADD_USER_SERIALIZER(Points);
+            ADD_USER_SERIALIZER(Pressures);
+            addSettings<MyClass, HapticProperty>(
+                *wrapper,
+                surfaceProperties(),
+                [](const MyClass& node) -> const HapticProperty& { return node.getProperty(); },
+                [](MyClass& node, const HapticProperty& all) { node.setProperty(all); });
         });
 }

@@ -4,6 +4,10 @@
 
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
+#include <osgMidair/SettingDescription>
+
+#include <string>
+#include <vector>
 
 /// Only scenes have matrices.
 template<>
@@ -29,5 +33,50 @@ const SettingTable<HapticSettings>& sceneSettings();
 
 /// The properties of a HapticSurface or a tag.
 const SettingTable<HapticProperty>& surfaceProperties();
+
+/// Returns what the rows of \a table say, in types that installed headers name.
+template<typename T>
+std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<T>& table)
+{
+    std::vector<SettingDescription> all;
+    for (const midair::base::Setting<T>& row : table.rows())
+    {
+        SettingDescription& one = all.emplace_back();
+        one.name = row.name;
+        one.help = row.help;
+        one.values = row.values();
+        one.unit = row.unit;
+        // "identity" of a matrix is for readers: set() takes numbers.
+        one.initial = row.defaultText();
+        if (T scratch; !row.assign(scratch, one.initial)) one.initial.clear();
+        one.summary = row.summary();
+        for (const midair::base::Word& word : row.words)
+            one.words.push_back(word.text);
+        one.isFlag = std::holds_alternative<bool T::*>(row.member);
+        one.isSafety = row.isSafety;
+        one.low = row.range.low;
+        one.high = row.range.high;
+    }
+    return all;
+}
+
+/// Returns what is wrong with \a value as a value of \a name, as a phrase; empty: nothing.
+template<typename T>
+std::string problemOf(const midair::base::SettingTable<T>& table,
+                      const std::string& name,
+                      const std::string& value)
+{
+    T scratch;
+    const midair::base::Setting<T>* row = table.find(name);
+    if (row && row->assign(scratch, value)) return row->problem(scratch, value);
+    if (row) return "is \"" + value + "\", should be " + row->expected();
+    std::string error;
+    table.set(scratch, name, value, error);
+    return error;
+}
+
+/// How often a setter of any haptic node of the program has changed a property. Any thread.
+unsigned int propertyChanges();
+void notePropertyChange();
 
 } // namespace osgMidair

@@ -1,11 +1,9 @@
 #pragma once
 
 #include <osg/Matrixd>
-#include <osg/Vec3d>
 
 #include <functional>
 #include <string>
-#include <vector>
 
 namespace osgMidair
 {

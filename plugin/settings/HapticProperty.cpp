@@ -1,7 +1,5 @@
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
-#include "plugin/settings/Descriptions.h"
-#include "plugin/settings/PropertyChanges.h"
 
 #include <osgMidair/HapticProperty>
 

@@ -1,7 +1,6 @@
 #include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
-#include "plugin/settings/Descriptions.h"
 
 #include <osgMidair/HapticSettings>
 

@@ -1,14 +1,20 @@
 #include "plugin/settings/UserOptions.h"
 
 #include "device/ArrayDevice.h"
+#include "device/limits/UserLimits.h"
+#include "engine-bridge/player/SceneOptions.h"
+#include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
 
+#include <osg/ApplicationUsage>
 #include <osg/Notify>
 #include <osgDB/Registry>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -18,6 +24,159 @@ namespace osgMidair
 
 namespace
 {
+
+const std::string kPrefix = "OSG_MIDAIR_";
+
+/// A setting and the name of its environment variable.
+struct Variable
+{
+    std::string name;
+    const Setting<HapticSettings>* setting;
+};
+
+const std::vector<Variable>& variables()
+{
+    static const std::vector<Variable> all = []
+    {
+        std::vector<Variable> found;
+        for (const Setting<HapticSettings>& row : sceneSettings().rows())
+            if (!row.variable.empty()) found.push_back({kPrefix + row.variable, &row});
+        return found;
+    }();
+    return all;
+}
+
+/// True for what midair::device::capsOfUser() reads.
+bool isCap(const Setting<HapticSettings>& setting)
+{
+    const std::vector<std::string>& caps = midair::device::userCapVariables();
+    return std::find(caps.begin(), caps.end(), kPrefix + setting.variable) != caps.end();
+}
+
+/// A variable that is no setting of scenes.
+struct Other
+{
+    const char* name;
+    const char* value;
+    const char* text;
+};
+
+constexpr std::array<Other, 7> kOthers = {
+    {{"TRUST",
+      "scene",
+      "scene: scene files open the devices and hands that they name, without a grant."},
+     {"GRANTS",
+      "file",
+      "Names that scene files may use, and the URIs they stand for; default "
+      "~/.config/osgMidair/grants."},
+     {"ARRAYS", "folders", "Where arrays are looked up by their names first; with : between."},
+     {"MATERIALS", "file", "Materials of your own, besides the kit's."},
+     {"SLICE",
+      "auto/cpu/gpu",
+      "Where the slice of a field is computed; auto: by the GPU where there is one."},
+     {"SIMD",
+      "plain/avx2/avx512",
+      "What the kernels run with, to find faults and to compare; default: the best that the "
+      "processor has."},
+     {"REPORT",
+      "file",
+      "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit."}}};
+
+/// Registers the text that --help-env lists.
+struct Usage
+{
+    Usage()
+    {
+        for (const Variable& variable : variables())
+            add(variable.name + " <" + variable.setting->name + ">",
+                (variable.setting->name == "earPoints" ? "Besides what haptic scenes say: "
+                 : isCap(*variable.setting) ? "Of this and what haptic scenes say the stricter: "
+                                            : "Instead of what haptic scenes say: ") +
+                    variable.setting->summary());
+        for (const Other& other : kOthers)
+            add(kPrefix + other.name + " <" + other.value + ">", other.text);
+    }
+
+    static void add(const std::string& option, const std::string& explanation)
+    {
+        osg::ApplicationUsage::instance()->addUsageExplanation(
+            osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE, option, explanation);
+    }
+};
+
+const Usage kUsage;
+
+/// Sets the setting of \a variable to \a value.
+void applyTo(HapticSettings& settings,
+             const Variable& variable,
+             const std::string& value,
+             std::vector<std::string>& errors)
+{
+    // An empty variable counts as missing, except for hands, where it removes the source.
+    if (value.empty() && variable.setting->name != "hands") return;
+    const HapticSettings before = settings;
+    std::string error;
+    const bool isSet = settings.set(variable.setting->name, value, error);
+    if (settings.whySilenced.size() > before.whySilenced.size())
+        settings.whySilenced.back() = variable.name + ": " + error;
+    else if (!isSet)
+        errors.push_back(variable.name + ": " + error);
+}
+
+/// Applies a variable that was set after the program began. A scene file can do that, so it may
+/// only restrict what is played.
+void restrictBy(HapticSettings& settings,
+                const Variable& variable,
+                const std::string& value,
+                std::vector<std::string>& errors)
+{
+    const std::string& setting = variable.setting->name;
+    HapticSettings asked = settings;
+    applyTo(asked, variable, value, errors);
+    const bool takesHands = setting == "hands" && (asked.hands.empty() || asked.hands == "none");
+    if (setting == "enabled")
+        settings.enabled = settings.enabled && asked.enabled;
+    else if (!variable.setting->isWish || takesHands)
+        settings = asked;
+    else
+        errors.push_back(variable.name +
+                         " was set after the program began, which a file can do: it is not used");
+    settings.isSilenced = settings.isSilenced || asked.isSilenced;
+    settings.whySilenced = asked.whySilenced;
+}
+
+/// Tells variables that look like the kit's and aren't. One that may be a limit misspelt silences.
+void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
+{
+    std::vector<std::string> known;
+    known.reserve(kOthers.size() + variables().size());
+    for (const Other& other : kOthers)
+        known.emplace_back(other.name);
+    for (const Variable& variable : variables())
+        known.push_back(variable.setting->variable);
+    for (const std::string& name : midair::base::variablesNow(kPrefix))
+    {
+        if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+        std::string error =
+            kPrefix + name + " is no variable" + midair::base::didYouMean(name, known);
+        const std::vector<std::string> nearest = midair::base::nearestWords(name, known);
+        const bool isSafety = std::any_of(
+            variables().begin(),
+            variables().end(),
+            [&nearest](const Variable& variable)
+            {
+                const Setting<HapticSettings>& row = *variable.setting;
+                return row.isSafety && std::count(nearest.begin(), nearest.end(), row.variable) > 0;
+            });
+        if (isSafety)
+        {
+            error += "; nothing is played";
+            settings.isSilenced = true;
+            settings.whySilenced.push_back(error);
+        }
+        errors.push_back(error);
+    }
+}
 
 /// Returns the assignments in the user's options; each option string is parsed once.
 std::shared_ptr<const std::vector<Assignment>> userAssignments()
@@ -55,6 +214,40 @@ void refuseSecond(const std::string& name, HapticSettings& settings, std::string
 }
 
 } // namespace
+
+HapticSettings Environment::replace(HapticSettings settings, std::vector<std::string>& errors)
+{
+    // A variable may replace a value that is out of range, which stays a reason for silence.
+    HapticSettings repaired = settings;
+    repaired.repair();
+    settings.isSilenced = repaired.isSilenced;
+    settings.whySilenced = repaired.whySilenced;
+    for (const Variable& variable : variables())
+    {
+        if (isCap(*variable.setting)) continue;
+        const auto user = midair::base::userVariable(variable.name);
+        const auto now = midair::base::variableNow(variable.name);
+        if (user) applyTo(settings, variable, *user, errors);
+        if (now && now != user) restrictBy(settings, variable, *now, errors);
+    }
+    tellUnknown(settings, errors);
+    return settings;
+}
+
+HapticSettings Environment::restrict(HapticSettings settings)
+{
+    const midair::device::UserCaps caps = midair::device::capsOfUser();
+    midair::bridge::SceneSettings& scene = settings;
+    scene = midair::bridge::restricted(scene, caps);
+    settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
+    settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
+    return settings;
+}
+
+std::string Environment::reportFile()
+{
+    return midair::base::userVariable("OSG_MIDAIR_REPORT").value_or("");
+}
 
 std::string userOptions()
 {

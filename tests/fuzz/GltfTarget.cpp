@@ -1,4 +1,3 @@
-#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfScene.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"

@@ -1,5 +1,5 @@
 #include "plugin/settings/Assignments.h"
-#include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/UserOptions.h"
 #include "tests/TrustedVariables.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"

@@ -1,4 +1,4 @@
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
 

@@ -2,7 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "plugin/engine/SceneAccess.h"
-#include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/UserOptions.h"
 #include "tests/TrustedVariables.h"
 
 #include <osgMidair/HapticScene>

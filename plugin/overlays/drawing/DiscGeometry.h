@@ -4,6 +4,9 @@
 
 #include <osg/Geometry>
 #include <osg/Program>
+#include <osg/Vec3>
+
+#include <Eigen/Core>
 
 #include <array>
 
@@ -36,5 +39,12 @@ osg::Vec4ub bytes(const osg::Vec3f& color, float opacity);
 /// Draws \a node after opaque nodes, in the order of \a bin, blended, with depth test but without
 /// writing depth.
 void drawTranslucent(osg::Node& node, int bin);
+
+/// A place or direction as graphics cards take it.
+inline osg::Vec3 osgVec(const Eigen::Vector3d& v)
+{
+    return osg::Vec3(
+        static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()));
+}
 
 } // namespace osgMidair

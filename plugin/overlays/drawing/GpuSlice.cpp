@@ -3,7 +3,6 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/text/Number.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
-#include "plugin/overlays/drawing/Vectors.h"
 
 #include <osgMidair/ColorMap>
 
@@ -13,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 
 namespace osgMidair

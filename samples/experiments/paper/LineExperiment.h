@@ -45,4 +45,16 @@ const LineExperiment& lineExperiment(const std::string& name);
 constexpr double kLine_m = 0.034;
 constexpr int kLinePoints = 5;
 
+/// One of the paper's scenes: control points of equal pressure.
+struct PaperScene
+{
+    std::string name;
+    std::string caption;     ///< what it is, and the paper's number where it has one
+    Eigen::Matrix3Xd points; ///< 3 x n, metres, array frame
+};
+
+/// Returns all scenes: the focus, the line, the flat star, the star of \a model (the vertices of an
+/// OBJ file), and the lines of the two experiments at the paper's thresholds.
+std::vector<PaperScene> paperScenes(const std::string& model);
+
 } // namespace midair::samples

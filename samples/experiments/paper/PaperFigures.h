@@ -1,11 +1,72 @@
 #pragma once
 
-#include "samples/experiments/paper/PaperArray.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/solvers/HologramSolver.h"
 
+#include <Eigen/Core>
+
+#include <cstdint>
 #include <string>
 
 namespace midair::samples
 {
+
+/// Field that the array plays for some control points, and its report.
+struct PaperField
+{
+    haptics::ControlPoints points;
+    haptics::SolveReport report;
+    Eigen::VectorXcf played;     ///< m
+    Eigen::VectorXd achieved_Pa; ///< n, peak
+    double evenness() const;     ///< weakest over strongest pressure at the points
+};
+
+/// What a solver of the paper's scenes may do.
+struct PaperSolve
+{
+    std::string solver; ///< a name of haptics::solverNames()
+    bool phaseOnly =
+        false;           ///< true: full drive; false: duties are solved for as well, as the paper
+    double lambda = 0.1; ///< Tikhonov regularisation of GS and SDP, relative to trace(K)/n
+    /// 0: equal starting phases. Others: random ones, and the random numbers of the solver itself.
+    std::uint64_t start = 0;
+};
+
+/// The paper's array at 14.5 degrees Celsius, where the wavelength is the paper's 8.5 mm.
+class PaperArray
+{
+public:
+    PaperArray();
+
+    /// Solves for equal targets at \a positions (3 x n, metres) in at most 1000 iterations, and
+    /// evaluates what the device plays.
+    PaperField solve(const Eigen::Matrix3Xd& positions, const PaperSolve& how) const;
+
+    /// Returns the peak pressures of \a field at \a points, Pa.
+    Eigen::VectorXd pressure(const Eigen::Matrix3Xd& points, const PaperField& field) const;
+
+    /// Returns the full width at half pressure, metres, of the spot at \a centre along \a direction
+    /// (unit length).
+    double halfWidth_m(const PaperField& field,
+                       const Eigen::Vector3d& centre,
+                       const Eigen::Vector3d& direction) const;
+
+    /// Returns sum_i P0 D(theta_i) exp(-beta R_i) / R_i, the pressure at \a point if all waves
+    /// arrive in phase.
+    double inPhase_Pa(const Eigen::Vector3d& point) const;
+
+    void draw(const PaperField& field, const std::string& title, const std::string& path) const;
+
+    const haptics::Medium& medium() const { return _medium; }
+
+private:
+    void randomise(haptics::HologramSolver& solver, std::uint64_t seed) const;
+
+    haptics::TransducerArray _array;
+    haptics::Medium _medium;
+};
 
 /// Returns five tips, five notches and the centre of a pentagram in the cross-section xz, 3 x 11;
 /// \a width_m: from tip to tip across, metres, > 0.

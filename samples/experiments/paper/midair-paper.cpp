@@ -5,7 +5,6 @@
 #include "haptics/propagation/PressureField.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
-#include "samples/experiments/paper/PaperArray.h"
 #include "samples/experiments/paper/PaperFigures.h"
 
 #include <cmath>

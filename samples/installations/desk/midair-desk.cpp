@@ -3,7 +3,6 @@
 
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
-#include "samples/installations/shell/VisitorHand.h"
 
 #include <osgMidair/HapticSurface>
 

@@ -1,31 +1,161 @@
 /// A folder of models on a turntable in the array, one after the other.
-
-#include "samples/installations/gallery/ModelFolder.h"
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
-#include "samples/installations/shell/VisitorHand.h"
-#include "samples/shared/views/SampleFiles.h"
 #include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticSurface>
 
 #include <osg/MatrixTransform>
+#include <osgDB/FileNameUtils>
+#include <osgDB/Registry>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <future>
 #include <map>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 namespace
 {
 
 using namespace midair::samples;
+using namespace midair;
+
+/// The models in a folder, one after the other and over and over. Files that come and go are seen
+/// at the beginning of each round; one that can't be shown is passed over from then on, unless it
+/// changes.
+class ModelFolder
+{
+public:
+    /// Throws std::runtime_error if \a folder is none or has no model.
+    explicit ModelFolder(std::filesystem::path folder);
+
+    /// Returns the path of the next model; empty if there is none now, and problem() says why.
+    std::string next();
+    /// Leaves a model out.
+    void skip(const std::string& path, const std::string& reason);
+
+    const std::string& problem() const { return _problem; }
+    const std::map<std::string, std::string>& skipped() const { return _skipped; } ///< by name
+    /// Names of files that are no models, such as textures beside them.
+    const std::vector<std::string>& others() const { return _others; }
+    int rounds() const { return _rounds; }
+
+private:
+    void look();
+
+    std::filesystem::path _folder;
+    std::vector<std::string> _paths;
+    std::vector<std::string> _others;
+    std::string _problem; ///< why _paths is empty
+    std::size_t _next = 0;
+    int _rounds = 0; ///< that were begun
+    std::map<std::string, std::string> _skipped;
+    std::map<std::string, std::filesystem::file_time_type> _changed; ///< of what is left out
+};
+
+namespace fs = std::filesystem;
+
+/// What lies beside models: materials, buffers, pictures, texts.
+bool isBeside(const std::string& extension)
+{
+    static const std::set<std::string> kBeside = {"mtl",
+                                                  "bin",
+                                                  "png",
+                                                  "jpg",
+                                                  "jpeg",
+                                                  "tga",
+                                                  "bmp",
+                                                  "gif",
+                                                  "tif",
+                                                  "tiff",
+                                                  "dds",
+                                                  "hdr",
+                                                  "rgb",
+                                                  "txt",
+                                                  "md",
+                                                  "csv",
+                                                  "json"};
+    return kBeside.count(extension) > 0;
+}
+
+/// True if OpenSceneGraph has a plugin for \a path. Its content may be something else all the same.
+bool isModel(const fs::path& path)
+{
+    const std::string extension = osgDB::getLowerCaseFileExtension(path.string());
+    return !extension.empty() && !isBeside(extension) &&
+           osgDB::Registry::instance()->getReaderWriterForExtension(extension);
+}
+
+ModelFolder::ModelFolder(fs::path folder) : _folder(std::move(folder))
+{
+    look();
+    if (!_problem.empty()) throw std::runtime_error(_problem);
+    if (_paths.empty())
+        throw std::runtime_error("there is no model in the folder \"" + _folder.string() + "\"");
+}
+
+void ModelFolder::look()
+{
+    std::error_code error;
+    std::vector<std::string> paths;
+    std::vector<std::string> others;
+    for (const fs::directory_entry& entry : fs::directory_iterator(_folder, error))
+    {
+        std::error_code ignored;
+        if (entry.is_directory(ignored)) continue;
+        // A link to nothing or a pipe is no model, whatever its name.
+        const bool isShown = entry.is_regular_file(ignored) && isModel(entry.path());
+        (isShown ? paths : others).push_back(entry.path().string());
+    }
+    _problem = error ? "can't read the folder \"" + _folder.string() + "\": " + error.message()
+                     : std::string();
+    std::sort(paths.begin(), paths.end());
+    _others.clear();
+    for (const std::string& other : others)
+        _others.push_back(osgDB::getSimpleFileName(other));
+    std::sort(_others.begin(), _others.end());
+    const auto isLeftOut = [&](const std::string& path)
+    {
+        const auto left = _changed.find(path);
+        if (left == _changed.end() || fs::last_write_time(path, error) == left->second)
+            return left != _changed.end();
+        _skipped.erase(osgDB::getSimpleFileName(path));
+        _changed.erase(left);
+        return false;
+    };
+    paths.erase(std::remove_if(paths.begin(), paths.end(), isLeftOut), paths.end());
+    _paths = std::move(paths);
+    _next = 0;
+}
+
+std::string ModelFolder::next()
+{
+    if (_next >= _paths.size()) look();
+    if (_paths.empty() && _problem.empty())
+        _problem = "of the models in \"" + _folder.string() + "\" none can be felt";
+    if (_paths.empty()) return {};
+    if (_next == 0) ++_rounds;
+    return _paths[_next++];
+}
+
+void ModelFolder::skip(const std::string& path, const std::string& reason)
+{
+    std::error_code ignored;
+    _changed[path] = fs::last_write_time(path, ignored);
+    _skipped[osgDB::getSimpleFileName(path)] = reason;
+}
 
 class Gallery : public Installation
 {
@@ -73,7 +203,7 @@ public:
         stand->addChild(
             solid(new osg::Cylinder({}, radius, 0.003F), {0.22F, 0.25F, 0.31F, 1.0F}, 2.0F));
         stage.lit.addChild(stand);
-        while (!_surface) // a scene begins with a model
+        while (!_onTable.surface) // a scene begins with a model
         {
             beginLoading(0.0);
             if (!_loading.valid()) throw std::runtime_error(_models->problem());
@@ -106,31 +236,31 @@ public:
     {
         takeLoaded(now.time_s);
         if (!_loading.valid() && now.time_s >= _nextTry_s) beginLoading(now.time_s);
-        if (!_surface) return;
+        if (!_onTable.surface) return;
         judge(now);
         const double slow = now.isSomebodyThere ? kVisitedTurn_deg_s : kAttractTurn_deg_s;
         _angle += osg::DegreesToRadians(slow) * now.step_s;
         _table->setMatrix(osg::Matrix::rotate(_angle, osg::Z_AXIS));
         const double shown_s = now.isSomebodyThere ? _seconds : _attract_s;
-        const bool isHeld = _fingers > 0 && now.time_s - _since_s < kPatience * shown_s;
-        _isDue = now.time_s - _since_s >= shown_s && !isHeld;
+        const bool isHeld = _fingers > 0 && now.time_s - _onTable.since_s < kPatience * shown_s;
+        _isDue = now.time_s - _onTable.since_s >= shown_s && !isHeld;
     }
 
     void touched(const osgMidair::Touch& /*touch*/) override
     {
         ++_fingers;
-        ++_touches[_name];
+        ++_counts.touches[_onTable.name];
     }
     void left(const osgMidair::Touch& /*touch*/) override { --_fingers; }
 
-    std::string caption() const override { return _name; }
+    std::string caption() const override { return _onTable.name; }
 
     void report(nlohmann::ordered_json& figures) const override
     {
         figures["rounds"] = _models->rounds();
-        figures["shown"] = _shown;
-        figures["felt"] = _felt;
-        figures["touches"] = _touches;
+        figures["shown"] = _counts.shown;
+        figures["felt"] = _counts.felt;
+        figures["touches"] = _counts.touches;
         figures["skipped"] = _models->skipped();
         figures["passedOver"] = _models->others();
     }
@@ -142,6 +272,23 @@ private:
     static constexpr double kTry_s = 2.0;    ///< between looks into a folder without models
     static constexpr double kJudged_s = 0.5; ///< with visitors, until it must be known what is felt
 
+    /// The model on the table.
+    struct OnTable
+    {
+        osg::ref_ptr<osgMidair::HapticSurface> surface;
+        std::string path;
+        std::string name;
+        double since_s = 0.0;
+        double enabled_s = 0.0; ///< how long it could be felt so far
+        bool isJudged = false;
+    };
+    /// Times, by name.
+    struct Counts
+    {
+        std::map<std::string, int> shown;
+        std::map<std::string, int> felt;
+        std::map<std::string, int> touches;
+    };
     struct Loaded
     {
         std::string path;
@@ -201,36 +348,37 @@ private:
             return;
         Loaded loaded = _loading.get();
         if (!loaded.problem.empty()) return skip(loaded.path, loaded.problem + "; it is skipped");
-        _path = loaded.path;
-        _name = loaded.object.name;
-        _surface = new osgMidair::HapticSurface(loaded.object.model);
-        _surface->setName(_name);
-        _surface->setTouchEvents(true);
+        _onTable = {new osgMidair::HapticSurface(loaded.object.model),
+                    loaded.path,
+                    loaded.object.name,
+                    time_s};
+        _onTable.surface->setName(_onTable.name);
+        _onTable.surface->setTouchEvents(true);
         _table->removeChildren(0, _table->getNumChildren());
-        _table->addChild(_surface);
+        _table->addChild(_onTable.surface);
         _table->addChild(loaded.object.edges);
         _haptics->dirtyTags();
-        _since_s = time_s;
-        _enabled_s = 0.0;
-        _isJudged = _isDue = false;
-        ++_shown[_name];
+        _isDue = false;
+        ++_counts.shown[_onTable.name];
     }
 
     // A model that has no points where visitors could feel it goes.
     void judge(const Moment& now)
     {
-        if (_isJudged || !_haptics->getEnabled() || now.statistics.objectsBeingRead > 0) return;
-        _enabled_s += now.step_s;
+        if (_onTable.isJudged || !_haptics->getEnabled() || now.statistics.objectsBeingRead > 0)
+            return;
+        _onTable.enabled_s += now.step_s;
         for (const osgMidair::FoundObject& found : _haptics->getFoundObjects())
-            if (found.node == _surface.get() && found.hasShape)
+            if (found.node == _onTable.surface.get() && found.hasShape)
             {
-                _isJudged = true;
-                ++_felt[_name];
+                _onTable.isJudged = true;
+                ++_counts.felt[_onTable.name];
                 return;
             }
-        if (_enabled_s < kJudged_s) return;
-        _isJudged = true;
-        skip(_path, "the model " + _path + " has nothing that can be felt; it is skipped");
+        if (_onTable.enabled_s < kJudged_s) return;
+        _onTable.isJudged = true;
+        skip(_onTable.path,
+             "the model " + _onTable.path + " has nothing that can be felt; it is skipped");
     }
 
     std::string _folder;
@@ -241,20 +389,13 @@ private:
     std::unique_ptr<ModelFolder> _models;
     std::future<Loaded> _loading;
     osg::ref_ptr<osg::MatrixTransform> _table = new osg::MatrixTransform;
-    osg::ref_ptr<osgMidair::HapticSurface> _surface; ///< of the model on the table
-    std::string _path;
-    std::string _name;
+    OnTable _onTable;
     std::string _problem;    ///< that was said
     double _nextTry_s = 0.0; ///< to find a model, where there was none
     double _angle = 0.4;
-    double _since_s = 0.0;
-    double _enabled_s = 0.0; ///< how long it could be felt so far
     int _fingers = 0;
     bool _isDue = true; ///< the next one
-    bool _isJudged = false;
-    std::map<std::string, int> _shown; ///< times, by name
-    std::map<std::string, int> _felt;
-    std::map<std::string, int> _touches;
+    Counts _counts;
 };
 
 } // namespace

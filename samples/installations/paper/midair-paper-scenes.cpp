@@ -1,10 +1,9 @@
 // midair-paper-scenes: the paper's scenes to be felt, one after the other.
 
-#include "samples/experiments/paper/PaperScenes.h"
+#include "samples/experiments/paper/LineExperiment.h"
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
-#include "samples/installations/shell/VisitorHand.h"
-#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/HapticPoints>
 

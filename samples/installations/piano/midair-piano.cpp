@@ -3,12 +3,10 @@
 
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
-#include "samples/installations/shell/VisitorHand.h"
-#include "samples/shared/views/SampleFiles.h"
+#include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/HapticSurface>
 
-#include <osg/Material>
 #include <osg/MatrixTransform>
 #include <osgText/Text>
 

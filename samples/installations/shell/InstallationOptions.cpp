@@ -1,11 +1,24 @@
 #include "samples/installations/shell/InstallationOptions.h"
 
+#include "device/DeviceUri.h"
+#include "device/limits/UserLimits.h"
 #include "device/opening/MultiDevice.h"
+#include "engine-bridge/playing/EarBound.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/Quantity.h"
+#include "haptics/propagation/Exposure.h"
 #include "samples/shared/OverlayOptions.h"
-#include "samples/shared/SettingOptions.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <random>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -100,6 +113,30 @@ void addShowing(CLI::App& app, InstallationOptions& options)
     app.add_option("--seed", options.seed, "Of what is drawn by lot")->capture_default_str();
 }
 
+constexpr int kPlacesAround = 30;
+
+haptics::TransducerArray arrayOf(const osgMidair::HapticSettings& settings)
+{
+    haptics::TransducerArray array = haptics::TransducerArray::load(settings.array);
+    array.mark(settings.dead, settings.weak);
+    return array;
+}
+
+Eigen::Matrix3Xd placesOf(const osgMidair::HapticSettings& settings,
+                          const haptics::TransducerArray& array)
+{
+    const Eigen::Matrix3Xd around = haptics::placesAround(array, kPlacesAround);
+    std::vector<std::array<double, 3>> named;
+    base::parsePlaces(device::joinedPlaces(settings.earPoints, device::capsOfUser().earPoints),
+                      named);
+    Eigen::Matrix3Xd places(3, around.cols() + static_cast<Eigen::Index>(named.size()));
+    places.leftCols(around.cols()) = around;
+    for (std::size_t l = 0; l < named.size(); ++l)
+        places.col(around.cols() + static_cast<Eigen::Index>(l)) =
+            Eigen::Map<const Eigen::Vector3d>(named[l].data());
+    return places;
+}
+
 } // namespace
 
 bool parseInstallationOptions(
@@ -142,6 +179,124 @@ std::string withHold(const std::string& uri)
             all += one.find('?') == std::string::npos ? "?hold=1s" : "&hold=1s";
     }
     return all;
+}
+
+bool isSimulated(const std::string& device)
+{
+    try
+    {
+        const std::vector<std::string> all = device::splitDeviceList(device);
+        return std::all_of(all.begin(),
+                           all.end(),
+                           [](const std::string& one)
+                           {
+                               const std::string scheme = device::DeviceUri(one).scheme();
+                               return scheme == "sim" || scheme == "null";
+                           });
+    }
+    catch (const std::runtime_error&) // no URI: whatever it is, it is told elsewhere
+    {
+        return false;
+    }
+}
+
+std::string whyEarLimitIsMissing(const osgMidair::HapticSettings& settings,
+                                 const InstallationOptions& options)
+{
+    // It stands above the command line.
+    const std::string users = base::userVariable("OSG_MIDAIR_DEVICE").value_or("");
+    const std::string& device = users.empty() ? settings.device : users;
+    const bool isChosen = device::capsOfUser().isEarLimitChosen ||
+                          std::any_of(options.settings.begin(),
+                                      options.settings.end(),
+                                      [](const auto& one) { return one.first == "earLimit"; });
+    if (isChosen || isSimulated(device)) return {};
+    return "device \"" + device +
+           "\" is no simulator, and nobody has chosen an ear limit: it does not start";
+}
+
+struct EarNeedMeter::Listener
+{
+    explicit Listener(const osgMidair::HapticSettings& settings) :
+        array(arrayOf(settings)),
+        exposure(std::make_shared<haptics::Exposure>(
+            array, haptics::Medium(), placesOf(settings, array))),
+        bound(haptics::kPublicEarLimit_dB, exposure)
+    {
+    }
+    const haptics::TransducerArray array;
+    const std::shared_ptr<haptics::Exposure> exposure;
+    const bridge::EarBound bound;
+};
+
+EarNeedMeter::EarNeedMeter(const osgMidair::HapticSettings& settings) :
+    _listener(std::make_unique<Listener>(settings))
+{
+    if (_listener->exposure->size() > 0)
+        _need.radius_m = _listener->exposure->places().col(0).norm();
+}
+
+EarNeedMeter::~EarNeedMeter() = default;
+
+// What a limit leaves is what the pipeline leaves: its own rule, by PressureCap.
+void EarNeedMeter::add(const std::vector<std::vector<std::complex<float>>>& fields)
+{
+    std::vector<Eigen::VectorXcf> played;
+    for (const std::vector<std::complex<float>>& field : fields)
+    {
+        if (static_cast<int>(field.size()) != _listener->array.size()) return;
+        played.emplace_back(Eigen::Map<const Eigen::VectorXcf>(
+            field.data(), static_cast<Eigen::Index>(field.size())));
+    }
+    if (played.empty() || _listener->exposure->size() == 0) return;
+    const double heard_Pa2 = _listener->exposure->heard_Pa2(played).maxCoeff();
+    _need.level_dB = std::max(_need.level_dB, haptics::soundLevel_dB(heard_Pa2));
+    const double more =
+        std::pow(10.0, 0.05 * (haptics::kWorkersEarLimit_dB - haptics::kPublicEarLimit_dB));
+    for (const Eigen::VectorXcf& q : played)
+    {
+        const double excess = _listener->bound.excess(q, 0.0F, {});
+        if (!(excess > 0.0)) continue;
+        _need.publicShare = std::min(_need.publicShare, 1.0 / excess);
+        _need.workersShare = std::min(_need.workersShare, more / excess);
+    }
+}
+
+EarNeed EarNeedMeter::need()
+{
+    if (_need.level_dB > 0.0) return _need;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> turn(0.0F, 6.2831853F);
+    std::vector<std::complex<float>> full(static_cast<std::size_t>(_listener->array.size()));
+    for (std::complex<float>& one : full)
+        one = std::polar(1.0F, turn(random));
+    add({full});
+    _need.isFullDrive = true;
+    return _need;
+}
+
+std::string describe(const EarNeed& need, const std::string& array)
+{
+    std::string text = fmt::format("  At ears, {:.1f} m from the middle of array \"{}\", {} up to "
+                                   "{:.0f} dB by the model, {:g} dB for a head included.\n",
+                                   need.radius_m,
+                                   array,
+                                   need.isFullDrive ? "full drive has" : "its fields have",
+                                   need.level_dB,
+                                   haptics::kHeadMargin_dB);
+    const auto limit = [&](double limit_dB, const char* whose, double share)
+    {
+        text += fmt::format("  earLimit={:g}   the limit for {}: {:.2g} % of the pressure would be "
+                            "left\n",
+                            limit_dB,
+                            whose,
+                            100.0 * share);
+    };
+    limit(haptics::kPublicEarLimit_dB, "the public", need.publicShare);
+    limit(haptics::kWorkersEarLimit_dB, "workers", need.workersShare);
+    return text + "  earLimit=none  nothing is held down\n"
+                  "  Choose one: --set earLimit=.., or OSG_MIDAIR_EAR_LIMIT. Where the limits come "
+                  "from is in haptics/EARS.md; none is known to be safe.";
 }
 
 } // namespace midair::samples

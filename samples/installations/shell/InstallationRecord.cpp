@@ -98,9 +98,10 @@ void InstallationRecord::addFrame(const Frame& frame, const osgMidair::HapticSta
 
 void InstallationRecord::look(double now_s)
 {
-    _lastMemory_MB = residentMemory_MB();
-    _mostMemory_MB = std::max(_mostMemory_MB, _lastMemory_MB);
-    if (now_s - _begin_s < kSettled_s || _firstMemory_MB == 0.0) _firstMemory_MB = _lastMemory_MB;
+    _memory_MB.last = residentMemory_MB();
+    _memory_MB.most = std::max(_memory_MB.most, _memory_MB.last);
+    if (now_s - _begin_s < kSettled_s || _memory_MB.first == 0.0)
+        _memory_MB.first = _memory_MB.last;
 }
 
 void InstallationRecord::addField(const osgMidair::HapticField* field)
@@ -147,7 +148,7 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
                        {"framesAlone", _alone.frames},
                        {"playedAlone", _alone.played}};
     json["memory_MB"] = {
-        {"settled", _firstMemory_MB}, {"end", _lastMemory_MB}, {"most", _mostMemory_MB}};
+        {"settled", _memory_MB.first}, {"end", _memory_MB.last}, {"most", _memory_MB.most}};
     json["messages"] = nlohmann::ordered_json::array();
     for (const osgMidair::HapticMessage& message : end.told)
         json["messages"].push_back({{"code", message.code},
@@ -202,9 +203,9 @@ void InstallationRecord::print(const std::string& program,
                 count(_alone.frames),
                 count(_alone.played));
     std::printf("memory      %.1f MB settled, %.1f MB at the end, %.1f MB at most\n",
-                _firstMemory_MB,
-                _lastMemory_MB,
-                _mostMemory_MB);
+                _memory_MB.first,
+                _memory_MB.last,
+                _memory_MB.most);
     for (const auto& [what, times] : _said->tooOften())
         std::printf("too often   %s: %llu times in a second\n", what.c_str(), count(times));
     for (const std::string& message : end.messages)

@@ -80,6 +80,13 @@ private:
         void add(bool isAsked, bool isPlaying, double now_s);
     };
 
+    struct Memory
+    {
+        double first = 0.0; ///< after two minutes, or at the end
+        double last = 0.0;
+        double most = 0.0;
+    };
+
     void look(double now_s);
 
     std::uint64_t _frames = 0;
@@ -95,9 +102,7 @@ private:
     Silence _muted;
     Silence _alone;
     osg::ref_ptr<SaidLines> _said; ///< from now on, of the whole program
-    double _firstMemory_MB = 0.0;  ///< after two minutes, or at the end
-    double _lastMemory_MB = 0.0;
-    double _mostMemory_MB = 0.0;
+    Memory _memory_MB;
     std::vector<std::string> _pictures;
 };
 

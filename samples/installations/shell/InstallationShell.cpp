@@ -1,22 +1,41 @@
-#include "samples/installations/shell/InstallationShell.h"
-
-#include "samples/installations/shell/EarChoice.h"
+#include "haptics/base/UserEnvironment.h"
+#include "samples/installations/shell/Installation.h"
+#include "samples/installations/shell/InstallationOptions.h"
+#include "samples/installations/shell/InstallationRecord.h"
+#include "samples/installations/shell/Looks.h"
+#include "samples/installations/shell/MuteMemory.h"
+#include "samples/installations/shell/ServiceNotifier.h"
+#include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/ShownObject.h"
+#include "samples/shared/views/Signals.h"
 
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticScene>
 #include <osgMidair/Hud>
 
 #include <osg/Timer>
+#include <osgDB/WriteFile>
 #include <osgGA/GUIEventHandler>
+#include <osgViewer/Viewer>
 
 #include <algorithm>
 #include <chrono>
+#include <complex>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <exception>
+#include <filesystem>
 #include <fstream>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -24,12 +43,113 @@ namespace midair::samples
 namespace
 {
 
+/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
+/// and its memory, the array's rest while nobody is there, and the record of the run.
+class InstallationShell
+{
+public:
+    /// Throws what the installation's build() does, and std::runtime_error for settings that are
+    /// not understood.
+    InstallationShell(Installation& installation, const InstallationOptions& options);
+
+    osg::Group* root() { return _root; }
+    osgMidair::HapticScene& haptics() { return *_haptics; }
+    osgMidair::HapticOverlays& overlays() { return *_overlays; }
+
+    /// Sets view, projection and background; \a aspect: width over height.
+    void aim(osg::Camera& camera, double aspect) const;
+    /// Sends keys of \a viewer to the installation.
+    void listen(osgViewer::Viewer& viewer);
+
+    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
+    void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
+    void addPicture(const std::string& file) { _record.addPicture(file); }
+    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
+    /// frame, which may never come, nor for a disk.
+    void keepMuteSoon() { _signals->wake(); }
+
+    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
+    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
+    /// if that fails, or if there never was an array.
+    bool finish(const std::string& report);
+
+private:
+    class Touches;
+    class Keys;
+    struct Mute
+    {
+        MuteMemory memory;
+        std::mutex keeping; ///< guards what is read of the scene and kept of it
+        std::string why;
+        bool isOn = false;
+    };
+    struct Visitors
+    {
+        bool areHandsKnown = false; ///< there is a source of hands
+        bool areThere = true;
+        bool mustRest = false; ///< nobody is there, so the array is silent
+        double seen_s = -1e9;  ///< their hands; never
+    };
+    struct Past
+    {
+        bool hasFrame = false;
+        bool hasArray = false; ///< one was open
+        double time_s = 0.0;   ///< of the last frame
+    };
+
+    void applySettings();
+    void chooseHands();
+    void openSilently();
+    void followMute();
+    void keepMute();
+    void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
+    std::string trouble(const osgMidair::HapticStatistics& now) const;
+    void say(const std::string& text) const;
+
+    Installation& _installation;
+    const InstallationOptions& _options;
+    const InstallationTitle _title;
+    const std::string _program;
+    osg::ref_ptr<osg::Group> _root;
+    osg::ref_ptr<osgMidair::HapticScene> _haptics;
+    osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
+    VisitorSign _sign;
+    ServiceNotifier _service;
+    InstallationRecord _record;
+    Mute _mute;
+    Visitors _visitors;
+    Past _past;
+    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<SilenceAtStop> _atStop;
+};
+
 /// Cap at control points where the command line sets none: hands of people who know nothing of
 /// arrays are no place for the most that one can do.
 constexpr double kMaxPressure_Pa = 3000.0;
 
 /// Longest wait for an array that is being opened.
 constexpr double kOpening_s = 10.0;
+
+/// Returns the settings of the scene of \a installation: the command line comes after the
+/// installation, and both after the defaults. Throws std::runtime_error for settings that are not
+/// understood.
+osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
+{
+    osgMidair::HapticSettings settings;
+    settings.array = installation.arrayOf(options.device);
+    settings.device = "sim:";
+    settings.maxPressure = kMaxPressure_Pa;
+    installation.arrange(settings);
+    std::string error;
+    for (const auto& [name, text] : options.settings)
+        if (!settings.set(name, text, error)) throw std::runtime_error(error);
+    if (!options.array.empty() && !settings.set("array", options.array, error))
+        throw std::runtime_error(error);
+    if (!options.device.empty() && !settings.set("device", options.device, error))
+        throw std::runtime_error(error);
+    settings.device = withHold(settings.device);
+    return settings;
+}
 
 /// The visitor that the program brings along.
 class DemonstratedHands : public osgMidair::HandSource
@@ -46,6 +166,196 @@ public:
 private:
     Installation& _installation;
 };
+
+constexpr double kFrameTime_s = 1.0 / 60.0;
+/// Without a display all that is drawn for is pictures; a frame in so many is drawn all the same,
+/// so that what grows by drawing is seen.
+constexpr int kDrawn = 60;
+
+double steady_s()
+{
+    return osg::Timer::instance()->time_s();
+}
+
+void sleepUntil(double time_s)
+{
+    const double left_s = time_s - steady_s();
+    if (left_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+}
+
+int headlessFrames(const InstallationOptions& options)
+{
+    if (options.minutes > 0.0) return static_cast<int>(options.minutes * 60.0 / kFrameTime_s);
+    return options.frames > 0 ? options.frames : 240;
+}
+
+/// The operator's page, whose mutes \a shell keeps.
+std::unique_ptr<SceneMonitor> monitorOf(InstallationShell& shell,
+                                        const Installation& installation,
+                                        const InstallationOptions& options)
+{
+    return std::make_unique<SceneMonitor>(options.monitor,
+                                          shell.haptics(),
+                                          "midair-" + installation.title().name,
+                                          [&shell] { shell.keepMuteSoon(); });
+}
+
+bool runHeadless(Installation& installation, InstallationOptions options)
+{
+    const bool isSet = std::any_of(options.settings.begin(),
+                                   options.settings.end(),
+                                   [](const auto& setting) { return setting.first == "hands"; });
+    if (options.hands.empty() && !isSet) options.hands = "demo";
+    const int width = options.size.first > 0 ? options.size.first : 1200;
+    const int height = options.size.second > 0 ? options.size.second : 800;
+    std::filesystem::create_directories(options.out);
+    InstallationShell shell(installation, options);
+    auto monitor = monitorOf(shell, installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    std::string problem;
+    const auto aim = [&](osg::Camera& camera)
+    { shell.aim(camera, static_cast<double>(width) / height); };
+    const double fovy_deg = installation.viewpoint().fovy_deg;
+    const bool draw = setUpOffscreen(viewer, width, height, fovy_deg, &problem);
+    if (draw)
+    {
+        aim(*viewer.getCamera());
+        monitor->show(*viewer.getCamera());
+    }
+    else
+        monitor->showNothing(problem);
+    viewer.setSceneData(shell.root());
+    shell.listen(viewer);
+    const std::unique_ptr<PictureTaker> camera =
+        draw && options.pictures > 0
+            ? std::make_unique<PictureTaker>(
+                  *shell.root(), shell.overlays(), width, height, fovy_deg, aim, problem)
+            : nullptr;
+    const int frames = headlessFrames(options);
+    // A machine that can't keep up draws fewer frames in these minutes.
+    const double end_s = options.minutes > 0.0 ? steady_s() + 60.0 * options.minutes : 1e300;
+    const int between = std::max(1, frames / std::max(1, options.pictures));
+    int taken = 0;
+    std::string unwritten;
+    for (int i = 0; i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
+         ++i)
+    {
+        const double begin_s = steady_s();
+        shell.frame(viewer, i * kFrameTime_s, draw && i % kDrawn == kDrawn - 1);
+        if (camera && i % between == between - 1)
+        {
+            const std::string file =
+                fmt::format("{}/{}_{}.png", options.out, installation.title().name, ++taken);
+            const osg::ref_ptr<osg::Image> image = camera->take();
+            if (image && osgDB::writeImageFile(*image, file))
+                shell.addPicture(file);
+            else
+                unwritten = "can't write " + file;
+        }
+        sleepUntil(begin_s + kFrameTime_s);
+    }
+    for (const std::string& why : {problem, unwritten})
+        if (!why.empty()) std::fprintf(stderr, "pictures: %s\n", why.c_str());
+    monitor.reset(); // or it could mute once nobody keeps that any more
+    return shell.finish(options.out + "/report.json") && unwritten.empty();
+}
+
+void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
+{
+    if (options.size.first > 0)
+        viewer.setUpViewInWindow(60, 60, options.size.first, options.size.second);
+    else
+        viewer.setUpViewOnSingleScreen(static_cast<unsigned int>(options.screen));
+    viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
+    viewer.realize();
+    osgViewer::ViewerBase::Windows windows;
+    viewer.getWindows(windows);
+    if (windows.empty()) throw std::runtime_error("can't open a window on the display");
+    for (osgViewer::GraphicsWindow* window : windows)
+        if (options.size.first == 0 && options.hands != "mouse:") window->useCursor(false);
+}
+
+bool runWindow(Installation& installation, const InstallationOptions& options)
+{
+    InstallationShell shell(installation, options);
+    auto monitor = monitorOf(shell, installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    openWindow(viewer, options);
+    if (options.plain) viewer.setKeyEventSetsDone(0); // visitors don't end it by Escape
+    monitor->show(*viewer.getCamera());
+    viewer.setSceneData(shell.root());
+    shell.listen(viewer);
+    const double start_s = steady_s();
+    const double end_s = options.minutes > 0.0 ? start_s + 60.0 * options.minutes : 1e300;
+    for (int i = 0; !viewer.done() && !isStopAsked() && !installation.isOver() &&
+                    (options.frames == 0 || i < options.frames) && steady_s() < end_s;
+         ++i)
+    {
+        const double begin_s = steady_s();
+        const osg::Viewport& viewport = *viewer.getCamera()->getViewport();
+        shell.aim(*viewer.getCamera(), viewport.width() / std::max(1.0, viewport.height()));
+        shell.frame(viewer, begin_s - start_s, true);
+        // A display without vertical synchronisation would be drawn as often as the processor can.
+        sleepUntil(begin_s + 0.5 * kFrameTime_s);
+    }
+    monitor.reset();
+    return shell.finish({});
+}
+
+/// Rehearses the installation in the simulator, on the array that would play, and says what ear
+/// limits would leave of its fields.
+std::string rehearsedEarNeed(Installation& installation,
+                             const osgMidair::HapticSettings& settings,
+                             InstallationOptions options)
+{
+    constexpr int kFrames = 240;
+    // With a tracker its own visitor comes; without one all is played, all the time.
+    std::string hands = options.hands.empty() ? settings.hands : options.hands;
+    if (hands.empty()) hands = base::userVariable("OSG_MIDAIR_HANDS").value_or("");
+    options.hands = hands.empty() || hands == "none" ? "none" : "demo";
+    options.state.clear();
+    options.muted = false;
+    EarNeedMeter meter(settings);
+    if (!installation.canRehearse()) return describe(meter.need(), settings.array);
+    InstallationShell shell(installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setSceneData(shell.root());
+    osg::ref_ptr<const osgMidair::HapticField> newest;
+    for (int i = 0; i < kFrames && !isStopAsked() && !installation.isOver(); ++i)
+    {
+        const double begin_s = steady_s();
+        shell.frame(viewer, i * kFrameTime_s, false);
+        const osg::ref_ptr<const osgMidair::HapticField> field = shell.haptics().getField();
+        if (field && field != newest)
+        {
+            std::vector<std::vector<std::complex<float>>> fields;
+            for (unsigned int k = 0; k < field->getNumFields(); ++k)
+                fields.push_back(field->getActivations(k));
+            meter.add(fields);
+            newest = field;
+        }
+        sleepUntil(begin_s + kFrameTime_s);
+    }
+    shell.haptics().silence();
+    return describe(meter.need(), settings.array);
+}
+
+/// Returns false, having said why, while the operator has chosen no ear limit.
+bool mayStart(Installation& installation, const InstallationOptions& options)
+{
+    const osgMidair::HapticSettings settings = settingsOf(installation, options);
+    const std::string why = whyEarLimitIsMissing(settings, options);
+    if (why.empty()) return true;
+    const std::string need = rehearsedEarNeed(installation, settings, options);
+    std::fprintf(stderr,
+                 "midair-%s: %s.\n%s\n",
+                 installation.title().name.c_str(),
+                 why.c_str(),
+                 need.c_str());
+    return false;
+}
 
 } // namespace
 
@@ -94,7 +404,7 @@ InstallationShell::InstallationShell(Installation& installation,
     _root(new osg::Group),
     _haptics(new osgMidair::HapticScene),
     _overlays(new osgMidair::HapticOverlays),
-    _memory(options.state, static_cast<double>(std::time(nullptr)))
+    _mute{{options.state, static_cast<double>(std::time(nullptr))}, {}, {}}
 {
     _haptics->setName(_title.name);
     applySettings();
@@ -113,15 +423,15 @@ InstallationShell::InstallationShell(Installation& installation,
     _root->addChild(bright);
     _root->addChild(_sign.node());
     _sign.setInvitation(_title.invites);
-    Stage stage{*_haptics, *bright, options.seed, _areHandsKnown};
+    Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
     installation.build(stage);
 
-    if (!_memory.reason().empty()) say(_memory.reason());
-    _isMuted = options.muted || _memory.startsMuted();
-    if (_memory.startsMuted()) _whyMuted = _memory.reason();
-    if (_areHandsKnown && installation.restsAlone()) openSilently();
-    _haptics->setMuted(_isMuted);
-    if (!_areHandsKnown && installation.restsAlone())
+    if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
+    _mute.isOn = options.muted || _mute.memory.startsMuted();
+    if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
+    if (_visitors.areHandsKnown && installation.restsAlone()) openSilently();
+    _haptics->setMuted(_mute.isOn);
+    if (!_visitors.areHandsKnown && installation.restsAlone())
         say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
             "names a tracker");
     // Signals that came meanwhile are followed now.
@@ -129,24 +439,6 @@ InstallationShell::InstallationShell(Installation& installation,
                                              [this] { keepMute(); });
     // No mute of the operator's, so it isn't kept.
     _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
-}
-
-osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
-{
-    osgMidair::HapticSettings settings;
-    settings.array = installation.arrayOf(options.device);
-    settings.device = "sim:";
-    settings.maxPressure = kMaxPressure_Pa;
-    installation.arrange(settings);
-    std::string error;
-    for (const auto& [name, text] : options.settings)
-        if (!settings.set(name, text, error)) throw std::runtime_error(error);
-    if (!options.array.empty() && !settings.set("array", options.array, error))
-        throw std::runtime_error(error);
-    if (!options.device.empty() && !settings.set("device", options.device, error))
-        throw std::runtime_error(error);
-    settings.device = withHold(settings.device);
-    return settings;
 }
 
 // Without an ear limit that somebody chose it is a rehearsal, however the shell is come by: nothing
@@ -168,14 +460,14 @@ void InstallationShell::chooseHands()
     if (_options.hands == "demo")
     {
         _haptics->setHandSource(new DemonstratedHands(_installation));
-        _areHandsKnown = true;
+        _visitors.areHandsKnown = true;
         return;
     }
     if (!_options.hands.empty()) _haptics->setHands(_options.hands);
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* environment = std::getenv("OSG_MIDAIR_HANDS");
     const std::string used = environment ? environment : _haptics->getHands();
-    _areHandsKnown = !used.empty() && used != "none";
+    _visitors.areHandsKnown = !used.empty() && used != "none";
 }
 
 // A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array are
@@ -214,11 +506,11 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
 {
     const osgMidair::HapticStatistics before = _haptics->getStatistics();
     followVisitors(before, time_s);
-    const Moment now{time_s, time_s - _lastTime_s, _isSomebodyThere, before};
+    const Moment now{time_s, time_s - _past.time_s, _visitors.areThere, before};
     _installation.update(now);
-    _lastTime_s = time_s;
+    _past.time_s = time_s;
     _sign.setCaption(_installation.caption());
-    _sign.setState(_isMuted, trouble(before));
+    _sign.setState(_mute.isOn, trouble(before));
     if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
         _sign.update(viewport->width(), viewport->height());
     viewer.advance(time_s);
@@ -228,48 +520,48 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
     followMute();
     const double now_s = osg::Timer::instance()->time_s();
     const osgMidair::HapticStatistics after = _haptics->getStatistics();
-    if (!std::exchange(_hasBegun, true)) _memory.begin();
-    _wasOpen = _wasOpen || (after.state != osgMidair::ArrayState::CLOSED &&
-                            after.state != osgMidair::ArrayState::OPENING);
+    if (!std::exchange(_past.hasFrame, true)) _mute.memory.begin();
+    _past.hasArray = _past.hasArray || (after.state != osgMidair::ArrayState::CLOSED &&
+                                        after.state != osgMidair::ArrayState::OPENING);
     _record.addField(_haptics->getField().get());
-    _record.addFrame({now_s, _isMuted, _mustRest}, after);
+    _record.addFrame({now_s, _mute.isOn, _visitors.mustRest}, after);
     if (_haptics->getRehearsed()) return; // nobody is told that it runs
     _service.beat(now_s,
                   std::string(midair::bridge::stateName(after.state)) +
-                      (_isSomebodyThere ? "" : ", nobody is there"));
+                      (_visitors.areThere ? "" : ", nobody is there"));
 }
 
 // F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
 void InstallationShell::followMute()
 {
     const bool isMuted = _haptics->getMuted();
-    if (isMuted == _isMuted) return;
-    _isMuted = isMuted;
-    _whyMuted.clear();
+    if (isMuted == _mute.isOn) return;
+    _mute.isOn = isMuted;
+    _mute.why.clear();
     keepMute();
 }
 
 // What is kept is what the scene has then: of two who mute and unmute at once the later one counts.
 void InstallationShell::keepMute()
 {
-    const std::lock_guard<std::mutex> lock(_keeping);
-    if (!_memory.keep(_haptics->getMuted()))
+    const std::lock_guard<std::mutex> lock(_mute.keeping);
+    if (!_mute.memory.keep(_haptics->getMuted()))
         say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
 }
 
 // A scene that isn't enabled is silent, and still follows hands.
 void InstallationShell::followVisitors(const osgMidair::HapticStatistics& now, double time_s)
 {
-    if (!_areHandsKnown) return;
-    if (now.hands > 0) _handsSeen_s = time_s;
-    _isSomebodyThere = time_s - _handsSeen_s <= _options.linger_s;
-    _mustRest = !_isSomebodyThere && _installation.restsAlone();
-    if (_haptics->getEnabled() == _mustRest) _haptics->setEnabled(!_mustRest);
+    if (!_visitors.areHandsKnown) return;
+    if (now.hands > 0) _visitors.seen_s = time_s;
+    _visitors.areThere = time_s - _visitors.seen_s <= _options.linger_s;
+    _visitors.mustRest = !_visitors.areThere && _installation.restsAlone();
+    if (_haptics->getEnabled() == _visitors.mustRest) _haptics->setEnabled(!_visitors.mustRest);
 }
 
 std::string InstallationShell::trouble(const osgMidair::HapticStatistics& now) const
 {
-    if (_isMuted) return _whyMuted;
+    if (_mute.isOn) return _mute.why;
     switch (now.state)
     {
     case osgMidair::ArrayState::LOST:
@@ -295,9 +587,10 @@ bool InstallationShell::finish(const std::string& report)
     _signals->end();
     followMute();
     _service.stop();
-    if (!_memory.end()) say("\"" + _options.state + "\" can't be written");
+    if (!_mute.memory.end()) say("\"" + _options.state + "\" can't be written");
     _record.print(_program, end);
-    const bool hadArray = !_hasBegun || _wasOpen || end.state != osgMidair::ArrayState::CLOSED;
+    const bool hadArray =
+        !_past.hasFrame || _past.hasArray || end.state != osgMidair::ArrayState::CLOSED;
     if (!hadArray) say("no array was open");
     if (report.empty()) return hadArray;
     nlohmann::ordered_json json;
@@ -314,6 +607,29 @@ bool InstallationShell::finish(const std::string& report)
     if (file) return hadArray;
     say("can't write " + report);
     return false;
+}
+
+int runInstallation(Installation& installation, int argc, char** argv)
+{
+    InstallationOptions options;
+    int status = 0;
+    if (!parseInstallationOptions(installation, argc, argv, options, status)) return status;
+    registerEmulatedDevices();
+    catchStopSignals();
+    catchMuteSignals();
+    try
+    {
+        if (!mayStart(installation, options)) return 1;
+        const bool isHeadless = options.headless || !haveDisplay();
+        return (isHeadless ? runHeadless(installation, options) : runWindow(installation, options))
+                   ? 0
+                   : 1;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-%s: %s\n", installation.title().name.c_str(), error.what());
+        return 1;
+    }
 }
 
 } // namespace midair::samples

@@ -1,11 +1,17 @@
 #include "samples/installations/shell/Looks.h"
 
+#include "samples/shared/views/ShownObject.h"
+
+#include <osgMidair/Overlay>
+
 #include <osg/BlendFunc>
 #include <osg/Depth>
 #include <osg/Geometry>
 #include <osg/Group>
 #include <osg/LineWidth>
 #include <osg/Material>
+
+#include <algorithm>
 
 namespace midair::samples
 {
@@ -27,6 +33,37 @@ plainGeometry(osg::Vec3Array* vertices, GLenum mode, const osg::Vec4& color)
     state->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.0, 1.0, false));
     state->setRenderingHint(osg::StateSet::TRANSPARENT_BIN);
     return geometry;
+}
+
+// Joints in the order of OpenXR, from the one behind the knuckle on.
+constexpr int kThumbProximal = 3;
+constexpr int kThumbTip = 5;
+constexpr int kMiddleIntermediate = 13;
+constexpr int kLittleTip = 25;
+constexpr int kFinger = 5; ///< joints of a finger
+
+// Lengths are thousandths of the screen's height.
+constexpr double kHeight = 1000.0;
+constexpr float kMargin = 30.0F;
+constexpr float kSize = 34.0F;
+constexpr float kSmall = 26.0F;
+constexpr float kBelowKeys = 45.0F; ///< where a viewer's keys are listed nothing is said
+
+const osg::Vec4 kSaid(0.90F, 0.92F, 0.96F, 1.0F);
+const osg::Vec4 kQuiet(0.62F, 0.66F, 0.72F, 1.0F);
+const osg::Vec4 kAlarm(1.0F, 0.42F, 0.30F, 1.0F);
+
+osg::ref_ptr<osgText::Text>
+signText(float size, osgText::TextBase::AlignmentType alignment, const osg::Vec4& color)
+{
+    osg::ref_ptr<osgText::Text> made = new osgText::Text;
+    made->setDataVariance(osg::Object::DYNAMIC);
+    made->setFont(labelFont());
+    made->setFontResolution(48, 48);
+    made->setCharacterSize(size);
+    made->setAlignment(alignment);
+    made->setColor(color);
+    return made;
 }
 
 } // namespace
@@ -77,6 +114,79 @@ osg::ref_ptr<osg::Node> glassBox(const osg::Vec3d& centre, const osg::Vec3d& siz
     lines->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2.0F));
     group->addChild(lines);
     return group;
+}
+
+osgMidair::Hand reachingHand(const osg::Vec3d& tip, double down_rad)
+{
+    return osgMidair::openHand(1, tip, osg::Quat(osg::PI_2 - down_rad, osg::X_AXIS));
+}
+
+osgMidair::Hand pointingHand(const osg::Vec3d& tip, double down_rad)
+{
+    osgMidair::Hand hand = reachingHand(tip, down_rad);
+    const auto hide = [&](int joint)
+    { hand.joints[static_cast<std::size_t>(joint)].positionValid = false; };
+    for (int joint = kThumbProximal; joint <= kThumbTip; ++joint)
+        hide(joint);
+    for (int first = kMiddleIntermediate; first <= kLittleTip; first += kFinger)
+        for (int joint = first; joint < first + 3; ++joint)
+            hide(joint);
+    return hand;
+}
+
+double eased(double t, double from, double to)
+{
+    const double s = std::clamp((t - from) / (to - from), 0.0, 1.0);
+    return s * s * (3.0 - 2.0 * s);
+}
+
+VisitorSign::VisitorSign() :
+    _camera(new osg::Camera),
+    _invitation(signText(kSize, osgText::TextBase::LEFT_TOP, kSaid)),
+    _caption(signText(kSmall, osgText::TextBase::LEFT_TOP, kQuiet)),
+    _mute(signText(kSmall, osgText::TextBase::RIGHT_TOP, kQuiet)),
+    _trouble(signText(kSmall, osgText::TextBase::RIGHT_TOP, kAlarm))
+{
+    _camera->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
+    _camera->setRenderOrder(osg::Camera::POST_RENDER);
+    _camera->setClearMask(0);
+    _camera->setAllowEventFocus(false);
+    _camera->setViewMatrix(osg::Matrix::identity());
+    osg::StateSet* state = _camera->getOrCreateStateSet();
+    state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+    state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
+    state->setRenderBinDetails(osgMidair::HUD_BIN + 1, "RenderBin");
+    for (const auto& text : {_invitation, _caption, _mute, _trouble})
+        _camera->addChild(text);
+    setState(false, {});
+    update(1.5, 1.0);
+}
+
+void VisitorSign::update(double width, double height)
+{
+    if (!(width > 0.0) || !(height > 0.0)) return;
+    const double across = kHeight * width / height;
+    _camera->setProjectionMatrixAsOrtho2D(0.0, across, 0.0, kHeight);
+    const auto top = static_cast<float>(kHeight) - kMargin;
+    const auto right = static_cast<float>(across) - kMargin;
+    _invitation->setPosition({kMargin, top - kBelowKeys, 0.0F});
+    _caption->setPosition({kMargin, top - kBelowKeys - 1.5F * kSize, 0.0F});
+    _mute->setPosition({right, top, 0.0F});
+    _trouble->setPosition({right, top - 1.5F * kSmall, 0.0F});
+}
+
+void VisitorSign::setState(bool isMuted, const std::string& trouble)
+{
+    set(*_mute, isMuted ? "MUTED  -  F8 lets it play" : "F8 mutes");
+    _mute->setColor(isMuted ? kAlarm : kQuiet);
+    set(*_trouble, trouble);
+}
+
+// Laying out letters costs more than comparing them.
+void VisitorSign::set(osgText::Text& text, const std::string& content)
+{
+    if (text.getText().createUTF8EncodedString() != content)
+        text.setText(content, osgText::String::ENCODING_UTF8);
 }
 
 } // namespace midair::samples

@@ -1,12 +1,17 @@
 #pragma once
 
+#include <osgMidair/HandSource>
+
+#include <osg/Camera>
 #include <osg/Node>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 #include <osg/Vec3d>
 #include <osg/Vec4>
+#include <osgText/Text>
 
 #include <array>
+#include <string>
 
 namespace midair::samples
 {
@@ -28,5 +33,42 @@ solid(osg::Shape* shape, const osg::Vec4& color, float detail = 0.8F);
 
 /// Returns a box that is only seen: a translucent floor and the edges. It is centred at \a centre.
 osg::ref_ptr<osg::Node> glassBox(const osg::Vec3d& centre, const osg::Vec3d& size);
+
+/// Returns the flat hand of a visitor who stands at the screen's side, -y, with the tip of its
+/// index finger at \a tip; it is inclined by \a down_rad, fingers down. Positions in m.
+osgMidair::Hand reachingHand(const osg::Vec3d& tip, double down_rad = 0.0);
+
+/// The same with the index finger alone stretched: of the other fingers the tracker sees nothing
+/// beyond the knuckles.
+osgMidair::Hand pointingHand(const osg::Vec3d& tip, double down_rad = 0.0);
+
+/// Goes from 0 to 1 while \a t goes from \a from to \a to, at rest at both ends.
+double eased(double t, double from, double to);
+
+/// What is always written on the screen, over all else: at its upper left the invitation and what
+/// the installation says, at its upper right the mute key and whether the array is muted.
+class VisitorSign
+{
+public:
+    VisitorSign();
+
+    osg::Node* node() const { return _camera; }
+    /// To be called in each frame. \a width, \a height: of the viewport, pixels.
+    void update(double width, double height);
+
+    void setInvitation(const std::string& text) { set(*_invitation, text); }
+    void setCaption(const std::string& text) { set(*_caption, text); }
+    /// \a trouble: what is wrong with the array, or why it is muted; empty: nothing.
+    void setState(bool isMuted, const std::string& trouble);
+
+private:
+    static void set(osgText::Text& text, const std::string& content);
+
+    osg::ref_ptr<osg::Camera> _camera;
+    osg::ref_ptr<osgText::Text> _invitation;
+    osg::ref_ptr<osgText::Text> _caption;
+    osg::ref_ptr<osgText::Text> _mute;
+    osg::ref_ptr<osgText::Text> _trouble;
+};
 
 } // namespace midair::samples

@@ -1,5 +1,6 @@
 #include "samples/shared/shards/Shards.h"
 
+#include "haptics/base/Bytes.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -14,6 +15,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -24,6 +26,47 @@ namespace
 {
 
 using base::InputError;
+using device::recording::OpenFile;
+
+constexpr char kMagic[] = "MIDAIRP\n";
+constexpr std::size_t kMagicBytes = 8;
+constexpr std::uint32_t kPiece = 0x43454950; // "PIEC"
+constexpr std::size_t kFrontBytes = 24;
+constexpr std::size_t kCrcBytes = 4;
+constexpr std::uint64_t kHeaderNumber = ~std::uint64_t(0);
+constexpr std::uint64_t kMostPieces = 100000000; // of the longest animation, a frame each
+constexpr std::uint64_t kMostPieceBytes = std::uint64_t(1) << 31;
+
+[[noreturn]] void fail(const std::string& path, const std::string& why)
+{
+    throw InputError(fmt::format("part \"{}\": {}", path, why));
+}
+
+[[noreturn]] void failSystem(const std::string& path, const char* what)
+{
+    fail(path, fmt::format("{}: {}", what, std::generic_category().message(errno)));
+}
+
+std::uint32_t crcOf(const void* bytes, std::size_t count)
+{
+    return base::crc32c(static_cast<const std::uint8_t*>(bytes), count);
+}
+
+std::uint64_t sizeOf(const OpenFile& file, const std::string& path)
+{
+    struct stat about = {};
+    if (::fstat(file.descriptor(), &about) != 0) failSystem(path, "can't be read");
+    if (!S_ISREG(about.st_mode)) fail(path, "isn't a regular file");
+    return static_cast<std::uint64_t>(about.st_size);
+}
+
+nlohmann::json toJson(const PartHeader& header)
+{
+    return {{"work", header.work},
+            {"shard", header.shard},
+            {"shards", header.shards},
+            {"pieces", header.pieces}};
+}
 
 constexpr int kMostShards = 100000;
 constexpr int kBar = 30;              // characters
@@ -39,6 +82,203 @@ constexpr std::size_t kBuffer = std::size_t(1) << 20;
 }
 
 } // namespace
+
+std::uint64_t PartHeader::share() const
+{
+    const auto first = static_cast<std::uint64_t>(shard - 1);
+    const auto step = static_cast<std::uint64_t>(shards);
+    return pieces > first ? (pieces - first + step - 1) / step : 0;
+}
+
+std::string differenceOf(const nlohmann::json& a, const nlohmann::json& b)
+{
+    if (a == b) return {};
+    const nlohmann::json flatA = a.flatten();
+    const nlohmann::json flatB = b.flatten();
+    const auto say = [](const std::string& path, const std::string& one, const std::string& other)
+    {
+        std::string name = path.substr(1);
+        for (char& c : name)
+            if (c == '/') c = '.';
+        return fmt::format("{} is {} and {}", name, one, other);
+    };
+    for (const auto& [path, value] : flatA.items())
+        if (!flatB.contains(path))
+            return say(path, value.dump(), "not there");
+        else if (flatB[path] != value)
+            return say(path, value.dump(), flatB[path].dump());
+    for (const auto& [path, value] : flatB.items())
+        if (!flatA.contains(path)) return say(path, "not there", value.dump());
+    return "they differ";
+}
+
+PartFile::PartFile(std::string path, OpenFile file) : _path(std::move(path)), _file(std::move(file))
+{
+}
+
+PartFile PartFile::openToGoOn(const std::string& path, const PartHeader& header)
+{
+    PartFile part(path,
+                  OpenFile(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666)));
+    const int descriptor = part._file.descriptor();
+    if (descriptor < 0) failSystem(path, "can't be written");
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        fail(path, "another process is at work on it");
+    if (sizeOf(part._file, path) > 0) part.scan();
+    if (part._hasHeader)
+    {
+        const std::string other = differenceOf(toJson(part._header), toJson(header));
+        if (!other.empty())
+            fail(path,
+                 "is there and is of other work: " + other +
+                     " (there, and here); delete it, or choose another name");
+    }
+    part._header = header;
+    if (::ftruncate(descriptor, static_cast<off_t>(part._end)) != 0)
+        failSystem(path, "can't be cut to its whole pieces");
+    if (part._hasHeader) return part;
+    if (::pwrite(descriptor, kMagic, kMagicBytes, 0) != static_cast<ssize_t>(kMagicBytes))
+        failSystem(path, "can't be written");
+    part._end = kMagicBytes;
+    part.write(kHeaderNumber, toJson(header).dump());
+    part._hasHeader = true;
+    return part;
+}
+
+PartFile PartFile::openToRead(const std::string& path)
+{
+    PartFile part(path, OpenFile(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)));
+    if (part._file.descriptor() < 0) failSystem(path, "can't be read");
+    if (::flock(part._file.descriptor(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        fail(path, "another process is still at work on it");
+    part.scan();
+    if (!part._hasHeader) fail(path, "is empty: its first piece was not finished");
+    return part;
+}
+
+std::string PartFile::bytesAt(std::uint64_t offset, std::uint64_t size) const
+{
+    std::string bytes(size, '\0');
+    std::size_t done = 0;
+    while (done < size)
+    {
+        const ssize_t got = ::pread(_file.descriptor(),
+                                    bytes.data() + done,
+                                    size - done,
+                                    static_cast<off_t>(offset + done));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) failSystem(_path, "can't be read to its end");
+        done += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+// Takes the piece at offset and moves offset behind it; false: there is no whole one.
+bool PartFile::scanPiece(std::uint64_t& offset, std::uint64_t size, int& damaged)
+{
+    if (size - offset < kFrontBytes + kCrcBytes) return false;
+    const std::string front = bytesAt(offset, kFrontBytes);
+    base::ByteReader reader(reinterpret_cast<const std::uint8_t*>(front.data()), front.size());
+    const std::uint32_t magic = reader.u32();
+    const std::uint64_t number = reader.u64();
+    const std::uint64_t bytes = reader.u64();
+    if (magic != kPiece || reader.u32() != crcOf(front.data(), kFrontBytes - kCrcBytes) ||
+        bytes > kMostPieceBytes || size - offset - kFrontBytes - kCrcBytes < bytes)
+        return false;
+    const std::string payload = bytesAt(offset + kFrontBytes, bytes + kCrcBytes);
+    base::ByteReader end(reinterpret_cast<const std::uint8_t*>(payload.data()) + bytes, kCrcBytes);
+    const bool isWhole = end.u32() == crcOf(payload.data(), bytes);
+    const Place place{offset + kFrontBytes, bytes};
+    offset += kFrontBytes + bytes + kCrcBytes;
+    if (!isWhole)
+        ++damaged;
+    else if (number != kHeaderNumber)
+        _places[number] = place;
+    else
+    {
+        const nlohmann::json json = nlohmann::json::parse(payload.substr(0, bytes), nullptr, false);
+        if (json.is_discarded() || !json.is_object()) fail(_path, "its header isn't JSON");
+        _header.work = json.value("work", nlohmann::json());
+        _header.shard = json.value("shard", 1);
+        _header.shards = json.value("shards", 1);
+        _header.pieces = json.value("pieces", std::uint64_t(0));
+        if (_header.pieces > kMostPieces || _header.shard < 1 || _header.shards < _header.shard)
+            fail(_path, "its header names a share that there can't be");
+        _hasHeader = true;
+    }
+    return true;
+}
+
+void PartFile::scan()
+{
+    const std::uint64_t size = sizeOf(_file, _path);
+    const std::uint64_t begin = std::min<std::uint64_t>(size, kMagicBytes);
+    if (bytesAt(0, begin) != std::string(kMagic, begin))
+        fail(_path, "is there and isn't a part (it doesn't start with MIDAIRP); it stays as it is");
+    std::uint64_t offset = begin;
+    int damaged = 0;
+    if (size > kMagicBytes)
+        while (scanPiece(offset, size, damaged))
+            if (!_hasHeader) fail(_path, "its header is damaged; delete it");
+    _end = _hasHeader ? offset : 0;
+    if (damaged > 0)
+        _damage = fmt::format("{} of its pieces {} damaged", damaged, damaged == 1 ? "is" : "are");
+    if (size > offset)
+        _damage += fmt::format(
+            "{}{} bytes at its end are no whole piece", _damage.empty() ? "" : "; ", size - offset);
+}
+
+const std::vector<std::uint64_t> PartFile::numbers() const
+{
+    std::vector<std::uint64_t> all;
+    for (const auto& [number, place] : _places)
+        all.push_back(number);
+    return all;
+}
+
+void PartFile::write(std::uint64_t number, const std::string& payload)
+{
+    std::vector<std::uint8_t> bytes;
+    bytes.reserve(kFrontBytes + payload.size() + kCrcBytes);
+    base::ByteWriter writer(bytes);
+    writer.u32(kPiece);
+    writer.u64(number);
+    writer.u64(payload.size());
+    writer.u32(crcOf(bytes.data(), bytes.size()));
+    writer.bytes(reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size());
+    writer.u32(crcOf(payload.data(), payload.size()));
+    std::size_t done = 0;
+    while (done < bytes.size())
+    {
+        const ssize_t put = ::pwrite(_file.descriptor(),
+                                     bytes.data() + done,
+                                     bytes.size() - done,
+                                     static_cast<off_t>(_end + done));
+        if (put < 0 && errno == EINTR) continue;
+        if (put <= 0) failSystem(_path, "can't be written");
+        done += static_cast<std::size_t>(put);
+    }
+    if (number != kHeaderNumber) _places[number] = {_end + kFrontBytes, payload.size()};
+    _end += bytes.size();
+}
+
+void PartFile::sync()
+{
+    if (::fdatasync(_file.descriptor()) != 0) failSystem(_path, "can't be written to the disk");
+}
+
+void PartFile::add(std::uint64_t piece, const std::string& payload)
+{
+    if (payload.size() > kMostPieceBytes) fail(_path, "a piece is larger than 2 GiB");
+    write(piece, payload);
+}
+
+std::string PartFile::read(std::uint64_t piece) const
+{
+    const auto found = _places.find(piece);
+    if (found == _places.end()) fail(_path, fmt::format("has no piece {}", piece));
+    return bytesAt(found->second.offset, found->second.size);
+}
 
 Shard parseShard(const std::string& text)
 {

@@ -1,7 +1,5 @@
 #include "samples/shared/views/CurvePlot.h"
 
-#include "samples/shared/views/Plot.h"
-
 #include <algorithm>
 #include <cmath>
 

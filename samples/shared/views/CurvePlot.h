@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace midair::samples
 {
 
@@ -68,5 +70,9 @@ struct CurvePlot
 /// Draws \a plot into \a path (.png, .svg, .pdf) by drawPlot(). Returns what went wrong, or an
 /// empty text.
 std::string drawCurves(const std::string& path, const CurvePlot& plot);
+
+/// Draws what \a plot describes as plot.py reads it into the file \a path (.png, .svg, .pdf), by
+/// Debian's Python and its package python3-matplotlib. Returns what went wrong, or an empty text.
+std::string drawPlot(const std::string& path, const nlohmann::json& plot);
 
 } // namespace midair::samples

@@ -1,7 +1,6 @@
 #include "samples/shared/views/Offscreen.h"
 
 #include <osg/GLExtensions>
-#include <osg/MatrixTransform>
 
 #include <cstdlib>
 #include <vector>

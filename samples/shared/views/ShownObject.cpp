@@ -1,6 +1,9 @@
 #include "samples/shared/views/ShownObject.h"
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
+
 #include <osgMidair/FileFormats>
+#include <osgMidair/Hud>
 #include <osgMidair/Overlay>
 
 #include <osg/BlendFunc>
@@ -19,8 +22,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <system_error>
 #include <vector>
 
 namespace midair::samples
@@ -205,6 +210,31 @@ public:
 
 } // namespace
 
+std::string sampleFile(const std::string& name)
+{
+    std::error_code ignored;
+    const std::filesystem::path program =
+        std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+    const std::filesystem::path installed = program / MIDAIR_SAMPLES_FROM_PROGRAM / name;
+    if (std::filesystem::exists(installed, ignored)) return installed.lexically_normal().string();
+    const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/" + name;
+    const std::string found = osgDB::findDataFile(shipped);
+    return found.empty() ? shipped : found;
+}
+
+osg::ref_ptr<osgText::Font> labelFont()
+{
+    const std::string file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    osg::ref_ptr<osgText::Font> found;
+    if (osgDB::fileExists(file)) found = osgText::readRefFontFile(file);
+    return found ? found : osgText::Font::getDefaultFont();
+}
+
+void registerEmulatedDevices()
+{
+    device::registerRehearsedAutd3();
+}
+
 ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque)
 {
     ShownObject object;
@@ -256,6 +286,40 @@ osg::ref_ptr<osg::Group> lit(osg::Node* scene)
     }
     group->addChild(scene);
     return group;
+}
+
+PictureTaker::PictureTaker(osg::Node& scene,
+                           osgMidair::HapticOverlays& overlays,
+                           int width,
+                           int height,
+                           double fovy_deg,
+                           const std::function<void(osg::Camera&)>& aim,
+                           std::string& problem) :
+    _overlays(&overlays),
+    _grabber(new FrameGrabber(kScale))
+{
+    _viewer.setLightingMode(osg::View::NO_LIGHT);
+    _ready = setUpOffscreen(_viewer, width * kScale, height * kScale, fovy_deg, &problem);
+    if (!_ready) return;
+    aim(*_viewer.getCamera());
+    _viewer.getCamera()->setFinalDrawCallback(_grabber);
+    _viewer.setSceneData(&scene);
+}
+
+osg::ref_ptr<osg::Image> PictureTaker::take()
+{
+    if (!_ready) return nullptr;
+    osgMidair::Hud& figures = *_overlays->get<osgMidair::Hud>();
+    const float scale = figures.getScale();
+    const osg::Viewport& viewport = *_viewer.getCamera()->getViewport();
+    const float own =
+        osgMidair::Hud::scaleFor(viewport.width() / kScale, viewport.height() / kScale);
+    figures.setScale(kScale * (scale > 0.0F ? scale : own));
+    _viewer.renderingTraversals(); // compiles new GL objects
+    _grabber->request();
+    _viewer.renderingTraversals();
+    figures.setScale(scale);
+    return _grabber->image();
 }
 
 } // namespace midair::samples

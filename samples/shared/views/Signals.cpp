@@ -1,11 +1,9 @@
 #include "samples/shared/views/Signals.h"
 
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include <semaphore.h>

@@ -1,10 +1,12 @@
 // Computes the rigid matrix from a scene's world to the array from points measured in both, and
 // reports its accuracy; or finds where an array's boards are.
-
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/boards/BoardFit.h"
 #include "samples/shared/SettingOptions.h"
-#include "samples/tools/calibrate/BoardCalibration.h"
 
 #include <osgMidair/Calibration>
 #include <osgMidair/FileFormats>
@@ -13,17 +15,170 @@
 #include <osg/NodeVisitor>
 #include <osgDB/WriteFile>
 
+#include <cstdio>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <locale>
-#include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace
 {
+
+using namespace midair;
+using namespace midair::samples;
+
+/// What midair-calibrate --boards is asked for.
+struct BoardSettings
+{
+    bool isAsked = false;
+    std::string array = "octagon"; ///< as it was meant: a name or a file
+    std::string measurements;      ///< file, or - for stdin; empty: what to measure is printed
+    std::string out;               ///< array file to write; empty: none
+    std::string plan;              ///< file to write what to measure into; empty: stdout
+    double longest_m = 1.0;        ///< of the tape
+    double sigma_m = 1e-3;         ///< standard deviation of a distance
+    double temperature_C = 20.0;   ///< for times
+    int count = 0;                 ///< distances to measure; 0: one and a half a unknown
+};
+
+using base::InputError;
+
+constexpr std::size_t kMostBytes = std::size_t(16) << 20U;
+
+std::string readAll(const std::string& file)
+{
+    if (file != "-")
+        return base::readRegularFile(file, kMostBytes, "measurements \"" + file + "\": ");
+    std::string text(kMostBytes + 1, '\0');
+    std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(std::cin.gcount()));
+    if (text.size() > kMostBytes)
+        throw InputError("stdin has over 16 MiB, should have at most as much");
+    return text;
+}
+
+// A template to fill in: each distance as it should be, behind a comment sign.
+std::string textOf(const haptics::BoardPlan& plan, const haptics::TransducerArray& array)
+{
+    std::string text = fmt::format(
+        "# {} distances between corners of the boards of \"{}\", from the middle of a transducer "
+        "to "
+        "the middle of the other.\n"
+        "# N:a is the transducer of board N at its first column and row, b at the last column of "
+        "that row, c opposite a, d opposite b.\n"
+        "# Write what you measure in place of the ?, as 0.1512, 151.2mm or 5.95in; a line that you "
+        "can't measure you leave out.\n",
+        plan.distances.size(),
+        array.name);
+    for (const haptics::PlannedDistance& one : plan.distances)
+        text += fmt::format("{} {} ?   # transducers {} and {}, about {:.1f} mm\n",
+                            one.from,
+                            one.to,
+                            one.fromTransducer,
+                            one.toTransducer,
+                            1e3 * one.distance_m);
+    return text;
+}
+
+int printPlan(const BoardSettings& settings, const haptics::TransducerArray& array)
+{
+    haptics::BoardPlanOptions options;
+    options.longest_m = settings.longest_m;
+    options.sigma_m = settings.sigma_m;
+    options.count = settings.count;
+    const haptics::BoardPlan plan = haptics::planBoards(array, options);
+    const std::string text = textOf(plan, array);
+    if (settings.plan.empty())
+        std::fputs(text.c_str(), stdout);
+    else
+    {
+        std::ofstream file(settings.plan);
+        file << text;
+        file.close();
+        if (!file) throw InputError("can't write the plan to \"" + settings.plan + "\"");
+    }
+    for (const std::string& problem : plan.problems)
+        std::fprintf(stderr, "midair-calibrate: %s\n", problem.c_str());
+    if (!plan.problems.empty())
+    {
+        std::fprintf(
+            stderr,
+            "midair-calibrate: these distances are not enough: a longer tape "
+            "(--longest), more of them (--count), or a place off to the side, \"place hook "
+            "about x y z\", that the boards are measured to\n");
+        return 1;
+    }
+    std::fprintf(stderr,
+                 "midair-calibrate: with %.2f mm a distance all boards are known to %.2f mm\n",
+                 1e3 * settings.sigma_m,
+                 1e3 * plan.uncertain_m);
+    return 0;
+}
+
+void printReport(const haptics::BoardFitReport& report,
+                 const haptics::BoardMeasurements& measurements)
+{
+    for (std::size_t k = 0; k < measurements.all.size(); ++k)
+        if (report.residuals_m.size() > 0)
+            std::printf("%-24s %+8.2f mm%s\n",
+                        measurements.all[k].name().c_str(),
+                        1e3 * report.residuals_m[static_cast<Eigen::Index>(k)],
+                        report.leftOut[k] ? "  left out" : "");
+    for (const haptics::BoardPose& board : report.boards)
+        std::printf("board %3d  moved %6.2f mm, turned %5.2f degrees; known to %.2f mm, %.2f "
+                    "degrees, from %d measurements\n",
+                    board.board,
+                    1e3 * board.moved_m,
+                    board.turned_deg,
+                    1e3 * board.uncertain_m,
+                    board.uncertain_deg,
+                    board.measurements);
+    for (const haptics::MeasuredPlace& place : report.places)
+        std::printf("place %s is at (%.4f, %.4f, %.4f) m\n",
+                    place.name.c_str(),
+                    place.position.x(),
+                    place.position.y(),
+                    place.position.z());
+    if (report.delay_s != 0.0) std::printf("times have a delay of %.1f us\n", 1e6 * report.delay_s);
+    std::printf("noise: %.2f mm a measurement\n", 1e3 * report.noise_m);
+    for (const std::string& note : report.notes)
+        std::printf("note: %s\n", note.c_str());
+    for (const std::string& problem : report.problems)
+        std::printf("not usable: %s\n", problem.c_str());
+}
+
+/// Prints what to measure, or finds the boards from what was measured, prints where they are and
+/// writes the array's file. Returns 0, or 1 if the measurements are of no use: the reasons are
+/// printed and nothing is written. Throws midair::base::InputError.
+int calibrateBoards(const BoardSettings& settings)
+{
+    const haptics::TransducerArray array = haptics::TransducerArray::load(settings.array);
+    if (settings.measurements.empty()) return printPlan(settings, array);
+    const haptics::BoardMeasurements measurements = haptics::readBoardMeasurements(
+        readAll(settings.measurements),
+        settings.measurements == "-" ? "stdin" : settings.measurements,
+        array);
+    if (measurements.all.empty()) throw InputError("there are no measurements");
+    haptics::Medium medium;
+    medium.temperature_C = settings.temperature_C;
+    std::string error;
+    if (!medium.isValid(&error)) throw InputError(error);
+    haptics::BoardFitOptions options;
+    options.sigma_m = settings.sigma_m;
+    options.mostUncertain_m = 5.0 * settings.sigma_m;
+    options.soundSpeed_m_s = medium.soundSpeed();
+    const haptics::BoardFitReport report = haptics::fitBoards(array, measurements, options);
+    printReport(report, measurements);
+    if (!report.usable) return 1;
+    if (settings.out.empty()) return 0;
+    report.array.save(settings.out);
+    std::printf("array written to %s\n", settings.out.c_str());
+    return 0;
+}
 
 enum ExitCode
 {
@@ -41,13 +196,6 @@ struct Settings
     std::string sceneIn;
     std::string sceneOut;
     double edge_mm = 150.0;
-};
-
-/// Wrong input; what() says what would be right.
-class InputError : public std::runtime_error
-{
-public:
-    using std::runtime_error::runtime_error;
 };
 
 double unitInMetres(const std::string& unit)
@@ -147,10 +295,9 @@ int calibrate(const Settings& settings)
     return CALIBRATED;
 }
 
-void addBoardOptions(CLI::App& app, midair::samples::BoardSettings& boards)
+void addBoardOptions(CLI::App& app, BoardSettings& boards)
 {
-    using midair::base::parseQuantity;
-    using midair::samples::inUnit;
+    using base::parseQuantity;
     auto* asked = app.add_flag("--boards",
                                boards.isAsked,
                                "find where the boards of an array are; without --measurements: "
@@ -178,7 +325,7 @@ void addBoardOptions(CLI::App& app, midair::samples::BoardSettings& boards)
 int main(int argc, char** argv)
 {
     Settings settings;
-    midair::samples::BoardSettings boards;
+    BoardSettings boards;
     CLI::App app(
         "midair-calibrate: from point pairs to the matrix from world to array; with --boards from "
         "distances to where an array's boards are.\n"
@@ -204,12 +351,7 @@ int main(int argc, char** argv)
     CLI11_PARSE(app, argc, argv);
     try
     {
-        return boards.isAsked ? midair::samples::calibrateBoards(boards) : calibrate(settings);
-    }
-    catch (const midair::base::InputError& error)
-    {
-        std::cerr << "midair-calibrate: " << error.what() << "\n";
-        return WRONG_INPUT;
+        return boards.isAsked ? calibrateBoards(boards) : calibrate(settings);
     }
     catch (const InputError& error)
     {

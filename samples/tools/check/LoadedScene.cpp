@@ -9,7 +9,6 @@
 #include <osg/Switch>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
-#include <osgDB/Options>
 #include <osgDB/ReadFile>
 #include <osgDB/Registry>
 

@@ -2,7 +2,6 @@
 
 #include <osgMidair/HapticScene>
 
-#include <osg/Matrixd>
 #include <osg/Node>
 
 #include <string>

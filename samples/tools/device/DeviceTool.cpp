@@ -2,21 +2,31 @@
 
 #include "device/DeviceUri.h"
 #include "device/autd3/UdpLink.h"
+#include "device/autd3/emulator/UdpUnits.h"
+#include "device/drive/DriveEncoder.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
+#include "engine-bridge/playing/PressureCap.h"
 #include "engine-bridge/playing/unaided/UserDevice.h"
+#include "haptics/array/Medium.h"
 #include "haptics/array/PatFile.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/tools/device/UltrainoSimulation.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -57,6 +67,127 @@ void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerAr
         options.device,
         array.dead.size(),
         array.name));
+}
+
+using device::DriveSignal;
+
+std::uint8_t dutyOf(double amplitude)
+{
+    return static_cast<std::uint8_t>(std::lround(base::dutyLevel(std::clamp(amplitude, 0.0, 1.0))));
+}
+
+// What an array's file calls dead is not driven by tests either.
+void silenceDead(const haptics::TransducerArray& array, DriveSignal& signal)
+{
+    for (const int i : array.dead)
+        signal.duty[static_cast<std::size_t>(i)] = 0;
+}
+
+// Focus: q_i = e^{+jk |r - r_i|}, so that all waves arrive at r with the same phase.
+void focus(const haptics::TransducerArray& array,
+           double k,
+           const Eigen::Vector3d& r,
+           double amplitude,
+           DriveSignal& signal)
+{
+    std::vector<std::complex<float>> q(array.size());
+    for (int i = 0; i < array.size(); ++i)
+    {
+        const double offset = array.phaseOffset_rad.size() > 0 ? array.phaseOffset_rad[i] : 0;
+        q[i] = std::complex<float>(
+            std::polar(amplitude, k * (r - array.positions.col(i)).norm() - offset));
+    }
+    device::encode(q.data(), array.size(), signal);
+    silenceDead(array, signal);
+}
+
+Eigen::VectorXcf wouldPlay(const device::ArrayDevice& device, const DriveSignal& signal)
+{
+    const std::vector<std::complex<float>> q = device.wouldPlay(signal);
+    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
+using device::emulation::ChainReport;
+using device::emulation::Time_ns;
+using device::emulation::UdpUnits;
+
+constexpr Time_ns kSecond_ns = 1'000'000'000;
+
+device::emulation::ChainOptions optionsOf(const DeviceOptions& options)
+{
+    device::DeviceUri uri("autd3:?" + options.faults + (options.faults.empty() ? "" : "&") +
+                              fmt::format("units={}", options.units),
+                          "emulated units");
+    auto defaults = device::emulation::ChainOptions::realistic(options.units);
+    // Here cables and CPUs are those of this machine, which is no faster.
+    defaults.wirePerByte_ns = 0;
+    defaults.perFrame_ns = defaults.perWord_ns = 0;
+    defaults.tolerance_ns = device::emulation::kMillisecond_ns;
+    const auto chain = device::emulation::takeChainOptions(uri, defaults);
+    uri.rejectUnknown();
+    return chain;
+}
+
+void printState(UdpUnits& units, const ChainReport& before, const ChainReport& now, double time_s)
+{
+    int assigned = 0;
+    int locked = 0;
+    int gated = 0;
+    for (int place = 0; place < units.chain().units(); ++place)
+    {
+        const auto& unit = units.chain().unit(place);
+        assigned += unit.id() != device::emulation::kNoId ? 1 : 0;
+        locked += unit.isLocked() ? 1 : 0;
+        gated += unit.fpga().gated() ? 1 : 0;
+    }
+    double power = 0;
+    const auto output = units.chain().output(UdpUnits::now_ns());
+    for (const std::complex<float>& q : output)
+        power += std::norm(q);
+    std::cout << fmt::format("{:.0f} s: ids {}, clocks {}, failsafe {} of {} units; {} fields "
+                             "changed, {} torn; {} datagrams in, {} out; amplitude {:.3f} rms\n",
+                             time_s,
+                             assigned,
+                             locked,
+                             gated,
+                             units.chain().units(),
+                             now.fields.whole - before.fields.whole,
+                             now.fields.torn - before.fields.torn,
+                             now.fromHost - before.fromHost,
+                             now.toHost - before.toHost,
+                             std::sqrt(power / static_cast<double>(output.size())))
+              << std::flush;
+}
+
+void printReport(const ChainReport& report)
+{
+    std::cout << fmt::format(
+        "fields: {} changed on all units together, at most {:.3f} ms apart; {} torn, the longest "
+        "for {:.3f} ms\n"
+        "writes into a bank that plays or waits to: {}, into the slot that was heard: {}\n"
+        "datagrams: {} in, {} out, {} lost by faults, {} to ids that nobody has, {} too many\n"
+        "commands: {} done, {} errors, {} out of turn, {} repeats, {} more than 7 at once; {} of a "
+        "firmware update\n"
+        "failsafe tripped: {} times; clocks that came back: {}\n",
+        report.fields.whole,
+        double(report.fields.worstSkew_ns) / 1e6,
+        report.fields.torn,
+        double(report.fields.longestTear_ns) / 1e6,
+        report.writesIntoBanks,
+        report.writesIntoSlots,
+        report.fromHost,
+        report.toHost,
+        report.dropped,
+        report.unheard,
+        report.tooMany,
+        report.telemetry.done,
+        report.telemetry.errors,
+        report.telemetry.outOfTurn,
+        report.telemetry.repeats,
+        report.telemetry.queueFull,
+        report.updateCommands,
+        report.trips,
+        report.telemetry.resync);
 }
 
 } // namespace
@@ -255,6 +386,151 @@ int importUltraino(const DeviceOptions& options)
         std::cerr << "midair-device: " << options.file << ": " << note << "\n";
     std::cout << options.out << ": " << made.array.size()
               << " transducers; play on it with --array " << options.out << "\n";
+    return FINE;
+}
+
+// Plays each board in turn, with all its transducers in phase.
+int playBoards(const DeviceOptions& options)
+{
+    const auto array = loadArray(options);
+    const auto device = openWithoutPoints(options, array);
+    const int count = array.board.empty() ? 1 : array.board.back() + 1;
+    for (int board = 0; board < count && !interrupted; ++board)
+    {
+        DriveSignal signal = device::silentSignal(array.size());
+        for (int i = 0; i < array.size(); ++i)
+            if (array.board.empty() || array.board[i] == board)
+                signal.duty[i] = dutyOf(options.amplitude);
+        silenceDead(array, signal);
+        std::cout << "board " << board << " of " << count << std::endl;
+        if (!device->send(signal)) return finish(*device);
+        stay(base::steadySeconds() + options.seconds / count, *device);
+    }
+    return finish(*device);
+}
+
+// Plays each transducer in turn.
+int playTransducers(const DeviceOptions& options)
+{
+    const auto array = loadArray(options);
+    const auto device = openWithoutPoints(options, array);
+    const double start_s = base::steadySeconds();
+    for (int i = 0; i < array.size() && goesOn(1e300, *device); ++i)
+    {
+        DriveSignal signal = device::silentSignal(array.size());
+        signal.duty[i] = dutyOf(options.amplitude);
+        silenceDead(array, signal);
+        device->send(signal);
+        stay(start_s + (i + 1) * options.seconds / array.size(), *device);
+    }
+    return finish(*device);
+}
+
+// Moves a focus on a circle around the centre, or around a point 150 mm in front of a flat array.
+int playCircle(const DeviceOptions& options)
+{
+    const auto array = loadArray(options);
+    const auto device = open(options, array);
+    const double k = base::kTwoPi * array.frequency_Hz / haptics::Medium{}.soundSpeed();
+    const Eigen::Vector3d axis = array.normals.rowwise().mean();
+    const Eigen::Vector3d centre =
+        array.positions.rowwise().mean() + (axis.norm() > 0.5 ? 0.15 : 0.0) * axis.normalized();
+    const Eigen::Vector3d normal =
+        axis.norm() > 0.5 ? axis.normalized() : Eigen::Vector3d(Eigen::Vector3d::UnitY());
+    const Eigen::Vector3d a = normal.unitOrthogonal();
+    const Eigen::Vector3d b = normal.cross(a);
+    const haptics::Medium medium;
+    const device::DriveAbility ability = device->ability();
+    std::optional<bridge::PressureCap> cap;
+    if (ability.maxPressure_Pa > 0)
+        cap.emplace(
+            ability.maxPressure_Pa,
+            [&](const DriveSignal& drive) { return wouldPlay(*device, drive); },
+            ability);
+    DriveSignal signal;
+    const double start_s = base::steadySeconds();
+    for (int i = 0; goesOn(start_s + options.seconds, *device); ++i)
+    {
+        const double angle = base::kTwoPi * options.turnsPerSecond * i / options.rate_Hz;
+        const Eigen::Matrix3Xd point =
+            centre + options.radius_m * (std::cos(angle) * a + std::sin(angle) * b);
+        focus(array, k, point, options.amplitude, signal);
+        if (cap) cap->hold({point, {&array}, medium}, signal);
+        device->send(signal);
+        pause(start_s + (i + 1) / options.rate_Hz);
+    }
+    return finish(*device);
+}
+
+// Sends random phases at the requested rate and prints what the device confirmed and how long
+// fields waited before they were handed over.
+int measureRates(const DeviceOptions& options)
+{
+    const auto array = loadArray(options);
+    const auto device = openWithoutPoints(options, array);
+    DriveSignal signal = device::silentSignal(array.size());
+    std::fill(signal.duty.begin(), signal.duty.end(), dutyOf(options.amplitude));
+    silenceDead(array, signal);
+    std::vector<double> latencies_ms;
+    double handedOver_s = 0;
+    const double start_s = base::steadySeconds();
+    int fields = 0;
+    for (int i = 0; goesOn(start_s + options.seconds, *device); ++i, ++fields)
+    {
+        for (int t = 0; t < array.size(); ++t)
+            signal.phase[t] = static_cast<std::uint8_t>(31 * t + 7 * i);
+        device->send(signal);
+        pause(start_s + (i + 1) / options.rate_Hz);
+        const device::DeviceReport report = device->report();
+        if (report.lastHandedOver_s != handedOver_s) latencies_ms.push_back(report.latency_s * 1e3);
+        handedOver_s = report.lastHandedOver_s;
+    }
+    const double seconds = base::steadySeconds() - start_s;
+    const device::DeviceReport report = device->report();
+    std::sort(latencies_ms.begin(), latencies_ms.end());
+    const auto at = [&](double share)
+    {
+        return latencies_ms.empty() ? 0.0
+                                    : latencies_ms[static_cast<std::size_t>(
+                                          share * static_cast<double>(latencies_ms.size() - 1))];
+    };
+    // Each of several devices counts its own fields.
+    const double devices = std::max(1.0, std::round(double(report.sent) / std::max(1, fields)));
+    std::cout << "sent      " << fields / seconds << " fields/s\n"
+              << "played    " << static_cast<double>(report.played) / devices / seconds
+              << " fields/s\n"
+              << "dropped   " << report.dropped << "\nlost      " << report.lost << "\n"
+              << "latency   median " << at(0.5) << " ms, 99 % " << at(0.99) << " ms, worst "
+              << at(1) << " ms\n";
+    if (report.worstSkew_s > 0)
+        std::cout << "skew      " << report.skew_s * 1e3 << " ms, worst "
+                  << report.worstSkew_s * 1e3 << " ms\n";
+    return finish(*device);
+}
+
+int emulateUnits(const DeviceOptions& options)
+{
+    UdpUnits units(optionsOf(options), static_cast<std::uint16_t>(options.port));
+    std::cout << fmt::format("{} emulated units: autd3:?units={}&group=[::1]:{}\n",
+                             options.units,
+                             options.units,
+                             units.port())
+              << std::flush;
+    const Time_ns began_ns = UdpUnits::now_ns();
+    const Time_ns end_ns = options.hasSeconds
+                               ? began_ns + static_cast<Time_ns>(options.seconds * 1e9)
+                               : device::emulation::kNever_ns;
+    ChainReport before;
+    for (Time_ns second_ns = began_ns; !interrupted && UdpUnits::now_ns() < end_ns;)
+    {
+        second_ns = std::min(second_ns + kSecond_ns, end_ns);
+        while (!interrupted && UdpUnits::now_ns() < second_ns)
+            units.run(second_ns);
+        const ChainReport now = units.chain().report(UdpUnits::now_ns());
+        printState(units, before, now, double(UdpUnits::now_ns() - began_ns) / 1e9);
+        before = now;
+    }
+    printReport(units.chain().report(UdpUnits::now_ns()));
     return FINE;
 }
 

@@ -73,9 +73,7 @@ int muteArray(const DeviceOptions& options);
 int playRecording(const DeviceOptions& options);
 int importPat(const DeviceOptions& options);
 int importUltraino(const DeviceOptions& options);
-// EmulatedUnits.cpp
 int emulateUnits(const DeviceOptions& options);
-// DevicePatterns.cpp
 int playBoards(const DeviceOptions& options);
 int playTransducers(const DeviceOptions& options);
 int playCircle(const DeviceOptions& options);

@@ -1,17 +1,97 @@
 #pragma once
 
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/solving/OneSolve.h"
-#include "samples/tools/solve/SolveEars.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/propagation/Exposure.h"
+#include "haptics/sequence/FieldSequence.h"
 #include "samples/tools/solve/SolveFiles.h"
 #include "samples/tools/solve/SolveOptions.h"
 #include "samples/tools/solve/SolvePoints.h"
-#include "samples/tools/solve/SolveProbe.h"
+
+#include <osgMidair/ExposureFigures>
+
+#include <Eigen/Core>
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace midair::samples
 {
+
+/// Reads listening places (3 x n) from a CSV file with a header line that has x_m, y_m and z_m, in
+/// any order; other columns are ignored. At most 100,000 places. Throws base::InputError that names
+/// the file and the line.
+Eigen::Matrix3Xd readEars(const std::string& path);
+
+/// The places that hear a solved field: those around the array, then those of a file.
+class SolveEars
+{
+public:
+    /// \a limit_dB: the ear limit; 0: none.
+    SolveEars(const haptics::TransducerArray& array,
+              const haptics::Medium& medium,
+              const Eigen::Matrix3Xd& given,
+              double limit_dB);
+
+    /// Null: there is no limit.
+    const bridge::EarBound* bound() const { return _bound.get(); }
+
+    /// Returns how loud \a fields (K times m), played in turn without end, are at the loudest
+    /// place.
+    haptics::ExposureFigures figures(const std::vector<Eigen::VectorXcf>& fields) const;
+
+    /// Writes x_m,y_m,z_m,L_dB,incoherent_dB: a row for each place of the file. L_dB is of the
+    /// field as played, in the place itself, averaged over \a fields; incoherent_dB is the mean
+    /// over all phases of the same amplitudes. Throws base::InputError.
+    void write(const std::string& path, const std::vector<Eigen::VectorXcf>& fields) const;
+
+private:
+    Eigen::Index _given; ///< number of the file's places, the last ones
+    double _limit_dB;
+    std::shared_ptr<haptics::Exposure> _exposure;
+    std::unique_ptr<bridge::EarBound> _bound;
+};
+
+/// What probes have heard of a sequence that is played again and again.
+struct ProbeTraces
+{
+    double rate_Hz = 0.0;    ///< samples per second; the first is at time 0
+    double ringing_s = 0.0;  ///< time constant of the transducers
+    Eigen::Matrix3Xd points; ///< m, array frame
+    /// For each point the complex envelope at the array's frequency, peak
+    std::vector<Eigen::VectorXcd> pressure_Pa;
+    Eigen::VectorXd steadyMean_Pa; ///< of each point: mean radiation pressure of the steady fields
+};
+
+/// Returns true if the arguments ask for probes.
+bool asksForProbes(const SolveArguments& arguments);
+
+/// Returns the places that \a arguments name: those of --probe, then the control points, or the
+/// surface's places within --probe-patch of a --probe. Throws base::InputError if there are none,
+/// or more than 10^7 samples of all together.
+Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
+                             const Eigen::Matrix3Xd& controlPoints,
+                             const SolveScene& scene);
+
+/// Probes \a sequence at \a places (3 x n). Throws base::InputError.
+ProbeTraces probe(const SolveArguments& arguments,
+                  const Eigen::Matrix3Xd& places,
+                  const haptics::FieldSequence& sequence,
+                  const SolveScene& scene);
+
+/// Writes into \a folder
+///     probe.csv         point,time_s,p_re_Pa,p_im_Pa,radiation_Pa
+///     spectrum.csv      point,frequency_Hz,radiation_Pa
+///     probe_points.csv  point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa
+/// The spectrum is that of the radiation pressure: amplitudes, at 0 the mean. Throws
+/// base::InputError.
+void writeProbe(const std::string& folder,
+                const ProbeTraces& traces,
+                const haptics::Medium& medium);
 
 /// All results that are written to files.
 struct Solution : bridge::SolvedFields

@@ -14,6 +14,11 @@ namespace CLI
 class App;
 }
 
+namespace CLI
+{
+class App;
+}
+
 namespace midair::samples
 {
 
@@ -57,5 +62,18 @@ struct SolveArguments
 
 /// Adds the options to \a app. Those for settings take effect when it has parsed.
 void addOptions(CLI::App& app, SolveArguments& arguments);
+
+/// Adds --tolerance and its options to \a app.
+void addToleranceOptions(CLI::App& app, SolveArguments& arguments);
+
+/// Writes
+///     deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,
+///     expected_rms,expected_focus
+/// to \a path: first the array as it was meant (nominal), then each value; what theory has no
+/// figure for is empty. Throws base::InputError.
+void writeTolerance(const std::string& path, const haptics::ToleranceStudy& study);
+
+/// Prints what each value leaves, and the time that all took.
+void printTolerance(const haptics::ToleranceStudy& study);
 
 } // namespace midair::samples

@@ -5,7 +5,7 @@
 #include "haptics/probe/PressureProbe.h"
 #include "samples/tools/solve/Picture.h"
 #include "samples/tools/solve/Solution.h"
-#include "samples/tools/solve/SolveTolerance.h"
+#include "samples/tools/solve/SolveOptions.h"
 
 #include <cstdio>
 #include <filesystem>

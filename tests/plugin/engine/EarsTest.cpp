@@ -1,7 +1,7 @@
 // How loud a scene is at ears, and its limit there.
 #include "haptics/base/text/Quantity.h"
 #include "plugin/report/Report.h"
-#include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/UserOptions.h"
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/plugin/KitTest.h"
 

@@ -1,5 +1,4 @@
-#include "plugin/scene/PropertyConversion.h"
-
+#include "plugin/scene/SceneCollector.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticSurface>

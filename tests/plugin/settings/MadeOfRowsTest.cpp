@@ -2,7 +2,7 @@
 //     MIDAIR_WRITE_ROWS=1 build/bin/midair_plugin_tests --gtest_filter='MadeOfRows.*'
 // writes it anew; without the variable these tests say where it differs.
 #include "haptics/base/text/Number.h"
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // What the kit says of its settings and overlays in public types: that it is what the tables say.
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <osgMidair/HapticOverlays>

@@ -2,9 +2,9 @@
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/AllSettings.h"
-#include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/UserOptions.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/ArrayGhost>

@@ -1,4 +1,4 @@
-#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/AllSettings.h"
 #include "samples/demo/DemoScene.h"
 

@@ -1,10 +1,9 @@
-#include "plugin/overlays/drawing/FieldVolume.h"
-
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 

@@ -1,4 +1,4 @@
-#include "plugin/overlays/hud/HudContent.h"
+#include "plugin/overlays/hud/HudSheets.h"
 
 #include <gtest/gtest.h>
 

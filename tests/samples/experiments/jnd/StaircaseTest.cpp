@@ -1,5 +1,6 @@
-#include "samples/experiments/jnd/PsychometricFit.h"
-#include "samples/experiments/jnd/Rehearsal.h"
+#include "samples/experiments/jnd/Staircase.h"
+
+#include "samples/experiments/jnd/TrialFile.h"
 #include "samples/experiments/paper/LineExperiment.h"
 
 #include <cmath>

@@ -1,4 +1,3 @@
-#include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
