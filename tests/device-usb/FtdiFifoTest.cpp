@@ -1,7 +1,7 @@
 #include "device/ArrayDevice.h"
 #include "device/simulation/VirtualBoard.h"
+#include "tests/Eventually.h"
 #include "tests/device-usb/EmulatedArray.h"
-#include "tests/device-usb/Eventually.h"
 #include "tests/device-usb/Host.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"

@@ -1,4 +1,5 @@
 #include "device/ArrayDevice.h"
+#include "tests/Eventually.h"
 #include "tests/device-usb/Preload.h"
 
 #include <csignal>
@@ -29,7 +30,7 @@ int hostThatNeverCloses()
     while (true)
     {
         device->send(loudField(8));
-        ::usleep(5000);
+        letPass(5e-3);
     }
 }
 
@@ -40,8 +41,7 @@ int fifoHostThatNeverCloses()
 {
     const auto device = openDevice("openmpd:A0001", {256, {}});
     device->send(loudField(256));
-    while (device->report().played == 0)
-        ::usleep(1000);
+    eventually([&] { return device->report().played > 0; });
     ::raise(SIGSTOP);
     return 1;
 }

@@ -1,4 +1,5 @@
 #include "device/ArrayDevice.h"
+#include "tests/Eventually.h"
 #include "tests/LongTests.h"
 #include "tests/device-usb/EmulatedArray.h"
 #include "tests/device/Fields.h"
@@ -47,7 +48,7 @@ private:
         double before_s = EmulatedArray::now_s();
         while (!_stop)
         {
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            letPass(5e-3);
             const double now_s = EmulatedArray::now_s();
             _worst_s = std::max(_worst_s, now_s - before_s);
             before_s = now_s;
@@ -77,11 +78,9 @@ void soak(double seconds)
         std::fill(field.phase.begin(), field.phase.end(), static_cast<std::uint8_t>(i));
         ASSERT_TRUE(device->send(field));
         if (i == fields / 10) atFirst_MB = residentMegabytes(); // when all buffers have their size
-        const double wait_s = start_s + (i + 1) / 500.0 - EmulatedArray::now_s();
-        if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+        letPass(start_s + (i + 1) / 500.0 - EmulatedArray::now_s());
     }
-    for (int i = 0; i < 1000 && device->report().pending > 0; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_TRUE(eventually([&] { return device->report().pending == 0; }));
     const double worst_s = probe.stop();
     const DeviceReport report = device->report();
     const protocol::Status status = array.firmware().status(EmulatedArray::now_s());

@@ -1,7 +1,7 @@
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
+#include "tests/Eventually.h"
 #include "tests/device-usb/EmulatedArray.h"
-#include "tests/device-usb/Eventually.h"
 #include "tests/device-usb/Host.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
@@ -101,9 +101,8 @@ TEST(UsbArrayDevice, sustains_a_stream_where_every_field_is_whole)
         ASSERT_TRUE(device->send(evenField(3984, static_cast<std::uint8_t>(i), 255)));
         const DriveSignal playing = array.playing();
         EXPECT_EQ(playing.phase, std::vector<std::uint8_t>(3984, playing.phase[0])) << i;
-        std::this_thread::sleep_for(std::chrono::microseconds(500));
+        ASSERT_TRUE(i % 10 != 9 || eventually([&] { return device->report().pending == 0; }));
     }
-    ASSERT_TRUE(eventually([&] { return device->report().pending == 0; }));
     const DeviceReport report = device->report();
     EXPECT_EQ(report.sent, 300U);
     EXPECT_EQ(report.lost, 0U);
@@ -118,7 +117,7 @@ TEST(UsbArrayDevice, is_kept_alive_while_nothing_is_sent)
     const auto device = openDevice("usb:", kLayout);
     ASSERT_TRUE(device->send(evenField(8, 1, 200)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(400)); // four times the watchdog's time
+    letPass(0.4); // four times the watchdog's time
     EXPECT_FALSE(isSilent(array.playing()));
     EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs, 0U);
 }
@@ -143,8 +142,7 @@ TEST(UsbArrayDevice, is_silent_within_100_ms_of_a_SIGKILL_of_the_host)
     host.kill();
     const double dead_s = EmulatedArray::now_s(); // no packet came later
     ASSERT_TRUE(played);
-    std::this_thread::sleep_for(
-        std::chrono::duration<double>(dead_s + protocol::kWatchdog_s - EmulatedArray::now_s()));
+    letPass(dead_s + protocol::kWatchdog_s - EmulatedArray::now_s());
     EXPECT_TRUE(isSilent(array.playing()));
     EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs, 1U);
 }
@@ -245,7 +243,7 @@ TEST_P(Unplugged, comes_back_by_itself_silent_until_the_next_field)
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     array.hangs = 3; // so that transfers are in flight
     ASSERT_TRUE(device->send(evenField(8, 2, 200)));
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_TRUE(eventually([&] { return array.hangs < 3; }));
     array.unplug(GetParam());
     array.hangs = 0;
     ASSERT_TRUE(eventually([&] { return device->report().state == DeviceState::LOST; }));
@@ -297,7 +295,7 @@ TEST(UsbArrayDevice, waits_for_an_answer_that_comes_late)
     const auto device = openDevice("usb:", kLayout);
     array.mute = true;
     ASSERT_TRUE(device->send(evenField(8, 1, 200)));
-    std::this_thread::sleep_for(std::chrono::milliseconds(700)); // what a stopped host doesn't hear
+    letPass(0.7); // what a stopped host doesn't hear
     array.mute = false;
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     EXPECT_EQ(device->report().lost, 0U);

@@ -1,5 +1,6 @@
 // The matrix of QuieterMatrixTest, with the array on the USB: what its firmware has of the bytes.
 #include "device/ArrayDevice.h"
+#include "tests/Eventually.h"
 #include "tests/device-usb/EmulatedArray.h"
 #include "tests/device/limits/QuieterTrial.h"
 
@@ -93,7 +94,7 @@ TEST(UsbSilence, that_is_asked_for_again_keeps_its_number)
     };
     const auto device = device::openDevice("usb:", layout());
     ASSERT_TRUE(device->send(quieter::fieldOf(kTransducers, false)));
-    ASSERT_TRUE(quieter::waitFor([&] { return device->report().played == 1; }));
+    ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     {
         const std::lock_guard<std::mutex> lock(mutex);
         count = 0; // without those of the greeting
@@ -101,9 +102,13 @@ TEST(UsbSilence, that_is_asked_for_again_keeps_its_number)
     }
     array.mute = true;
     device->silence(); // it is asked for again after 100 ms, 200 ms, .., and sent every 20 ms
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            const std::lock_guard<std::mutex> lock(mutex);
+            return count > 5;
+        }));
     const std::lock_guard<std::mutex> lock(mutex);
-    EXPECT_GT(count, 5);
     EXPECT_EQ(packets.size(), 1U);
 }
 

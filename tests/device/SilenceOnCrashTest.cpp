@@ -2,6 +2,7 @@
 
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/Emulator.h"
+#include "tests/Eventually.h"
 #include "tests/device/Guards.h"
 
 #include <csignal>
@@ -134,7 +135,7 @@ TEST(SilenceOnCrash, is_not_cut_off_by_its_repetition)
     {
         SilenceOnCrash will({port, 0}, silence);
         will.beat();
-        ::usleep(1300000); // written twice by now
+        letPass(1.3); // written twice by now
     }
     std::vector<std::uint8_t> bytes(silence.size());
     for (std::size_t done = 0; done < bytes.size();)

@@ -140,11 +140,7 @@ protected:
     static void viewBriefly(osg::Node& scene)
     {
         HeadlessViewer viewer(&scene);
-        for (int i = 0; i < 100; ++i)
-        {
-            viewer.frame();
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
+        viewer.framesFor(0.5);
     }
 
     static bool says(const osgMidair::HapticScene& scene, const std::string& words)

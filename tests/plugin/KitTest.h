@@ -1,8 +1,10 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/settings/UserOptions.h"
+#include "tests/Eventually.h"
 #include "tests/TrustedVariables.h"
 
 #include <osgMidair/HapticScene>
@@ -56,17 +58,21 @@ public:
             frame();
     }
 
-    /// Runs frames until \a done, at most 10 s.
+    /// Runs frames until \a done.
     bool framesUntil(const std::function<bool()>& done)
     {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-        while (std::chrono::steady_clock::now() < end)
-        {
-            frame();
-            if (done()) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
-        return false;
+        return eventually(
+            [&]
+            {
+                frame();
+                return done();
+            });
+    }
+    /// Runs frames for a while, whatever comes of them.
+    void framesFor(double seconds)
+    {
+        const double end_s = midair::base::steadySeconds() + seconds;
+        framesUntil([&] { return midair::base::steadySeconds() >= end_s; });
     }
 
     osgViewer::Viewer viewer;

@@ -4,11 +4,10 @@
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
-#include <chrono>
 #include <stdexcept>
-#include <thread>
 
 namespace midair::referee
 {
@@ -19,11 +18,6 @@ namespace
 constexpr int kEvery = 10;            // updates from one rest to the next
 constexpr double kPatience_s = 300.0; // for what must come, of a thread of the lowest priority too
 constexpr double kSamePlace_m = 1e-9;
-
-void sleep_s(double time_s)
-{
-    std::this_thread::sleep_for(std::chrono::duration<double>(time_s));
-}
 
 } // namespace
 
@@ -77,14 +71,9 @@ std::uint64_t PipelineRun::taken() const
 void PipelineRun::waitForFields(std::uint64_t takenBefore) const
 {
     const auto fields = static_cast<double>(_last->sequence.fields.size());
-    const double end_s = base::steadySeconds() + kPatience_s;
-    while (taken() == takenBefore)
-    {
-        if (base::steadySeconds() > end_s)
-            throw std::runtime_error(_scene.name + ": the device was not sent the fields in turn");
-        sleep_s(1e-4);
-    }
-    if (fields > 1.0) sleep_s((2.0 * fields + 2.0) / _recorded.fieldRate_Hz);
+    if (!eventually([&] { return taken() != takenBefore; }, kPatience_s))
+        throw std::runtime_error(_scene.name + ": the device was not sent the fields in turn");
+    if (fields > 1.0) letPass((2.0 * fields + 2.0) / _recorded.fieldRate_Hz);
 }
 
 // Of a cycle each set of points has a solver of its own, and stays the same on the mesh.
@@ -152,7 +141,7 @@ void PipelineRun::waitForSurface()
     {
         if (base::steadySeconds() > end_s)
             throw std::runtime_error(_scene.name + ": nobody measured the surface");
-        sleep_s(1e-3);
+        letPass(1e-3);
         const Result result = _pipeline->attend();
         if (!result || !result->monitored) continue;
         _recorded.updates.back().report = result->report();

@@ -1,12 +1,15 @@
 #pragma once
 
+#include "tests/Eventually.h"
+
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <functional>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +17,7 @@
 struct Ending
 {
     double seconds = 0.0; ///< from the signal on
+    double busy_s = 0.0;  ///< of these: in which this process wasn't run either, added up
     int signal = 0;       ///< that ended it; 0: it ended by itself
     int code = -1;
     std::string said;
@@ -40,11 +44,22 @@ inline Ending endingOf(const std::function<int(int)>& program, int number, int a
     ::kill(child, number);
     if (again != 0)
     {
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        letPass(0.1);
         ::kill(child, again);
     }
-    while (::read(pipe[0], &byte, 1) == 1)
+    constexpr int kLook_ms = 5;
+    for (auto look = std::chrono::steady_clock::now();;)
+    {
+        pollfd said{pipe[0], POLLIN, 0};
+        const int ready = ::poll(&said, 1, kLook_ms);
+        const auto now = std::chrono::steady_clock::now();
+        ending.busy_s +=
+            std::max(std::chrono::duration<double>(now - look).count() - 2e-3 * kLook_ms, 0.0);
+        look = now;
+        if (ready == 0) continue;
+        if (::read(pipe[0], &byte, 1) != 1) break;
         ending.said += byte;
+    }
     ::close(pipe[0]);
     int status = 0;
     EXPECT_EQ(::waitpid(child, &status, 0), child);

@@ -4,10 +4,9 @@
 #include "device/autd3/emulator/EmulatedLink.h"
 #include "device/autd3/protocol/Commands.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 
-#include <chrono>
 #include <memory>
-#include <thread>
 
 /// An Autd3Device on units that are emulated in this program.
 class Rehearsal
@@ -77,11 +76,22 @@ public:
     {
         return with([](Chain& c, Time_ns now_ns) { return c.report(now_ns); });
     }
-    /// Switches that the device knows to have come too late.
-    std::uint64_t torn() const
+    /// Those that were published wholly after this was asked for: the processor's time in them
+    /// tells one publication from the next.
+    midair::device::autd3::Autd3Device::Figures figures() const
     {
-        std::this_thread::sleep_for(std::chrono::milliseconds(120)); // until it is published
-        return device->figures().torn;
+        for (int publications = 0; publications < 2; ++publications)
+            eventually([&, before_s = device->figures().cpu_s]
+                       { return device->figures().cpu_s > before_s; });
+        return device->figures();
+    }
+    /// Switches that the device knows to have come too late.
+    std::uint64_t torn() const { return figures().torn; }
+    /// Waits until \a count more datagrams came from the host, which sends some all the time.
+    bool hears(std::uint64_t count)
+    {
+        return eventually([this, wanted = report().fromHost + count]
+                          { return report().fromHost >= wanted; });
     }
     void happen(midair::device::emulation::ChainFaults::Kind kind, int unit = 0)
     {
@@ -112,18 +122,6 @@ public:
         return now.duty == std::vector<std::uint8_t>(now.duty.size(), 0);
     }
 
-    /// Waits until \a is is true, \a atMost_s at most.
-    template<typename Condition>
-    static bool eventually(const Condition& is, double atMost_s = 10)
-    {
-        const double until_s = midair::base::steadySeconds() + atMost_s;
-        while (!is())
-        {
-            if (midair::base::steadySeconds() > until_s) return false;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return true;
-    }
     bool eventuallyPlays(const midair::device::DriveSignal& signal)
     {
         return eventually([&] { return plays(signal); });

@@ -1,6 +1,6 @@
 #include "device/ArrayDevice.h"
 #include "device/boards/BoardKind.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 #include "tests/device/boards/BoardEmulator.h"

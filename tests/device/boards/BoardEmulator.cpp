@@ -239,6 +239,12 @@ bool BoardEmulator::silentInBothBuffers()
     return silent;
 }
 
+bool BoardEmulator::isOpened()
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _opened;
+}
+
 int BoardEmulator::resets()
 {
     std::lock_guard<std::mutex> lock(_mutex);

@@ -53,7 +53,8 @@ public:
     /// Whether it is silent and stays so when a swap comes that nobody asked for; false while bytes
     /// are on their way, too.
     bool silentInBothBuffers();
-    int resets(); ///< by DTR
+    int resets();    ///< by DTR
+    bool isOpened(); ///< by a program, as far as it has seen
     bool starting();
     std::uint64_t swaps();
     std::uint64_t received(); ///< bytes

@@ -75,6 +75,21 @@ private:
     double _mostAhead_s = 0;
 };
 
+/// When the line had bytes all the time, at its longest, of \a bytesPerSecond: from, to.
+inline std::pair<double, double> longestBusy(const std::vector<Sent>& sent, double bytesPerSecond)
+{
+    std::pair<double, double> longest;
+    double begin_s = 0;
+    for (std::size_t i = 0; i < sent.size(); ++i)
+    {
+        if (i == 0 || sent[i].at_s - sent[i - 1].at_s > 1.5 / bytesPerSecond)
+            begin_s = sent[i].at_s;
+        if (sent[i].at_s - begin_s > longest.second - longest.first)
+            longest = {begin_s, sent[i].at_s};
+    }
+    return longest;
+}
+
 class WireSink : public midair::device::ByteSink
 {
 public:

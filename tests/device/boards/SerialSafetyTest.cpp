@@ -3,13 +3,12 @@
 #include "device/boards/BoardDevice.h"
 #include "device/boards/BoardKind.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/boards/BoardEmulator.h"
 
 #include <atomic>
 #include <chrono>
-#include <thread>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -98,12 +97,12 @@ TEST(EmulatedMega, stays_in_its_bootloader_while_bytes_arrive)
     const int port = ::open(mega.board.name().c_str(), O_RDWR | O_NOCTTY);
     ASSERT_TRUE(eventually([&] { return mega.board.resets() == 1; }));
     const double end_s = midair::base::steadySeconds() + 0.6;
-    while (midair::base::steadySeconds() < end_s)
-    {
-        mega.board.inject(1);
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    EXPECT_GT(mega.board.eaten(), 10U);
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            mega.board.inject(1);
+            return midair::base::steadySeconds() >= end_s && mega.board.eaten() > 10;
+        }));
     EXPECT_TRUE(eventually([&] { return mega.playsItsOwnPattern(); }));
     ::close(port);
 }
@@ -149,8 +148,7 @@ TEST(Mega, isnt_reset_when_it_is_opened_again)
     Mega mega;
     mega.open();
     ASSERT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
-    std::this_thread::sleep_for(
-        std::chrono::milliseconds(100)); // so that the emulator has seen the closing
+    ASSERT_TRUE(eventually([&] { return !mega.board.isOpened(); }));
     mega.open();
     EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
     EXPECT_EQ(mega.board.resets(), 1);

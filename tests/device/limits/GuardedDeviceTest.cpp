@@ -2,7 +2,7 @@
 
 #include "device/FieldCounters.h"
 #include "device/drive/DriveEncoder.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/limits/LoggedDevice.h"
 #include "tests/haptics/base/threads/SetClock.h"
@@ -235,11 +235,13 @@ TEST(GuardedDevice, no_field_follows_a_mute_however_the_threads_meet)
                 while (!stop)
                     device->send(evenField(4, 0, 255));
             });
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        EXPECT_TRUE(
+            eventually([&, before = log.all().size()] { return log.all().size() > before + 3; }));
         device->setMuted(true);
         const std::size_t events = log.all().size();
         EXPECT_TRUE(log.all().back().silence);
-        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        EXPECT_TRUE(eventually([&, before = device->report().refused]
+                               { return device->report().refused > before + 100; }));
         EXPECT_EQ(log.all().size(), events);
         stop = true;
         sender.join();

@@ -3,7 +3,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/haptics/base/threads/SetClock.h"
 

@@ -2,14 +2,13 @@
 
 #include "device/ArrayDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 
 #include <algorithm>
-#include <chrono>
 #include <complex>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
@@ -121,17 +120,6 @@ inline void quieten(Way way, device::ArrayDevice& device, int transducers)
     }
 }
 
-inline bool waitFor(const std::function<bool()>& condition, double atMost_s = 20.0)
-{
-    const double end_s = base::steadySeconds() + atMost_s;
-    while (!condition())
-    {
-        if (base::steadySeconds() > end_s) return false;
-        std::this_thread::sleep_for(std::chrono::microseconds(500));
-    }
-    return true;
-}
-
 /// What was seen while the way fails; times since the asking, s, < 0: never.
 struct Seen
 {
@@ -162,7 +150,7 @@ inline Seen watch(FarSide& far, double loud, int before, std::uint64_t faults, d
                             !report.unsilenced.empty();
         if (isTold && seen.told_s < 0) seen.told_s = since_s;
         if (isFault && seen.fault_s < 0) seen.fault_s = since_s;
-        std::this_thread::sleep_for(std::chrono::microseconds(500));
+        letPass(5e-4);
     }
     return seen;
 }
@@ -195,7 +183,7 @@ inline std::string trial(Way way, FarSide far)
 {
     device::ArrayDevice& device = *far.device;
     device.send(fieldOf(far.transducers, false));
-    const bool isSettled = waitFor(
+    const bool isSettled = eventually(
         [&]
         { return far.loudness() > 0 && device.report().pending == 0 && device.confirmed_s() > 0; });
     if (!isSettled) return "never sounds: " + device.status();
@@ -209,23 +197,23 @@ inline std::string trial(Way way, FarSide far)
     const std::string wrong = wrongOf(far, seen);
     if (!wrong.empty()) return wrong + ": " + device.status();
     far.recover();
-    if (far.isTold && !waitFor([&] { return far.loudness() < 0.9 * loud; }))
+    if (far.isTold && !eventually([&] { return far.loudness() < 0.9 * loud; }))
         return "stays loud when its way works again: " + device.status();
     device.setMuted(false);
     device.setAmplitudeCap(1);
     const auto isBack = [&]
     {
         device.send(fieldOf(far.transducers, false));
-        return waitFor([&] { return far.loudness() > 0.9 * loud; }, 0.2);
+        return eventually([&] { return far.loudness() > 0.9 * loud; }, 0.2);
     };
-    if (!waitFor(isBack)) return "doesn't play again: " + device.status();
+    if (!eventually(isBack)) return "doesn't play again: " + device.status();
     const auto isWell = [&]
     {
         const device::DeviceReport report = device.report();
         return report.state == device::DeviceState::READY && report.quieted.empty() &&
                report.unsilenced.empty();
     };
-    return waitFor(isWell) ? "" : "still tells of it: " + device.status();
+    return eventually(isWell) ? "" : "still tells of it: " + device.status();
 }
 
 } // namespace midair::quieter

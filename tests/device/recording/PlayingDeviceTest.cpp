@@ -3,12 +3,11 @@
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
 #include "device/recording/Recording.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 
 #include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -32,8 +31,8 @@ std::vector<std::uint8_t> show(bool whole = true)
 
 void waitForEnd(const ArrayDevice& device)
 {
-    for (int i = 0; i < 2000 && device.status().find("at the end") == std::string::npos; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_TRUE(
+        eventually([&] { return device.status().find("at the end") != std::string::npos; }));
 }
 
 } // namespace
@@ -86,11 +85,11 @@ TEST(PlayingDevice, stops_at_once_when_silenced)
     const std::string file = temporaryFile("show");
     writeBytes(file, show());
     const auto device = openDevice("play:" + file + "?loop=yes&to=sim:", {4, {}});
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    const std::vector<std::complex<float>> silent(4);
+    ASSERT_TRUE(eventually([&] { return device->played() != silent; }));
     device->silence();
-    std::this_thread::sleep_for(std::chrono::milliseconds(60));
-    EXPECT_EQ(device->played(), std::vector<std::complex<float>>(4));
-    EXPECT_NE(device->status().find("at the end"), std::string::npos) << device->status();
+    waitForEnd(*device); // which it doesn't reach by itself
+    EXPECT_EQ(device->played(), silent);
 }
 
 TEST(PlayingDevice, goes_on_unheard_while_muted)
@@ -203,11 +202,12 @@ TEST(PlayingDevice, is_silent_under_a_hold_unless_somebody_leads)
         {
             const auto device =
                 openDevice("play:" + file + "?hold=60ms&to=record:" + copy, {4, {}});
-            while (device->status().find("at the end") == std::string::npos)
-            {
-                if (isLed) device->keepAlive();
-                std::this_thread::sleep_for(std::chrono::milliseconds(5));
-            }
+            EXPECT_TRUE(eventually(
+                [&]
+                {
+                    if (isLed) device->keepAlive();
+                    return device->status().find("at the end") != std::string::npos;
+                }));
             if (isLed) device->keepAlive();
             EXPECT_EQ(device->isHoldOver(), !isLed);
         }

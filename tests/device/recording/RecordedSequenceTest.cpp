@@ -2,14 +2,13 @@
 // around it.
 #include "device/drive/DriveEncoder.h"
 #include "device/recording/RecordingDevice.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -46,6 +45,11 @@ void expectSteps(const std::vector<Entry>& entries,
     }
 }
 
+bool has(const std::string& file, std::size_t entries)
+{
+    return eventually([&] { return entriesOf(file).size() >= entries; });
+}
+
 std::uintmax_t sizeOf(const std::string& file)
 {
     return std::filesystem::file_size(file);
@@ -60,7 +64,7 @@ TEST(RecordedSequence, has_every_step_at_its_time_until_the_next_field)
         const auto device = openDevice("record:" + file, {4, {}});
         ASSERT_GE(device->ability().sequenceFields, 1000);
         ASSERT_TRUE(device->sendSequence(numbered(3, 700)));
-        std::this_thread::sleep_for(std::chrono::milliseconds(130));
+        ASSERT_TRUE(has(file, 91));
         ASSERT_TRUE(device->send(evenField(4, 99, 255)));
         const DeviceReport report = device->report();
         EXPECT_EQ(report.sent, 2U); // a sequence is one
@@ -81,18 +85,17 @@ TEST(RecordedSequence, has_every_step_at_its_time_until_the_next_field)
 TEST(RecordedSequence, ends_with_silence_the_next_sequence_and_the_recording)
 {
     const std::string file = temporaryFile("fields");
-    const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
     {
         const auto device = openDevice("record:" + file, {4, {}});
         ASSERT_TRUE(device->sendSequence(numbered(2, 1000)));
-        pause();
+        ASSERT_TRUE(has(file, 30));
         device->silence();
         EXPECT_EQ(device->played(), std::vector<std::complex<float>>(4));
-        pause();
+        letPass(0.03);
         ASSERT_TRUE(device->sendSequence(numbered(5, 500)));
-        pause();
+        ASSERT_TRUE(has(file, entriesOf(file).size() + 15));
         ASSERT_TRUE(device->sendSequence(numbered(4, 2000)));
-        pause();
+        ASSERT_TRUE(has(file, entriesOf(file).size() + 60));
     }
     const std::vector<Entry> entries = entriesOf(file);
     std::vector<std::size_t> starts = {0};
@@ -123,7 +126,7 @@ TEST(RecordedSequence, is_written_while_nobody_asks)
     expectSteps(entriesOf(file), 0, entriesOf(file).size(), numbered(2, 1000));
     device->silence();
     const std::uintmax_t last = sizeOf(file);
-    std::this_thread::sleep_for(std::chrono::milliseconds(120));
+    letPass(0.12);
     EXPECT_EQ(sizeOf(file), last);
 }
 
@@ -143,7 +146,7 @@ TEST(RecordedSequence, plays_again_as_it_was)
     {
         const auto device = openDevice("record:" + file, {4, {}});
         ASSERT_TRUE(device->sendSequence(numbered(7, 200)));
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        ASSERT_TRUE(has(file, 20));
     }
     {
         const auto device = openDevice("play:" + file + "?to=record:" + copy, {4, {}});
@@ -187,7 +190,7 @@ TEST(RecordedSequence, of_one_field_is_held)
     {
         const auto device = openDevice("record:" + file, {4, {}});
         ASSERT_TRUE(device->sendSequence(numbered(1, 1000)));
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        letPass(0.02);
     }
     EXPECT_EQ(entriesOf(file).size(), 2U); // and a silence
 }
@@ -222,7 +225,7 @@ TEST(RecordedSequence, has_each_field_held_to_the_amplitude_cap)
         const auto device = openDevice("record:" + file + "?max-amplitude=0.4", {4, {}});
         ASSERT_TRUE(device->sendSequence(sequence));
         EXPECT_NE(device->status().find("limited to 40 %"), std::string::npos);
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        ASSERT_TRUE(has(file, 5));
     }
     const std::vector<Entry> entries = entriesOf(file);
     ASSERT_GT(entries.size(), 4U);

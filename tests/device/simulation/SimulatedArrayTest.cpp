@@ -1,10 +1,9 @@
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
-#include "tests/device/Eventually.h"
+#include "tests/Eventually.h"
 #include "tests/device/Fields.h"
 
 #include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -18,11 +17,6 @@ bool silent(const ArrayDevice& device)
     for (const std::complex<float> q : device.played())
         if (std::abs(q) > 0) return false;
     return true;
-}
-
-void waitFor(double seconds)
-{
-    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
 DeviceLayout boards(int transducers, int perBoard)
@@ -39,7 +33,7 @@ TEST(SimulatedArray, holds_a_field_while_nothing_is_sent)
 {
     const auto device = openDevice("sim:", {4, {}});
     ASSERT_TRUE(device->send(evenField(4, 1, 200)));
-    waitFor(0.25); // longer than the watchdog
+    letPass(0.25); // longer than the watchdog
     EXPECT_FALSE(silent(*device));
 }
 

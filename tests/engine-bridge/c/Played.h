@@ -1,23 +1,20 @@
 #pragma once
 
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/c/Opened.h"
 
-#include <chrono>
 #include <functional>
-#include <thread>
 
-/// Updates \a scene as a program would until \a reached; returns false after 20 s.
+/// Updates \a scene as a program would until \a reached.
 inline bool updatesUntil(midair_scene* scene, const std::function<bool()>& reached)
 {
-    const auto begin = std::chrono::steady_clock::now();
     static double time_s = 0.0;
-    while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(20))
-    {
-        midair_update(scene, time_s += 0.01);
-        if (reached()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return false;
+    return eventually(
+        [&]
+        {
+            midair_update(scene, time_s += 0.01);
+            return reached();
+        });
 }
 
 inline int32_t stateOf(midair_scene* scene)

@@ -1,6 +1,8 @@
 // Touch of large and deforming meshes: the same as a look at every triangle, on another thread.
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/SegmentDistance.h"
+#include "tests/Eventually.h"
+#include "tests/Halt.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
@@ -170,7 +172,7 @@ TEST(TouchMeshes, ALargeMeshIsPreparedOnAnotherThread)
 
 TEST(TouchMeshes, OfMeshesThatComeFasterThanTheyArePreparedTheNewestCounts)
 {
-    auto gate = std::make_shared<std::atomic<bool>>(false);
+    auto gate = std::make_shared<Halt>(true);
     auto began = std::make_shared<std::atomic<bool>>(false);
     auto made = std::make_shared<std::atomic<int>>(0);
     const auto mesh = [=](std::uint64_t meshId)
@@ -180,8 +182,7 @@ TEST(TouchMeshes, OfMeshesThatComeFasterThanTheyArePreparedTheNewestCounts)
                      [=]
                      {
                          *began = true;
-                         while (!*gate)
-                             std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                         gate->pass();
                          ++*made;
                          return *dented(20, 0.1, static_cast<double>(meshId));
                      });
@@ -193,7 +194,7 @@ TEST(TouchMeshes, OfMeshesThatComeFasterThanTheyArePreparedTheNewestCounts)
         EXPECT_EQ(ask(meshes, mesh(meshId)), nullptr);
     const HapticObject newest = mesh(100);
     ask(meshes, newest);
-    *gate = true;
+    *gate = false;
     const Mesh wanted = *dented(20, 0.1, 100.0);
     ASSERT_TRUE(eventually(
         [&]
@@ -210,19 +211,17 @@ TEST(TouchMeshes, WhileTheNextIsPreparedTheLastOneServes)
     const HapticObject first = large(7, 1, [] { return *sphere(0.03, 20); });
     std::shared_ptr<const MeshDistance> found;
     ASSERT_TRUE(eventually([&] { return (found = ask(meshes, first)) != nullptr; }));
-    auto gate = std::make_shared<std::atomic<bool>>(false);
-    const HapticObject next =
-        large(7,
-              2,
-              [gate]
-              {
-                  while (!*gate)
-                      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                  return *dented(20, 0.1, 0.0);
-              });
+    auto gate = std::make_shared<Halt>(true);
+    const HapticObject next = large(7,
+                                    2,
+                                    [gate]
+                                    {
+                                        gate->pass();
+                                        return *dented(20, 0.1, 0.0);
+                                    });
     for (int k = 0; k < 5; ++k)
         EXPECT_EQ(ask(meshes, next), found);
-    *gate = true;
+    *gate = false;
     EXPECT_TRUE(eventually([&] { return ask(meshes, next) != found; }));
 }
 

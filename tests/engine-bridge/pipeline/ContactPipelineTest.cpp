@@ -1,6 +1,7 @@
 // Objects that are felt where hands touch them, through the whole pipeline.
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
@@ -56,8 +57,7 @@ void run(HologramPipeline& pipeline, SceneSnapshot snapshot, double time_s, Look
             look(*pipeline.process(snapshot));
         }
         if (const auto result = pipeline.attend()) look(*result);
-        std::this_thread::sleep_for(
-            std::chrono::duration<double>(std::min(pipeline.rest_s(), 1e-3)));
+        letPass(std::min(pipeline.rest_s(), 1e-3));
     }
 }
 

@@ -2,11 +2,10 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -91,9 +90,7 @@ TEST(EvenedPipeline, WhatRestsIsEvenedOutAndPlayedAsItImproves)
     EXPECT_GT(felt(results.back()->sequence.fields).mean_Pa, before.mean_Pa);
     // The device is given them again and again.
     const int sent = log->sends;
-    for (int k = 0; k < 10000 && log->sends < sent + 20; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_GE(log->sends, sent + 20);
+    EXPECT_TRUE(eventually([&] { return log->sends >= sent + 20; }));
     EXPECT_EQ(pipeline.attend(), nullptr) << "nothing is left to be made";
     EXPECT_GT(pipeline.rest_s(), 0.0);
 }
@@ -238,22 +235,17 @@ TEST(EvenedPipeline, TheThreadTakesTheNewestSnapshotAndEvensOutWhatComesToRest)
         SceneSnapshot snapshot = squareSnapshot(x_m);
         snapshot.frame = frame;
         thread.submit(snapshot);
-        for (int k = 0; k < 60000; ++k)
-        {
-            const auto result = thread.latestResult();
-            if (result && result->frame == frame) break;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        ASSERT_EQ(thread.latestResult()->frame, frame);
+        ASSERT_TRUE(eventually(
+            [&] { return thread.latestResult() && thread.latestResult()->frame == frame; }));
     }
     EXPECT_EQ(thread.counters().superseded, 0u);
     std::shared_ptr<const HologramResult> result;
-    for (int k = 0; k < 60000; ++k)
-    {
-        result = thread.latestResult();
-        if (result->sequence.evened && result->report().rms < 0.1) break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    eventually(
+        [&]
+        {
+            result = thread.latestResult();
+            return result->sequence.evened && result->report().rms < 0.1;
+        });
     EXPECT_TRUE(result->sequence.evened);
     EXPECT_LT(result->report().rms, 0.1);
 }
@@ -266,15 +258,15 @@ TEST(EvenedPipeline, TheMonitorMeasuresTheSurfaceButCertifiesNoPointsOfAField)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     std::shared_ptr<const HologramResult> result;
-    for (int k = 0; k < 300000; ++k) // the monitor runs only when nobody else wants to
-    {
-        result = thread.latestResult();
-        if (result && result->sequence.evened && result->monitored &&
-            result->report().surface.coefficientOfVariation < 0.35 &&
-            result->monitored->certificate.points == 0)
-            break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    eventually(
+        [&]
+        {
+            result = thread.latestResult();
+            return result && result->sequence.evened && result->monitored &&
+                   result->report().surface.coefficientOfVariation < 0.35 &&
+                   result->monitored->certificate.points == 0;
+        },
+        300.0); // the monitor runs only when nobody else wants to
     ASSERT_TRUE(result && result->monitored);
     EXPECT_EQ(result->monitored->error, "");
     EXPECT_EQ(result->monitored->certificate.points, 0);

@@ -4,16 +4,16 @@
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
+#include "tests/Halt.h"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 /// What a fake solver and device did, shared with the test that looks on.
@@ -24,7 +24,7 @@ struct FakeLog
     std::atomic<int> silences{0};
     std::atomic<int> closed{0};
     std::atomic<bool> refuseSends{false};
-    std::atomic<bool> hold{false}; ///< solve() doesn't return while this is set
+    Halt hold; ///< solve() doesn't return while this is set
     std::atomic<bool> throwInSolve{false};
     std::atomic<bool> throwNumber{false}; ///< solve() throws what is no std::exception
     std::atomic<bool> notFinite{false};
@@ -54,8 +54,7 @@ public:
         ++_log->solves;
         if (_log->throwNumber) throw 5;
         if (_log->throwInSolve) throw std::runtime_error("the fake solver throws");
-        while (_log->hold)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        _log->hold.pass();
         {
             const std::lock_guard<std::mutex> lock(_log->mutex);
             _log->points = points;
@@ -128,18 +127,6 @@ inline midair::bridge::HologramOptions fakeOptions(const std::shared_ptr<FakeLog
     return options;
 }
 
-/// Waits, at most a minute, until \a done; returns false if it doesn't come.
-inline bool eventually(const std::function<bool()>& done)
-{
-    const double end_s = midair::base::steadySeconds() + 60.0;
-    while (midair::base::steadySeconds() < end_s)
-    {
-        if (done()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-}
-
 /// A square of 40 mm in the plane y = 0.
 inline std::shared_ptr<const midair::haptics::TriangleMesh> squareMesh(double size_m = 0.04)
 {
@@ -164,4 +151,16 @@ inline midair::bridge::SceneSnapshot squareSnapshot(double x_m = 0.0)
     object.pose.translation().x() = x_m;
     snapshot.objects.push_back(object);
     return snapshot;
+}
+
+/// Waits until another pipeline has sent \a count fields in turn, at the rate of all here: one that
+/// has to send nothing would have sent about as many.
+inline bool othersSend(int count)
+{
+    const auto log = std::make_shared<FakeLog>();
+    midair::bridge::HologramOptions options = fakeOptions(log);
+    options.modulation.amplitudeRate_Hz = 100.0;
+    midair::bridge::HologramPipeline pipeline(options);
+    pipeline.process(squareSnapshot());
+    return eventually([&] { return log->sends >= count; });
 }

@@ -4,11 +4,10 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldOrder.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -100,9 +99,7 @@ TEST(FieldsInTurn, WhatRestsIsSmoothedByShiftedFields)
               0.65 * variation(places, {first->played()}));
     // The device is given them again and again.
     const int sent = log->sends;
-    for (int k = 0; k < 10000 && log->sends < sent + 20; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_GE(log->sends, sent + 20);
+    EXPECT_TRUE(eventually([&] { return log->sends >= sent + 20; }));
     EXPECT_EQ(pipeline.attend(), nullptr) << "nothing is left to be made";
     EXPECT_GT(pipeline.rest_s(), 0.0);
 }
@@ -204,14 +201,12 @@ TEST(FieldsInTurn, ObjectsThatAreModulatedAlikeAreOneFieldThatIsModulated)
     const auto result = pipeline.process(snapshot);
     EXPECT_TRUE(result->sequence.isHeld());
     EXPECT_NEAR(result->played().cwiseAbs().minCoeff(), 1.0f, 1e-6f);
-    for (int k = 0; k < 10000 && log->sends < 20; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_GE(log->sends, 20);
+    EXPECT_TRUE(eventually([&] { return log->sends >= 20; }));
     for (HapticObject& object : snapshot.objects)
         object.properties.modulationFrequency_Hz = 0.0;
     pipeline.process(snapshot);
     const int sent = log->sends;
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    EXPECT_TRUE(othersSend(30));
     EXPECT_EQ(log->sends, sent) << "steady again: one field that is held";
 }
 
@@ -294,14 +289,14 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     std::shared_ptr<const HologramResult> result;
-    for (int k = 0; k < 300000; ++k) // the monitor runs only when nobody else wants to
-    {
-        result = thread.latestResult();
-        if (result && result->sequence.changes() && result->monitored &&
-            result->report().surface.coefficientOfVariation < 0.8)
-            break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    eventually(
+        [&]
+        {
+            result = thread.latestResult();
+            return result && result->sequence.changes() && result->monitored &&
+                   result->report().surface.coefficientOfVariation < 0.8;
+        },
+        300.0); // the monitor runs only when nobody else wants to
     ASSERT_TRUE(result && result->monitored);
     const haptics::FieldMonitor::Result& found = *result->monitored;
     EXPECT_EQ(found.error, "");

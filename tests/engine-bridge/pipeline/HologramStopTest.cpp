@@ -2,6 +2,7 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/threads/ThreadPool.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
@@ -136,7 +137,7 @@ TEST(HologramStop, SilenceHoldsForFieldsInTurnToo)
     snapshot.objects.clear();
     thread.submit(snapshot);
     const int sent = log->sends;
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    EXPECT_TRUE(othersSend(30));
     EXPECT_EQ(log->sends, sent) << "nothing is sent any more while the solve goes on";
     log->hold = false;
 }
@@ -210,7 +211,7 @@ TEST(HologramStop, WhatIsMadeAtRestForLongGivesWayToWhatMoves)
         {
             const haptics::SolveReport report = FakeSolver::solve(points, array, medium, q);
             while (endless && !options().stop.requested())
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                letPass(1e-3);
             options().stop.throwIfRequested();
             return report;
         }
@@ -230,7 +231,7 @@ TEST(HologramStop, WhatIsMadeAtRestForLongGivesWayToWhatMoves)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return log->solves == 2; }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    letPass(0.7);
     EXPECT_EQ(log->solves, 2);
     const int silences = log->silences;
     snapshot = squareSnapshot(0.005);

@@ -1,9 +1,9 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST(HologramThread, StoppingInTheMiddleOfASolveIsCleanAndSilent)
         later = std::thread(
             [log]
             {
-                std::this_thread::sleep_for(std::chrono::milliseconds(20));
+                EXPECT_TRUE(eventually([&] { return log->silences > 0; })); // it is being stopped
                 log->hold = false;
             });
     }
@@ -156,8 +156,12 @@ TEST(HologramThread, SnapshotsGoRoundWithoutNewMemory)
         snapshot.objects[0] = squareSnapshot(1e-3 * i).objects[0];
         if (std::find(seen.begin(), seen.end(), snapshot.objects.data()) == seen.end())
             seen.push_back(snapshot.objects.data());
+        snapshot.frame = static_cast<std::uint64_t>(i);
         thread.submit(snapshot);
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (i % 3 != 0) continue;
+        ASSERT_TRUE(
+            eventually([&, frame = static_cast<std::uint64_t>(i)]
+                       { return thread.latestResult() && thread.latestResult()->frame == frame; }));
     }
     EXPECT_LE(seen.size(), 3u) << "the producer's, the slot's and the consumer's";
 }

@@ -1,6 +1,7 @@
 // A scene that stands still brings no next field: the pipeline sends the last one again where the
 // device has lost it.
 #include "engine-bridge/pipeline/HologramThread.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <gtest/gtest.h>
@@ -194,17 +195,18 @@ TEST(LostFieldOfAThread, ComesBackWithTheFirmware)
     bool played = false;
     bool gone = false;
     bool back = false;
-    for (int i = 0; i < 10000 && !back; ++i)
-    {
-        const auto result = thread.latestResult();
-        if (result)
+    eventually(
+        [&]
         {
-            played = played || (result->playing && sounds(*result));
-            gone = gone || (played && !result->playing && !sounds(*result));
-            back = gone && result->playing && sounds(*result);
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+            const auto result = thread.latestResult();
+            if (result)
+            {
+                played = played || (result->playing && sounds(*result));
+                gone = gone || (played && !result->playing && !sounds(*result));
+                back = gone && result->playing && sounds(*result);
+            }
+            return back;
+        });
     EXPECT_TRUE(played);
     EXPECT_TRUE(gone);
     ASSERT_TRUE(back);
@@ -220,12 +222,10 @@ TEST(LostFieldOfAThread, ComesBackAfterDroppedPackets)
     HologramThread thread(simulated("sim:?drop=0.1&seed=7"));
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
-    bool whole = false;
-    for (int i = 0; i < 10000 && !whole; ++i)
-    {
-        const auto result = thread.latestResult();
-        whole = result && sounds(*result);
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    EXPECT_TRUE(whole);
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            const auto result = thread.latestResult();
+            return result && sounds(*result);
+        }));
 }

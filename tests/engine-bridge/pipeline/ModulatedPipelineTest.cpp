@@ -1,9 +1,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-
-#include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -13,12 +11,9 @@ using namespace midair::bridge;
 namespace
 {
 
-// False after ten seconds, far beyond what a busy machine needs.
 bool waitForSends(const FakeLog& log, int count)
 {
-    for (int k = 0; k < 10000 && log.sends < count; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return log.sends >= count;
+    return eventually([&] { return log.sends >= count; });
 }
 
 HologramOptions modulated(const std::shared_ptr<FakeLog>& log)
@@ -56,7 +51,7 @@ TEST(ModulatedPipeline, NothingIsSentOverASilence)
     pipeline.silence();
     EXPECT_EQ(log->silences, 1);
     const int sent = log->sends;
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    EXPECT_TRUE(othersSend(30));
     EXPECT_EQ(log->sends, sent);
     pipeline.process(squareSnapshot());
     EXPECT_TRUE(waitForSends(*log, sent + 3));
@@ -64,7 +59,7 @@ TEST(ModulatedPipeline, NothingIsSentOverASilence)
     SceneSnapshot empty;
     pipeline.process(empty);
     const int after = log->sends;
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    EXPECT_TRUE(othersSend(30));
     EXPECT_EQ(log->sends, after);
     EXPECT_EQ(log->silences, 2);
 }

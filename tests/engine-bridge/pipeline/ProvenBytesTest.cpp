@@ -1,15 +1,14 @@
 // What a cap has proven is what is sent, to the byte.
 #include "engine-bridge/pipeline/HologramPipeline.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
-#include <chrono>
 #include <complex>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -102,8 +101,7 @@ void recordSquare(const std::string& board, bool inTurn, double share, ByteLog& 
         const std::lock_guard<std::mutex> lock(log.mutex);
         return log.sent.size();
     };
-    for (int k = 0; k < 5000 && sent() < (inTurn ? 6U : 1U); ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(eventually([&] { return sent() >= (inTurn ? 6U : 1U); }));
     pipeline.silence();
 }
 

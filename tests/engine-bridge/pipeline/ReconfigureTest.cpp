@@ -1,5 +1,6 @@
 // Options that change while the device stays open.
 #include "engine-bridge/pipeline/HologramThread.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <atomic>
@@ -267,7 +268,7 @@ TEST(HologramThread, AMuteEndsForFieldsInTurnToo)
     EXPECT_TRUE(eventually([&] { return thread.fields().played > 10; }));
     thread.setMuted(true);
     const std::uint64_t sent = thread.fields().sent;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_TRUE(othersSend(30));
     EXPECT_EQ(thread.fields().sent, sent) << "no steps that are refused";
 }
 

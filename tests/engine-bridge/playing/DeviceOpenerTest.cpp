@@ -1,6 +1,8 @@
 // A device that could not be opened is tried again by itself.
 #include "device/FieldCounters.h"
 #include "engine-bridge/pipeline/HologramThread.h"
+#include "tests/Eventually.h"
+#include "tests/Halt.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <atomic>
@@ -201,7 +203,7 @@ TEST(HologramThread, ADeviceThatNeverOpensHoldsNothingUp)
 {
     auto log = std::make_shared<FakeLog>();
     auto inOpen = std::make_shared<std::atomic<bool>>(false);
-    auto letGo = std::make_shared<std::atomic<bool>>(false);
+    auto open = std::make_shared<Halt>(true);
     HologramOptions options = fakeOptions(log);
     options.reopen_s = kSoon_s;
     auto tries = std::make_shared<std::atomic<int>>(0);
@@ -211,8 +213,7 @@ TEST(HologramThread, ADeviceThatNeverOpensHoldsNothingUp)
         if (++*tries > 1)
         {
             *inOpen = true;
-            while (!*letGo)
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            open->pass();
         }
         throw std::runtime_error("try " + std::to_string(*tries));
     };
@@ -232,7 +233,7 @@ TEST(HologramThread, ADeviceThatNeverOpensHoldsNothingUp)
     }
     EXPECT_EQ(thread.latestResult()->told.size(), 1u);
     EXPECT_EQ(thread.reading().state, ArrayState::CLOSED);
-    *letGo = true;
+    *open = false;
 }
 
 TEST(HologramThread, StateAndCountersAreOfOneReading)

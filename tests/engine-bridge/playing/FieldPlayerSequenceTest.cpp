@@ -1,13 +1,12 @@
 // What a player does on a device that keeps sequences and times them by itself.
 #include "engine-bridge/playing/FieldPlayer.h"
+#include "tests/Eventually.h"
 #include "tests/device/TestFiles.h"
 #include "tests/engine-bridge/playing/PlayerDevices.h"
 #include "tests/haptics/base/threads/SetClock.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -215,20 +214,20 @@ TEST(FieldPlayer, ARecordingHasTheSameFieldsHoweverItIsPlayed)
     midair::haptics::ModulatorOptions options;
     options.fieldRate_Hz = 200.0;
     options.amplitudeRate_Hz = 50.0;
-    const auto play = [&](midair::device::ArrayDevice& device)
+    const auto play = [&](midair::device::ArrayDevice& device, const std::string& file)
     {
         FieldPlayer player(device);
         player.play(numberedFields(3), options);
-        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        EXPECT_TRUE(eventually([&] { return entriesOf(file).size() > 26; }));
         player.stop();
         device.silence();
         return player.counters();
     };
     const std::string whole = temporaryFile("whole");
     const std::string steps = temporaryFile("steps");
-    EXPECT_EQ(play(*openDevice("record:" + whole, {5, {}})).sent, 1u);
+    EXPECT_EQ(play(*openDevice("record:" + whole, {5, {}}), whole).sent, 1u);
     StepsOnly stepsOnly(openDevice("record:" + steps, {5, {}}));
-    const FieldPlayer::Counters counters = play(stepsOnly);
+    const FieldPlayer::Counters counters = play(stepsOnly, steps);
     EXPECT_GT(counters.sent, 10u);
     const auto kept = entriesOf(whole);
     const auto sent = entriesOf(steps);

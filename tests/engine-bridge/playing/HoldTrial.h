@@ -4,16 +4,15 @@
 #include "device/recording/Recording.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
@@ -158,13 +157,13 @@ inline std::string trial(Mode mode,
                          const std::string& file,
                          const std::function<bool()>& sounds)
 {
-    const auto pause = [] { std::this_thread::sleep_for(std::chrono::microseconds(500)); };
+    const auto pause = [] { letPass(5e-4); };
     const auto now = [] { return base::steadySeconds(); };
     const Led led = lead(mode, open, transducers, file);
     // Until it has sounded in ten frames: cycles and outlines come after the first field.
     double sign_s = 0.0;
     int heard = 0;
-    for (const double end_s = now() + 20.0; heard < 10 && now() < end_s;)
+    for (const double end_s = now() + 60.0; heard < 10 && now() < end_s;)
     {
         led.beat();
         sign_s = now();
@@ -197,7 +196,7 @@ inline std::string trial(Mode mode,
                            1e3 * (last_s - sign_s),
                            1e3 * gap_s);
     bool isBack = false;
-    for (const double end_s = now() + 10.0; !isBack && now() < end_s;)
+    for (const double end_s = now() + 60.0; !isBack && now() < end_s;)
     {
         led.beat();
         for (const double until_s = now() + 0.02; now() < until_s; pause())

@@ -2,13 +2,12 @@
 
 #include "device/ArrayDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 
 #include <atomic>
-#include <chrono>
 #include <complex>
 #include <cstdint>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 /// Keeps what it is sent.
@@ -36,13 +35,10 @@ public:
         const std::lock_guard<std::mutex> lock(_mutex);
         return _signals;
     }
-    /// Until \a count signals are there; false after ten seconds, far beyond what a busy machine
-    /// needs.
+    /// Until \a count signals are there.
     bool waitFor(std::size_t count) const
     {
-        for (int k = 0; k < 10000 && signals().size() < count; ++k)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        return signals().size() >= count;
+        return eventually([&] { return signals().size() >= count; });
     }
 
     std::atomic<bool> refusing{false};
@@ -84,9 +80,7 @@ public:
     }
     bool waitForSequences(std::size_t count) const
     {
-        for (int k = 0; k < 10000 && kept().size() < count; ++k)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        return kept().size() >= count;
+        return eventually([&] { return kept().size() >= count; });
     }
 
 private:

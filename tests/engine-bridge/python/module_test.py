@@ -332,14 +332,22 @@ class Threads(unittest.TestCase):
         scene = midair.Scene("octagon")
         scene.add_file(STAR, size=0.08)
         scene["solver"] = "slow"
-        midair.register_solver("slow", lambda problem: time.sleep(0.2) or np.ones(problem.matrix.shape[1]))
+        begun, turned = threading.Event(), threading.Event()
+        outcomes = []
+
+        def solve(problem):
+            begun.set()
+            outcomes.append(turned.wait(60))
+            return np.ones(problem.matrix.shape[1])
+
+        midair.register_solver("slow", solve)
         thread = threading.Thread(target=scene.solve)
         thread.start()
-        turns = 0
-        while thread.is_alive():
-            turns += 1
-            time.sleep(0.001)
-        self.assertGreater(turns, 5)
+        self.assertTrue(begun.wait(60))
+        self.assertTrue(thread.is_alive())
+        turned.set()
+        thread.join(60)
+        self.assertTrue(outcomes and all(outcomes), "this thread went on in the middle of the solve")
 
     def test_scenes_from_many_threads(self):
         scene, points = focus()

@@ -1,11 +1,11 @@
 #include "haptics/sequence/FieldMonitor.h"
 
 #include "haptics/base/InputError.h"
+#include "tests/Eventually.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -31,19 +31,20 @@ std::shared_ptr<PlayedField> field(std::uint64_t number)
     return result;
 }
 
-// Waits, at most ten seconds, until a field of at least that number is certified.
+// Waits until a field of at least that number is certified.
 std::shared_ptr<const FieldMonitor::Result> resultOf(const FieldMonitor& monitor,
                                                      std::uint64_t number)
 {
     // The monitor runs only when nobody else wants to.
-    const auto end = std::chrono::steady_clock::now() + 300s;
-    while (std::chrono::steady_clock::now() < end)
-    {
-        const auto result = monitor.latest();
-        if (result && result->number >= number) return result;
-        std::this_thread::sleep_for(1ms);
-    }
-    return nullptr;
+    std::shared_ptr<const FieldMonitor::Result> result;
+    const bool isThere = eventually(
+        [&]
+        {
+            result = monitor.latest();
+            return result && result->number >= number;
+        },
+        300.0);
+    return isThere ? result : nullptr;
 }
 
 } // namespace
@@ -164,7 +165,7 @@ TEST(FieldMonitor, WaitsOutItsIntervalAndEndsAtOnce)
         ASSERT_NE(resultOf(monitor, 1), nullptr);
         monitor.submit(field(2));
         EXPECT_FALSE(monitor.isWaiting());
-        std::this_thread::sleep_for(20ms);
+        letPass(0.02);
         EXPECT_EQ(monitor.latest()->number, 1u);
     }
     EXPECT_LT(std::chrono::steady_clock::now() - start, 60s); // not the thousand seconds

@@ -50,17 +50,15 @@ osg::ref_ptr<osg::Node> boxAboveBoard()
     return at;
 }
 
-/// Runs \a frame until \a done, at most 10 s.
+/// Runs \a frame until \a done.
 bool until(const std::function<void()>& frame, const std::function<bool()>& done)
 {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (std::chrono::steady_clock::now() < end)
-    {
-        frame();
-        if (done()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    return false;
+    return eventually(
+        [&]
+        {
+            frame();
+            return done();
+        });
 }
 
 bool says(const HapticDevice& device, const std::string& words)

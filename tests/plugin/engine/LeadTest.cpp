@@ -1,4 +1,5 @@
 // What nobody leads any more is silent within a frame, whoever holds a reference to it.
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticCallback>
@@ -53,6 +54,11 @@ struct Led
     }
     bool plays() const { return callback->getStatistics().state == ArrayState::PLAYING; }
     std::uint64_t solves() const { return callback->getStatistics().solves; }
+    bool isSolved() const
+    {
+        const HapticStatistics now = callback->getStatistics();
+        return now.processed >= now.snapshots;
+    }
 
     /// Moves the box and runs a frame.
     void frame()
@@ -152,7 +158,7 @@ TEST(Lead, ACallbackThatWasTakenAwayIsSilentWithinAFrame)
         way.remove(led);
         led.frame();
         EXPECT_FALSE(led.plays()) << way.name;
-        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // a solve that was under way
+        EXPECT_TRUE(eventually([&] { return led.isSolved(); })); // what was under way
         const std::uint64_t solves = led.solves();
         for (int i = 0; i < 99; ++i)
         {

@@ -2,6 +2,7 @@
 // same drives, states, touches and messages. Each plays on a recorder of its own.
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/DeviceDriver>
@@ -577,30 +578,32 @@ protected:
                            [&](const std::string& message)
                            { return message.find(_awaited) != std::string::npos; });
     }
-    /// Runs frames until all have come to rest and show the same, at most 10 s.
+    /// Runs frames until all have come to rest and show the same.
     void expectSame(const std::string& what)
     {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
         std::vector<Seen> seen;
-        for (int same = 0; same < 2 && std::chrono::steady_clock::now() < end;)
-        {
-            _time_s += 0.01;
-            seen.clear();
-            for (Player* player : players())
-                player->frame(_time_s);
-            std::this_thread::sleep_for(std::chrono::milliseconds(3));
-            bool isRest = true;
-            for (Player* player : players())
+        int same = 0;
+        eventually(
+            [&]
             {
-                const Seen last = player->seen();
-                seen.push_back(_isRough ? roughly(last) : last);
-                const bool isLost = last.state == static_cast<int>(ArrayState::LOST);
-                isRest = isRest && player->isSettled() && isLost == _isLost &&
-                         last.state != static_cast<int>(ArrayState::OPENING) && hasRead(last) &&
-                         seen.back() == seen.front();
-            }
-            same = isRest ? same + 1 : 0;
-        }
+                _time_s += 0.01;
+                seen.clear();
+                for (Player* player : players())
+                    player->frame(_time_s);
+                letPass(3e-3);
+                bool isRest = true;
+                for (Player* player : players())
+                {
+                    const Seen last = player->seen();
+                    seen.push_back(_isRough ? roughly(last) : last);
+                    const bool isLost = last.state == static_cast<int>(ArrayState::LOST);
+                    isRest = isRest && player->isSettled() && isLost == _isLost &&
+                             last.state != static_cast<int>(ArrayState::OPENING) && hasRead(last) &&
+                             seen.back() == seen.front();
+                }
+                same = isRest ? same + 1 : 0;
+                return same == 2;
+            });
         for (std::size_t i = 1; i < seen.size(); ++i)
             EXPECT_EQ(seen[0], seen[i]) << "player " << i << " after " << what;
         EXPECT_EQ(seen[0].state == static_cast<int>(ArrayState::LOST), _isLost) << what;

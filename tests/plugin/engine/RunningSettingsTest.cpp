@@ -134,9 +134,7 @@ TEST_F(Running, ASliderPlaysAFieldInNearlyEveryFrame)
         box.scene->setLoudness(0.5 + 0.005 * i);
         const std::uint64_t results = box.scene->getStatistics().solves;
         viewer.frame();
-        const auto solved = [&] { return box.scene->getStatistics().solves > results; };
-        for (int wait = 0; wait < 1000 && !solved(); ++wait)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        ASSERT_TRUE(eventually([&] { return box.scene->getStatistics().solves > results; }));
     }
     const HapticStatistics after = box.scene->getStatistics();
     EXPECT_GE(after.fields.played, before.fields.played + kFrames);
@@ -188,9 +186,7 @@ TEST(RunningAnew, WhatForbidsPlayingDoesSoInEachOfTheFirstFrames)
                 return result && result->played().size() > 0 &&
                        result->played().cwiseAbs().maxCoeff() > 0.0f;
             };
-            for (int wait = 0; wait < 10000 && !sounds(); ++wait)
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            ASSERT_TRUE(sounds());
+            ASSERT_TRUE(eventually(sounds));
             forbid(*other.scene);
             EXPECT_TRUE(view.framesUntil([&] { return !sounds(); }));
         }

@@ -1,5 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
+#include "tests/Halt.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -17,7 +18,7 @@ namespace
 class HeldSolver : public midair::haptics::HologramSolver
 {
 public:
-    HeldSolver(std::atomic<bool>& held, std::atomic<int>& begun) : _held(held), _begun(begun) {}
+    HeldSolver(const Halt& held, std::atomic<int>& begun) : _held(held), _begun(begun) {}
 
     midair::haptics::SolveReport solve(const midair::haptics::ControlPoints& points,
                                        const midair::haptics::TransducerArray& array,
@@ -25,8 +26,7 @@ public:
                                        Eigen::VectorXcf& q) override
     {
         ++_begun;
-        while (_held)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        _held.pass();
         q.setOnes(array.size());
         midair::haptics::SolveReport report;
         report.points = points.size();
@@ -35,7 +35,7 @@ public:
     const midair::haptics::SolverOptions& options() const override { return _options; }
 
 private:
-    std::atomic<bool>& _held;
+    const Halt& _held;
     std::atomic<int>& _begun;
     midair::haptics::SolverOptions _options;
 };
@@ -44,7 +44,7 @@ private:
 
 TEST(Threading, NoFrameWaitsForASolverThatSleeps)
 {
-    std::atomic<bool> held{true};
+    Halt held(true);
     std::atomic<int> begun{0};
     BoxScene box;
     SceneAccess::engine(*box.scene)
@@ -80,6 +80,7 @@ TEST(Threading, ResultsMayBeReadFromAnyThreadWhileTheSceneMoves)
     HeadlessViewer viewer(box.scene);
     std::atomic<bool> stop{false};
     std::atomic<int> reads{0};
+    std::atomic<int> looks{0};
     std::thread reader(
         [&]
         {
@@ -89,14 +90,16 @@ TEST(Threading, ResultsMayBeReadFromAnyThreadWhileTheSceneMoves)
                 if (result && result->achieved_Pa.size() == result->points.size()) ++reads;
                 box.scene->getStatistics();
                 SceneAccess::array(*box.scene);
+                ++looks;
             }
         });
     for (int i = 0; i < 60; ++i)
     {
+        const int before = looks;
         box.move(0.02 * std::sin(0.1 * i));
         if (i % 20 == 10) box.scene->setTemperature(20.0 + 0.1 * i); // a new pipeline
         viewer.frame();
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        EXPECT_TRUE(eventually([&] { return looks > before; }));
     }
     EXPECT_TRUE(viewer.framesUntil([&] { return reads > 0; }));
     stop = true;

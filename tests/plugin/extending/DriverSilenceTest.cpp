@@ -281,12 +281,13 @@ TEST_F(DeviceDriverSilence, OfALostDriverIsAskedForSeldomAndBeforeTheFirstField)
     const double lost_s = midair::base::steadySeconds();
     board.lost = true;
     ASSERT_TRUE(comesTo(ArrayState::LOST));
-    for (int k = 1; midair::base::steadySeconds() - lost_s < 2.5; ++k)
-    {
-        box->move(1e-4 * (k % 100));
-        viewer->frames(1);
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    int moves = 0;
+    EXPECT_TRUE(viewer->framesUntil(
+        [&]
+        {
+            box->move(1e-4 * (++moves % 100));
+            return midair::base::steadySeconds() - lost_s >= 2.5;
+        }));
     const int silences = board.silences - before;
     EXPECT_GE(silences, 1) << "at the loss";
     EXPECT_LE(silences, 2 + static_cast<int>(midair::base::steadySeconds() - lost_s));

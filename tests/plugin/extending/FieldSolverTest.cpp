@@ -1,3 +1,4 @@
+#include "tests/Halt.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/FieldSolver>
@@ -5,11 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -52,21 +51,20 @@ private:
     const Mistake _mistake;
 };
 
-/// Takes as long as \a isLong is true, but for 5 s at most.
+/// Takes as long as \a isLong is set.
 class SlowFoci : public Foci
 {
 public:
-    explicit SlowFoci(const std::atomic<bool>& isLong) : Foci(NONE), _isLong(isLong) {}
+    explicit SlowFoci(const Halt& isLong) : Foci(NONE), _isLong(isLong) {}
 
     bool solve(const Problem& problem, std::complex<float>* q, std::string& error) override
     {
-        for (int ms = 0; _isLong && ms < 5000; ++ms)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        _isLong.pass();
         return Foci::solve(problem, q, error);
     }
 
 private:
-    const std::atomic<bool>& _isLong;
+    const Halt& _isLong;
 };
 
 FieldSolverFactory maker(Foci::Mistake mistake)
@@ -120,7 +118,7 @@ TEST(FieldSolver, SolvesAScene)
 // The thread that solves can't say so meanwhile.
 TEST(FieldSolver, OneThatTakesLongIsToldOnceWhileItDoes)
 {
-    std::atomic<bool> isLong{false};
+    Halt isLong;
     std::string error;
     ASSERT_TRUE(registerSolver(
         "foci-slow", [&] { return osg::ref_ptr<FieldSolver>(new SlowFoci(isLong)); }, error))

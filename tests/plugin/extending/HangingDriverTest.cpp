@@ -1,4 +1,5 @@
 // A driver whose calls don't return holds nobody up.
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/DeviceCallback>
@@ -260,7 +261,6 @@ TEST(HangingDriver, AnOpenThatHangsHoldsNoDestructorUp)
         EXPECT_FALSE(again.tells("device.open", "is driven by"));
     }
     gate->open();
-    while (gate->closed == 0) // else ctest ends it
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(eventually([&] { return gate->closed > 0; }));
     EXPECT_GT(gate->silences, 0) << "what opened after all is silenced";
 }

@@ -1,3 +1,5 @@
+#include "haptics/base/threads/SteadyClock.h"
+#include "tests/Eventually.h"
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/plugin/KitTest.h"
 
@@ -43,7 +45,7 @@ void recordAField(const std::string& path)
     const osg::ref_ptr<Recorder> recorder = Recorder::open(path, 9, error);
     ASSERT_TRUE(recorder) << error;
     recorder->record(drive(9, 0.5F));
-    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
+    letPass(0.05); // in which it is played
 }
 
 } // namespace
@@ -213,26 +215,31 @@ TEST(Recording, IsSilentUnderAHoldUnlessTheProgramLeads)
         const auto q = player->getActivations();
         return std::any_of(q.begin(), q.end(), [](auto one) { return std::abs(one) > 0.0F; });
     };
-    const auto heardIn = [&](double seconds, bool leads)
+    const auto heardIn = [&](double seconds)
     {
         bool any = false;
-        const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-        while (std::chrono::steady_clock::now() < end)
-        {
-            if (leads) player->keepAlive();
-            any = sounds() || any;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
+        const double end_s = midair::base::steadySeconds() + seconds;
+        eventually(
+            [&]
+            {
+                any = sounds() || any;
+                return midair::base::steadySeconds() >= end_s;
+            });
         return any;
     };
-    heardIn(0.5, true);
-    EXPECT_TRUE(heardIn(0.3, true));
-    heardIn(0.6, false); // hangs
-    EXPECT_FALSE(heardIn(0.3, false));
+    const auto soundsLed = [&]
+    {
+        player->keepAlive();
+        return sounds();
+    };
+    const double led_s = midair::base::steadySeconds() + 0.5; // longer than the hold
+    EXPECT_TRUE(eventually([&] { return soundsLed() && midair::base::steadySeconds() >= led_s; }));
+    heardIn(0.6); // hangs
+    EXPECT_FALSE(heardIn(0.3));
     EXPECT_NE(player->getStatus().find("no sign of life"), std::string::npos)
         << player->getStatus();
     EXPECT_FALSE(player->isFinished());
-    EXPECT_TRUE(heardIn(0.3, true)) << "it goes on";
+    EXPECT_TRUE(eventually(soundsLed)) << "it goes on";
 }
 
 TEST(Recording, DeadTransducersAreNeverDriven)

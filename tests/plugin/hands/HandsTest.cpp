@@ -6,9 +6,7 @@
 #include <osgMidair/RigidBodyCallback>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
-#include <thread>
 #include <vector>
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -304,11 +302,12 @@ TEST(Hands, ARecordingNamedInTheSettingsIsPlayed)
         box.viewer.viewer.updateTraversal();
     };
     // The file is read on a thread of its own, which may take longer than all frames here.
-    for (int i = 0; i < 1000 && box.scene->getStatistics().hands == 0; ++i)
-    {
-        frameAt(5.0);
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    ASSERT_TRUE(eventually(
+        [&]
+        {
+            frameAt(5.0);
+            return box.scene->getStatistics().hands > 0;
+        }));
     for (double time = 5.0; time < 5.5; time += 0.01)
         frameAt(time);
     ASSERT_EQ(box.diary->lines, (std::vector<std::string>{"enter box", "leave box"}));

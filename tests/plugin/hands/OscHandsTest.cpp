@@ -1,4 +1,5 @@
 // Hands from other programs: by OSC, and by the kit's helper, in a scene.
+#include "tests/Eventually.h"
 #include "tests/fake-openxr/FakeRuntime.h"
 #include "tests/plugin/KitTest.h"
 #include "tests/plugin/loader/StockPrograms.h"
@@ -6,7 +7,6 @@
 #include <osgMidair/HandSender>
 #include <osgMidair/HandSource>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -44,18 +44,6 @@ std::string freePort()
     ::getsockname(socket, reinterpret_cast<sockaddr*>(&any), &size);
     ::close(socket);
     return std::to_string(ntohs(any.sin_port));
-}
-
-template<typename Condition>
-bool soon(Condition condition)
-{
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (std::chrono::steady_clock::now() < end)
-    {
-        if (condition()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(4));
-    }
-    return false;
 }
 
 /// Kills a child of this process; false if there is none.
@@ -104,7 +92,7 @@ TEST(HandsByOsc, ArePlacedByTheMatrixOfTheirName)
     const osg::ref_ptr<HandSender> sender = HandSender::open(port, error);
     std::vector<Hand> hands;
     double time = 0.0;
-    ASSERT_TRUE(soon(
+    ASSERT_TRUE(eventually(
         [&]
         {
             sender->send({openHand(1, osg::Vec3d(0.1, 0.2, 0.3), osg::Quat())}, time += 0.004);
@@ -150,7 +138,7 @@ TEST(HandsByOsc, TheToolSendsARecording)
                        ok);
         });
     std::vector<Hand> hands;
-    EXPECT_TRUE(soon([&] { return source->getHands(0.0, hands); }));
+    EXPECT_TRUE(eventually([&] { return source->getHands(0.0, hands); }));
     tool.join();
     EXPECT_TRUE(ok) << said;
     EXPECT_EQ(said, "sent 500 datagrams to " + uri + "\n");
@@ -172,15 +160,15 @@ TEST(HandsOfAHelper, ComeFromItsRuntimeAndItIsStartedAgain)
             said += message + "\n";
         return source->getHands(0.0, hands);
     };
-    ASSERT_TRUE(soon(isThere)) << source->getStatus() << said;
+    ASSERT_TRUE(eventually(isThere)) << source->getStatus() << said;
     EXPECT_EQ(hands.size(), 1U);
     EXPECT_EQ(hands[0].id, 1);
     EXPECT_EQ(said, "");
     EXPECT_EQ(FakeAccess()->alive, 0);
     // It crashes: that is told, and hands come back.
     ASSERT_TRUE(killHelper());
-    ASSERT_TRUE(soon([&] { return !isThere(); }));
-    ASSERT_TRUE(soon(isThere)) << said;
+    ASSERT_TRUE(eventually([&] { return !isThere(); }));
+    ASSERT_TRUE(eventually(isThere)) << said;
     EXPECT_NE(said.find("the helper was killed by signal 9; no hands, it is started again in 1 s"),
               std::string::npos)
         << said;
@@ -194,7 +182,7 @@ TEST(HandsOfAHelper, WhatItMissesIsAMessage)
         openHandSource("openxr:?process=helper&loader=libmidair_no_such_loader.so.1", error);
     ASSERT_TRUE(source) << error;
     std::vector<std::string> messages;
-    ASSERT_TRUE(soon([&] { return !(messages = source->takeMessages()).empty(); }));
+    ASSERT_TRUE(eventually([&] { return !(messages = source->takeMessages()).empty(); }));
     EXPECT_EQ(
         messages[0].find("openxr: the loader can't be loaded (libmidair_no_such_loader.so.1:"), 0U)
         << messages[0];

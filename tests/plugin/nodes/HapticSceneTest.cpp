@@ -1,3 +1,4 @@
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -320,9 +321,7 @@ TEST(HapticScene, WithoutAViewerUpdateCollects)
     osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
     stamp->setFrameNumber(7);
     box.scene->update(stamp);
-    for (int i = 0; i < 2000 && !box.result(); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    ASSERT_NE(box.result(), nullptr);
+    ASSERT_TRUE(eventually([&] { return box.result() != nullptr; }));
     EXPECT_EQ(box.result()->frame, 7u);
 }
 

@@ -1,4 +1,5 @@
 #include "haptics/propagation/PressureField.h"
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticField>
@@ -31,7 +32,7 @@ struct Played
                 return field && field->isPlaying();
             });
         // What was switched on has settled.
-        std::this_thread::sleep_for(std::chrono::milliseconds(60));
+        letPass(0.06);
     }
 };
 

@@ -1,4 +1,5 @@
 #include "samples/shared/views/Offscreen.h"
+#include "tests/Eventually.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticOverlays>
@@ -48,11 +49,13 @@ public:
             const HapticStatistics now = box.scene->getStatistics();
             return now.state == state && now.processed >= now.snapshots;
         };
-        for (int i = 0; i < 5000 && !isThere(); ++i)
-        {
-            frame();
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
+        eventually(
+            [&]
+            {
+                if (isThere()) return true;
+                frame();
+                return false;
+            });
         frame();
         return isThere();
     }

@@ -151,10 +151,6 @@ TEST_F(Rest, HandsAreFollowedInEveryFrame)
     box.scene->setHandSource(new InjectedHands);
     viewer.framesUntil([] { return true; });
     const std::uint64_t before = box.scene->getStatistics().restingFrames;
-    for (int i = 0; i < 200; ++i)
-    {
-        viewer.frame();
-        std::this_thread::sleep_for(std::chrono::milliseconds(4));
-    }
+    viewer.framesFor(0.8);
     EXPECT_LE(box.scene->getStatistics().restingFrames, before);
 }

@@ -7,13 +7,12 @@
 #include "plugin/engine/SceneAccess.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/shared/views/Offscreen.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/scene/ExtractedMesh.h"
 
 #include <osgMidair/HapticSurface>
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -178,12 +177,13 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
             frame = viewer.getFrameStamp()->getFrameNumber();
         }
         std::shared_ptr<const bridge::HologramResult> result;
-        while ((!result || result->frame < frame) && base::steadySeconds() - start < 120.0)
-        {
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-            result = osgMidair::SceneAccess::latestResult(scene.haptics());
-        }
-        ASSERT_TRUE(result);
+        ASSERT_TRUE(eventually(
+            [&]
+            {
+                result = osgMidair::SceneAccess::latestResult(scene.haptics());
+                return result && result->frame >= frame;
+            },
+            120.0));
         ASSERT_EQ(result->frame, frame);
         const auto array = osgMidair::SceneAccess::array(scene.haptics());
         const haptics::Medium medium = osgMidair::SceneAccess::medium(scene.haptics());

@@ -3,6 +3,7 @@
 
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/Offscreen.h"
+#include "tests/Eventually.h"
 #include "tests/samples/Shell.h"
 #include "tests/samples/shared/monitor/Request.h"
 
@@ -103,14 +104,13 @@ TEST_F(ScenePage, ShowsWhatIsDrawnAndPlayed)
     while (_scene->getStatistics().state != osgMidair::ArrayState::PLAYING)
         frame();
     nlohmann::json status;
-    for (int i = 0;
-         i < 50 && (status.is_null() || status.at("array").is_null() ||
-                    status.at("array").at("state") != "playing" || status.at("error").is_null());
-         ++i)
-    {
-        status = nlohmann::json::parse(bodyOf(askWhileDrawing("GET /status.json")));
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    ASSERT_TRUE(eventually(
+        [&]
+        {
+            status = nlohmann::json::parse(bodyOf(askWhileDrawing("GET /status.json")));
+            return !status.at("array").is_null() && status.at("array").at("state") == "playing" &&
+                   !status.at("error").is_null();
+        }));
     EXPECT_EQ(status.at("array").at("state"), "playing");
     EXPECT_GT(status.at("fields").at("sent").get<int>(), 0);
     EXPECT_GT(status.at("error").at("points").get<double>(), 0.0);

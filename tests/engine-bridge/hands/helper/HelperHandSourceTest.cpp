@@ -5,7 +5,7 @@
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "tests/engine-bridge/hands/Soon.h"
+#include "tests/Eventually.h"
 #include "tests/engine-bridge/hands/osc/OscDatagrams.h"
 
 #include <array>
@@ -33,7 +33,7 @@ HelperOptions shell(const std::string& script)
 std::string firstMessage(HelperHandSource& source)
 {
     std::vector<std::string> messages;
-    soon([&] { return !(messages = source.takeMessages()).empty(); });
+    eventually([&] { return !(messages = source.takeMessages()).empty(); });
     return messages.empty() ? "" : messages[0];
 }
 
@@ -50,8 +50,9 @@ TEST(HelperHandSource, OneThatEndsIsStartedAgainAndTold)
     EXPECT_EQ(firstMessage(source),
               "helper test: there is no more of the helper, and the helper ended with 3; no hands, "
               "it is started again in 0.05 s");
-    EXPECT_TRUE(soon([&] { return source.started() >= 3; }));
-    EXPECT_TRUE(soon([&] { return source.status().find("; no hands") != std::string::npos; }));
+    EXPECT_TRUE(eventually([&] { return source.started() >= 3; }));
+    EXPECT_TRUE(
+        eventually([&] { return source.status().find("; no hands") != std::string::npos; }));
 }
 
 TEST(HelperHandSource, OneThatIsKilledIsTold)
@@ -75,7 +76,7 @@ TEST(HelperHandSource, OneThatSaysNothingIsEnded)
     HelperOptions options = shell("exec sleep 100");
     options.patience_s = 0.2;
     HelperHandSource source(options);
-    ASSERT_TRUE(soon([&] { return source.process() > 0; }));
+    ASSERT_TRUE(eventually([&] { return source.process() > 0; }));
     const int process = source.process();
     EXPECT_NE(firstMessage(source).find(
                   "the helper has said nothing for 0.2 s, and the helper was killed by signal 9"),
@@ -88,7 +89,7 @@ TEST(HelperHandSource, EndsItsHelper)
     int process = 0;
     {
         HelperHandSource source(shell("trap '' TERM INT HUP; exec sleep 100"));
-        ASSERT_TRUE(soon([&] { return source.process() > 0; }));
+        ASSERT_TRUE(eventually([&] { return source.process() > 0; }));
         process = source.process();
         EXPECT_TRUE(isAlive(process));
     }
@@ -102,7 +103,7 @@ TEST(HelperProcess, GetsTheSocketAndNoOtherFile)
     HelperProcess helper({"/bin/sh", "-c", "echo /proc/self/fd/* >&3; read line <&3; exit 0"});
     std::array<char, 1000> bytes{};
     ssize_t size = 0;
-    ASSERT_TRUE(soon(
+    ASSERT_TRUE(eventually(
         [&] {
             return (size = ::recv(helper.socket(), bytes.data(), bytes.size(), MSG_DONTWAIT)) > 0;
         }));

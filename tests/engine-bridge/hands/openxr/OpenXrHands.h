@@ -1,13 +1,12 @@
 #pragma once
 
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
+#include "tests/Eventually.h"
 #include "tests/fake-openxr/FakeHands.h"
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -52,19 +51,17 @@ protected:
         fake->hands.at(static_cast<std::size_t>(id)) = fakeHand(hand);
     }
 
-    /// Asks for frames until \a done, at most 30 s.
+    /// Asks for frames until \a done.
     bool framesUntil(const std::function<bool()>& done)
     {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-        while (std::chrono::steady_clock::now() < end)
-        {
-            source->frameAt(7.0, frame);
-            for (const std::string& message : source->takeMessages())
-                said.push_back(message);
-            if (done()) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+        return eventually(
+            [&]
+            {
+                source->frameAt(7.0, frame);
+                for (const std::string& message : source->takeMessages())
+                    said.push_back(message);
+                return done();
+            });
     }
 
     bool handsCome(std::size_t count)

@@ -9,6 +9,7 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "haptics/solvers/dense/OutlineHologram.h"
+#include "tests/Eventually.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
@@ -41,7 +42,7 @@ public:
         _thread(
             [&source]
             {
-                std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                letPass(0.05);
                 source.request();
             })
     {
@@ -324,11 +325,9 @@ TEST(Stop, AMonitorThatIsEndedBreaksOffItsCertificate)
     field->points = spherePoints(200, 0.03, {0.0, 0.0, 0.15});
     field->array = std::make_shared<const TransducerArray>(TransducerArray::singleBoard());
     field->q = Eigen::VectorXcf::Ones(field->array->size());
-    while (!monitor->isWaiting())
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_TRUE(eventually([&] { return monitor->isWaiting(); }));
     monitor->submit(field);
-    while (monitor->isWaiting())
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_TRUE(eventually([&] { return !monitor->isWaiting(); }));
     const Clock::time_point start = Clock::now();
     monitor.reset();
     EXPECT_LT(since_s(start), kSoon_s);

@@ -1,9 +1,9 @@
 #include "haptics/base/threads/ThreadPool.h"
 
+#include "tests/Eventually.h"
+
 #include <atomic>
-#include <chrono>
 #include <ctime>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(ThreadPool, WorkIsTakenOnceByThoseWhoAreAwake)
         std::vector<int> done(static_cast<std::size_t>(threads), 0);
         for (int round = 0; round < 400; ++round)
         {
-            if (round % 80 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            if (round % 80 == 0) letPass(2e-3);
             for (std::atomic<int>& piece : taken)
                 piece = 0;
             std::vector<int> sums(static_cast<std::size_t>(threads), 0);
@@ -68,7 +68,7 @@ TEST(ThreadPool, WakingDoesNoWork)
         for (int round = 0; round < 200; ++round)
         {
             // Between spinning and sleeping: woken twice, or not at all.
-            if (round % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            if (round % 50 == 0) letPass(2e-3);
             for (int k = 0; k < round % 3; ++k)
                 pool.wake();
             pool.run([&](int) { ++done; });

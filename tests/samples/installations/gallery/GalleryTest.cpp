@@ -1,6 +1,6 @@
+#include "tests/Eventually.h"
 #include "tests/samples/installations/Run.h"
 
-#include <chrono>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -29,9 +29,9 @@ TEST(Gallery, GoesOnWithoutItsFolder)
     std::thread hand(
         [&]
         {
-            std::this_thread::sleep_for(std::chrono::seconds(3));
+            letPass(3.0);
             std::filesystem::rename(models, elsewhere);
-            std::this_thread::sleep_for(std::chrono::seconds(4));
+            letPass(4.0);
             std::filesystem::rename(elsewhere, models);
         });
     const Visit run = visit(

@@ -2,6 +2,7 @@
 #include "device/recording/Recording.h"
 #include "samples/installations/shell/Installation.h"
 #include "tests/Emulator.h"
+#include "tests/Eventually.h"
 #include "tests/samples/Ending.h"
 #include "tests/samples/installations/Run.h"
 
@@ -16,7 +17,6 @@
 #include <chrono>
 #include <cstring>
 #include <iterator>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -157,7 +157,7 @@ double longestGap_s(double duration_s)
     const double begin_s = realTime_s();
     for (double look_s = begin_s; look_s < begin_s + duration_s;)
     {
-        std::this_thread::sleep_for(std::chrono::microseconds(500));
+        letPass(5e-4);
         gap_s = std::max(gap_s, realTime_s() - look_s);
         look_s = realTime_s();
     }
@@ -203,10 +203,7 @@ TEST_P(InstallationInTurn, IsSilentAfterItsHoldWithItsMainThreadHung)
     Started program(words);
     const auto playsInTurn = [&]
     { return Show(file).soundingBetween(realTime_s() - 0.3, realTime_s()) > 60; };
-    const double begin_s = realTime_s();
-    while (!playsInTurn() && realTime_s() < begin_s + 60.0)
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    ASSERT_TRUE(playsInTurn()) << "it doesn't play";
+    ASSERT_TRUE(eventually(playsInTurn)) << "it doesn't play";
     const int error = program.hang();
     if (error == EPERM) GTEST_SKIP() << "no process may be traced here";
     ASSERT_EQ(error, 0) << std::strerror(error);

@@ -32,6 +32,7 @@ public:
     MonitorReading read() const override
     {
         std::unique_lock<std::mutex> lock(_mutex);
+        ++begun;
         _changed.wait(lock, [this] { return !_hangs; });
         if (runs) ++reading.statistics.frames;
         ++reads;
@@ -71,7 +72,8 @@ public:
     std::atomic<bool> isDeaf{false};   ///< mutes do nothing
     std::atomic<bool> isBroken{false}; ///< mutes throw
     std::atomic<int> mutes{0};
-    mutable std::atomic<int> reads{0};
+    mutable std::atomic<int> begun{0}; ///< readings; more than have ended: one hangs
+    mutable std::atomic<int> reads{0}; ///< that have ended
 
 private:
     mutable std::mutex _mutex;

@@ -1,5 +1,6 @@
 // The running server, over its port: many at once, slow ones, malformed ones, and ones that hang.
 #include "samples/shared/monitor/Monitor.h"
+#include "tests/Eventually.h"
 #include "tests/samples/shared/monitor/FakeInstallation.h"
 #include "tests/samples/shared/monitor/Request.h"
 
@@ -69,8 +70,7 @@ protected:
     /// Until the page has read the installation it says that it hasn't.
     void SetUp() override
     {
-        for (int i = 0; i < 200 && statusOf(ask(requestHead("GET /healthz"))) != 200; ++i)
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        EXPECT_TRUE(eventually([&] { return statusOf(ask(requestHead("GET /healthz"))) == 200; }));
     }
     static std::string ask(const Monitor& monitor, const std::string& head)
     {
@@ -178,7 +178,7 @@ TEST_F(Server, WhoeverSendsAByteNowAndThenHasNoMoreTimeThanOthers)
             for (int i = 0; i < 100 && !isTold; ++i)
             {
                 client.send(i == 0 ? "GET / HTTP/1.1\r\nX: " : "x");
-                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+                letPass(0.1);
             }
         });
     EXPECT_EQ(statusOf(client.receive(8.0)), 400);
@@ -359,10 +359,9 @@ TEST(ServerEnd, DoesNotWaitForWhatHangs)
     const auto begin = std::chrono::steady_clock::now();
     {
         const Monitor monitor({":0", "", {}}, "test", installation);
-        while (installation->reads == 0)
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        ASSERT_TRUE(eventually([&] { return installation->reads > 0; }));
         installation->hang(true);
-        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        ASSERT_TRUE(eventually([&] { return installation->begun > installation->reads; }));
         testing::internal::CaptureStderr();
     }
     const std::string told = testing::internal::GetCapturedStderr();
@@ -370,7 +369,7 @@ TEST(ServerEnd, DoesNotWaitForWhatHangs)
         << told;
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
     installation->hang(false);
-    std::this_thread::sleep_for(std::chrono::milliseconds(300)); // and it ends
+    EXPECT_TRUE(eventually([&] { return installation.use_count() == 1; })) << "and it ends";
 }
 
 TEST(ServerFigures, HowLongAMuteTakes)

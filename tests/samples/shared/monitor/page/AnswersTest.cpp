@@ -1,13 +1,12 @@
 // What the page answers, and what it refuses.
 #include "samples/shared/monitor/Monitor.h"
 #include "samples/shared/monitor/page/MonitorToken.h"
+#include "tests/Eventually.h"
 #include "tests/samples/shared/monitor/FakeInstallation.h"
 #include "tests/samples/shared/monitor/Request.h"
 
-#include <chrono>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -26,8 +25,7 @@ protected:
     void awaitReading() const
     {
         const int before = _installation->reads;
-        while (_installation->reads < before + 2)
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        EXPECT_TRUE(eventually([&] { return _installation->reads >= before + 2; }));
     }
     std::string ask(const std::string& head) const
     {
@@ -230,9 +228,13 @@ TEST_F(Answers, AFrameLoopThatStandsStillIsToldWithItsAge)
 {
     EXPECT_TRUE(isWell());
     _installation->runs = false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
-    const nlohmann::json now = status();
-    EXPECT_EQ(now.at("frames").at("isStanding"), true);
+    nlohmann::json now;
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            now = status();
+            return now.at("frames").at("isStanding") == true;
+        }));
     EXPECT_GT(now.at("frames").at("age_s").get<double>(), 1.0);
     EXPECT_EQ(now.at("array").at("state"), "playing") << "which is still so";
     const std::string health = ask(requestHead("GET /healthz"));
@@ -243,9 +245,13 @@ TEST_F(Answers, AFrameLoopThatStandsStillIsToldWithItsAge)
 TEST_F(Answers, OfAProgramThatHangsNothingIsShownAsIfItWereSo)
 {
     _installation->hang(true);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
-    const nlohmann::json now = nlohmann::json::parse(bodyOf(ask(requestHead("GET /status.json"))));
-    EXPECT_EQ(now.at("reading").at("isOld"), true);
+    nlohmann::json now;
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            now = nlohmann::json::parse(bodyOf(ask(requestHead("GET /status.json"))));
+            return now.at("reading").at("isOld") == true;
+        }));
     EXPECT_GT(now.at("reading").at("age_s").get<double>(), 1.0);
     for (const char* part : {"array", "error", "latency_ms", "exposure", "fields", "messages"})
         EXPECT_TRUE(now.at(part).is_null()) << part;
