@@ -121,7 +121,8 @@ TEST_P(Boards, NoPointGetsMoreThanTheCap)
         {
             EXPECT_LT(field.factor, 1.0);
         }
-        // Levels alone change; where a cap binds, what is off has no phase, as an encoder writes it.
+        // Levels alone change; where a cap binds, what is off has no phase, as an encoder writes
+        // it.
         for (std::size_t j = 0; j < wanted.phase.size(); ++j)
         {
             const bool isWithoutPhase = field.factor < 1.0 && signal.duty[j] == 0;
