@@ -16,9 +16,9 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kMaskTurn = 0.9962; ///< cosine of 5 degrees
-constexpr double kFarthest_m = 10.0; ///< from the array's origin; no focus is anywhere near
-constexpr int kContactFoci = 1024;   ///< so many indices a contact, for identities
+constexpr double kMaskTurn = 0.9962;      ///< cosine of 5 degrees
+constexpr double kFarthestFocus_m = 10.0; ///< from the array's origin; no focus is anywhere near
+constexpr int kContactFoci = 1024;        ///< so many indices a contact, for identities
 
 } // namespace
 
@@ -132,7 +132,7 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     q = Eigen::VectorXcf::Zero(_array.size());
     const auto isWrong = [](const ContactFocus& focus)
     {
-        return !(focus.position.norm() <= kFarthest_m) || !focus.centre.allFinite() ||
+        return !(focus.position.norm() <= kFarthestFocus_m) || !focus.centre.allFinite() ||
                !focus.normal.allFinite() || !(focus.pressure_Pa >= 0.0) ||
                !(focus.pressure_Pa <= base::kMostPressure_Pa);
     };

@@ -49,11 +49,6 @@ constexpr double kOneSided = 0.5; ///< share of the area that the mean normal ke
 constexpr double kLeastArea_m2 = 1e-12;      ///< a square of a micrometre: below that it is none
 constexpr std::uint64_t kWindingsKept = 600; ///< updates
 
-Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
-{
-    return {motion * capsule.a, motion * capsule.b, capsule.radius_m};
-}
-
 bool isFinite(const Eigen::Isometry3d& pose)
 {
     return pose.matrix().allFinite();

@@ -88,7 +88,7 @@ constexpr double kFarOut_m = 1.0; ///< farther along a line than any hand reache
 /// Share of the radius beside the axis up to which the skin is used: farther out it is so steep
 /// that small steps across are long ones on it, and it faces away from the object.
 constexpr double kUsable = 0.8;
-constexpr double kSlack_m = 1e-9;
+constexpr double kLineSlack_m = 1e-9;
 
 /// The part of a line inside a capsule; empty (from > to) if there is none.
 struct Inside
@@ -258,7 +258,7 @@ Vector3d skinUnder(const ContactPatch& patch, const Vector3d& place)
         for (const Capsule& capsule : skin)
         {
             const Inside inside = insideOf(capsule, x, u);
-            if (inside.from <= end + kSlack_m) end = std::max(end, inside.to);
+            if (inside.from <= end + kLineSlack_m) end = std::max(end, inside.to);
         }
         if (!(end > before)) break;
     }

@@ -82,6 +82,12 @@ struct Capsule
     double radius_m = 0.0;
 };
 
+/// \a capsule, moved by \a motion.
+inline Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
+{
+    return {motion * capsule.a, motion * capsule.b, capsule.radius_m};
+}
+
 /// The capsule of one bone of a hand.
 struct HandCapsule
 {

@@ -16,11 +16,6 @@ namespace
 
 constexpr double kAreaResolution_m = 2e-3; ///< gives a finger's disc to about half a percent
 
-Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
-{
-    return {motion * capsule.a, motion * capsule.b, capsule.radius_m};
-}
-
 const HapticObject* find(const std::vector<HapticObject>& objects, std::uint64_t id)
 {
     for (const HapticObject& object : objects)
