@@ -20,26 +20,6 @@ namespace osgMidair
 namespace
 {
 
-/// Writes the figures of a haptic scene into a viewer's statistics and makes the viewer's `s`
-/// display show them.
-class ViewerStatistics
-{
-public:
-    /// Writes the figures of frame \a frame; costs nothing while the viewer collects no statistics.
-    void show(osgViewer::ViewerBase& viewer,
-              const osgViewer::ViewerBase::Views& views,
-              const HapticEngine& engine,
-              unsigned int frame);
-
-    bool collecting() const { return _collecting; }
-
-private:
-    void addLines(const osgViewer::ViewerBase::Views& views);
-
-    bool _linesAdded = false;
-    bool _collecting = false;
-};
-
 struct Line
 {
     const char* label;
@@ -55,43 +35,57 @@ constexpr Line kLines[] = {
     {"Haptic rms %", "Haptic rms", &HapticStatistics::rms, 100.0f},
     {"Haptic latency ms", "Haptic latency", &HapticStatistics::latency_ms, 1.0f}};
 
-void ViewerStatistics::addLines(const osgViewer::ViewerBase::Views& views)
+/// Writes the figures of a haptic scene into a viewer's statistics and makes the viewer's `s`
+/// display show them.
+class ViewerStatistics
 {
-    _linesAdded = true;
-    const osg::Vec4 color(0.6f, 1.0f, 0.8f, 1.0f);
-    for (osgViewer::View* view : views)
-        for (const auto& handler : view->getEventHandlers())
-        {
-            auto* display = dynamic_cast<osgViewer::StatsHandler*>(handler.get());
-            if (!display) continue;
-            for (const Line& line : kLines)
-                display->addUserStatsLine(line.label,
-                                          color,
-                                          color,
-                                          line.attribute,
-                                          line.multiplier,
-                                          false,
-                                          false,
-                                          "",
-                                          "",
-                                          0.0f);
-        }
-}
+public:
+    /// Writes the figures of frame \a frame; costs nothing while the viewer collects no statistics.
+    void show(osgViewer::ViewerBase& viewer,
+              const osgViewer::ViewerBase::Views& views,
+              const HapticEngine& engine,
+              unsigned int frame)
+    {
+        // The display reads the lines when it is first switched on, so they have to be added
+        // before.
+        if (!_linesAdded) addLines(views);
+        osg::Stats* stats = viewer.getViewerStats();
+        _collecting = stats && stats->collectStats("frame_rate");
+        if (!_collecting) return;
+        const HapticStatistics now = engine.statistics();
+        for (const Line& line : kLines)
+            stats->setAttribute(frame, line.attribute, now.*line.value);
+    }
 
-void ViewerStatistics::show(osgViewer::ViewerBase& viewer,
-                            const osgViewer::ViewerBase::Views& views,
-                            const HapticEngine& engine,
-                            unsigned int frame)
-{
-    // The display reads the lines when it is first switched on, so they have to be added before.
-    if (!_linesAdded) addLines(views);
-    osg::Stats* stats = viewer.getViewerStats();
-    _collecting = stats && stats->collectStats("frame_rate");
-    if (!_collecting) return;
-    const HapticStatistics now = engine.statistics();
-    for (const Line& line : kLines)
-        stats->setAttribute(frame, line.attribute, now.*line.value);
-}
+    bool collecting() const { return _collecting; }
+
+private:
+    void addLines(const osgViewer::ViewerBase::Views& views)
+    {
+        _linesAdded = true;
+        const osg::Vec4 color(0.6f, 1.0f, 0.8f, 1.0f);
+        for (osgViewer::View* view : views)
+            for (const auto& handler : view->getEventHandlers())
+            {
+                auto* display = dynamic_cast<osgViewer::StatsHandler*>(handler.get());
+                if (!display) continue;
+                for (const Line& line : kLines)
+                    display->addUserStatsLine(line.label,
+                                              color,
+                                              color,
+                                              line.attribute,
+                                              line.multiplier,
+                                              false,
+                                              false,
+                                              "",
+                                              "",
+                                              0.0f);
+            }
+    }
+
+    bool _linesAdded = false;
+    bool _collecting = false;
+};
 
 /// Finds a node below another one through active children only. Visits only ancestors of the node.
 class ActivePathFinder : public osg::NodeVisitor

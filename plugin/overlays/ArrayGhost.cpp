@@ -117,31 +117,86 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 class ArrayGhost::Part : public OverlayPart
 {
 public:
-    Part();
+    Part() :
+        discs(makeDiscs()),
+        boards(new osg::Geometry),
+        opacity(new osg::Uniform("opacity", 0.6F))
+    {
+        osg::StateSet* state = discs->getOrCreateStateSet();
+        state->setAttributeAndModes(
+            makeProgram("osgMidair array", kArrayGhostVertexSource, kArrayGhostFragmentSource));
+        state->addUniform(opacity);
+        drawTranslucent(*discs, GHOST_BIN);
+        const osg::Vec4 lineColor(0.55F, 0.60F, 0.68F, 0.45F);
+        boards->setColorArray(new osg::Vec4Array(1, &lineColor), osg::Array::BIND_OVERALL);
+        drawTranslucent(*boards, GHOST_BIN);
+    }
 
     void setArray(const std::shared_ptr<const TransducerArray>& array,
-                  const midair::haptics::Medium& medium) override;
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+                  const midair::haptics::Medium& /*medium*/) override
+    {
+        resizeDiscs(*discs, array->size());
+        osg::Vec3Array& vertices = discVertices(*discs);
+        osg::Vec3Array& normals = discNormals(*discs);
+        osg::Vec4ubArray& colors = discColors(*discs);
+        const double radius = discRadius(*array);
+        for (int i = 0; i < array->size(); ++i)
+        {
+            const Eigen::Vector3d normal = array->normals.col(i);
+            const Eigen::Vector3d u = normal.unitOrthogonal() * radius;
+            const Eigen::Vector3d v = normal.cross(u);
+            const Eigen::Vector3d position = array->positions.col(i);
+            for (int k = 0; k < 3; ++k)
+            {
+                vertices[3 * i + k] =
+                    osgVec(position + kDiscCorners[k][0] * u + kDiscCorners[k][1] * v);
+                normals[3 * i + k] = osgVec(normal);
+                colors[3 * i + k] = osg::Vec4ub(0, 0, 0, 0);
+            }
+        }
+        vertices.dirty();
+        normals.dirty();
+        colors.dirty();
+        discs->dirtyBound();
+
+        osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
+        for (int first = 0; first < array->size();)
+        {
+            int last = first + 1;
+            const bool several = static_cast<int>(array->board.size()) == array->size();
+            while (last < array->size() && (!several || array->board[last] == array->board[first]))
+                ++last;
+            addBoard(*array, first, last, *lines);
+            first = last;
+        }
+        boards->setVertexArray(lines);
+        boards->removePrimitiveSet(0, boards->getNumPrimitiveSets());
+        boards->addPrimitiveSet(
+            new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
+        boards->dirtyBound();
+    }
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        osg::Vec4ubArray& colors = discColors(*discs);
+        if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
+            return; // result for another array, whose setArray() follows
+        for (Eigen::Index i = 0; i < result->played().size(); ++i)
+        {
+            const std::complex<float> q = result->played()[i];
+            const float turn = std::arg(q) / static_cast<float>(midair::base::kTwoPi);
+            const osg::Vec4ub color =
+                bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));
+            for (int k = 0; k < 3; ++k)
+                colors[3 * i + k] = color;
+        }
+        colors.dirty();
+    }
 
     osg::ref_ptr<osg::Geometry> discs;
     osg::ref_ptr<osg::Geometry> boards;
     osg::ref_ptr<osg::Uniform> opacity;
 };
-
-ArrayGhost::Part::Part() :
-    discs(makeDiscs()),
-    boards(new osg::Geometry),
-    opacity(new osg::Uniform("opacity", 0.6F))
-{
-    osg::StateSet* state = discs->getOrCreateStateSet();
-    state->setAttributeAndModes(
-        makeProgram("osgMidair array", kArrayGhostVertexSource, kArrayGhostFragmentSource));
-    state->addUniform(opacity);
-    drawTranslucent(*discs, GHOST_BIN);
-    const osg::Vec4 lineColor(0.55F, 0.60F, 0.68F, 0.45F);
-    boards->setColorArray(new osg::Vec4Array(1, &lineColor), osg::Array::BIND_OVERALL);
-    drawTranslucent(*boards, GHOST_BIN);
-}
 
 ArrayGhost::ArrayGhost() :
     Overlay(std::make_unique<Part>()),
@@ -163,67 +218,6 @@ float ArrayGhost::getOpacity() const
     float opacity = 0.0F;
     _part.opacity->get(opacity);
     return opacity;
-}
-
-void ArrayGhost::Part::setArray(const std::shared_ptr<const TransducerArray>& array,
-                                const midair::haptics::Medium& /*medium*/)
-{
-    resizeDiscs(*discs, array->size());
-    osg::Vec3Array& vertices = discVertices(*discs);
-    osg::Vec3Array& normals = discNormals(*discs);
-    osg::Vec4ubArray& colors = discColors(*discs);
-    const double radius = discRadius(*array);
-    for (int i = 0; i < array->size(); ++i)
-    {
-        const Eigen::Vector3d normal = array->normals.col(i);
-        const Eigen::Vector3d u = normal.unitOrthogonal() * radius;
-        const Eigen::Vector3d v = normal.cross(u);
-        const Eigen::Vector3d position = array->positions.col(i);
-        for (int k = 0; k < 3; ++k)
-        {
-            vertices[3 * i + k] =
-                osgVec(position + kDiscCorners[k][0] * u + kDiscCorners[k][1] * v);
-            normals[3 * i + k] = osgVec(normal);
-            colors[3 * i + k] = osg::Vec4ub(0, 0, 0, 0);
-        }
-    }
-    vertices.dirty();
-    normals.dirty();
-    colors.dirty();
-    discs->dirtyBound();
-
-    osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
-    for (int first = 0; first < array->size();)
-    {
-        int last = first + 1;
-        const bool several = static_cast<int>(array->board.size()) == array->size();
-        while (last < array->size() && (!several || array->board[last] == array->board[first]))
-            ++last;
-        addBoard(*array, first, last, *lines);
-        first = last;
-    }
-    boards->setVertexArray(lines);
-    boards->removePrimitiveSet(0, boards->getNumPrimitiveSets());
-    boards->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
-    boards->dirtyBound();
-}
-
-void ArrayGhost::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    osg::Vec4ubArray& colors = discColors(*discs);
-    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
-        return; // result for another array, whose setArray() follows
-    for (Eigen::Index i = 0; i < result->played().size(); ++i)
-    {
-        const std::complex<float> q = result->played()[i];
-        const float turn = std::arg(q) / static_cast<float>(midair::base::kTwoPi);
-        const osg::Vec4ub color =
-            bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));
-        for (int k = 0; k < 3; ++k)
-            colors[3 * i + k] = color;
-    }
-    colors.dirty();
 }
 
 } // namespace osgMidair

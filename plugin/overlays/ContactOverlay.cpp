@@ -108,9 +108,26 @@ Eigen::Vector3d onEllipse(const ContactView& contact, int corner, double major_m
 class ContactOverlay::Part : public OverlayPart
 {
 public:
-    Part();
+    Part() : lines(makeLines()), dots(makeDiscs())
+    {
+        drawThrough(*lines);
+        dots->setCullingActive(false);
+        dots->getOrCreateStateSet()->setAttributeAndModes(
+            makeProgram("osgMidair foci", kDotVertex, kDotFragment));
+        drawThrough(*dots);
+    }
 
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+    // What is near, but has no foci, is not drawn.
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        ContactScene scene;
+        if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
+            for (const ContactView& contact : result->touched->contacts)
+                if (contact.foci.cols() > 0) scene.contacts.push_back(contact);
+        contacts = static_cast<int>(scene.contacts.size());
+        drawLines(scene);
+        drawDots(scene);
+    }
 
     int contacts = 0; ///< drawn
     int foci = 0;
@@ -118,18 +135,81 @@ public:
     osg::ref_ptr<osg::Geometry> dots;
 
 private:
-    void drawLines(const ContactScene& scene);
-    void drawDots(const ContactScene& scene);
-};
+    void drawLines(const ContactScene& scene)
+    {
+        auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
+        auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+        if (vertices.empty() && scene.contacts.empty()) return;
+        vertices.clear();
+        colors.clear();
+        const auto line = [&](const osg::Vec3& from, const osg::Vec3& to, const osg::Vec4ub& color)
+        {
+            vertices.push_back(from);
+            vertices.push_back(to);
+            colors.push_back(color);
+            colors.push_back(color);
+        };
+        for (const ContactView& contact : scene.contacts)
+        {
+            const auto opacity = static_cast<float>(std::clamp(contact.share, 0.0, 1.0));
+            const auto patchAt = [&](int k)
+            { return onEllipse(contact, k, contact.patch.semiMajor_m, contact.patch.semiMinor_m); };
+            const auto pathAt = [&](int k)
+            {
+                const Eigen::Vector3d place =
+                    onEllipse(contact, k, contact.pathMajor_m, contact.pathMinor_m);
+                return contact.patch.own.empty() ? place
+                                                 : midair::bridge::skinUnder(contact.patch, place);
+            };
+            for (int k = 0; k < kCorners; ++k)
+            {
+                line(osgVec(patchAt(k)), osgVec(patchAt(k + 1)), bytes(kPatch, 0.9F * opacity));
+                line(osgVec(pathAt(k)), osgVec(pathAt(k + 1)), bytes(kPath, opacity));
+            }
+        }
+        vertices.dirty();
+        colors.dirty();
+        auto& all = static_cast<osg::DrawArrays&>(*lines->getPrimitiveSet(0));
+        all.setCount(static_cast<GLsizei>(vertices.size()));
+        all.dirty();
+        lines->dirtyBound();
+    }
 
-ContactOverlay::Part::Part() : lines(makeLines()), dots(makeDiscs())
-{
-    drawThrough(*lines);
-    dots->setCullingActive(false);
-    dots->getOrCreateStateSet()->setAttributeAndModes(
-        makeProgram("osgMidair foci", kDotVertex, kDotFragment));
-    drawThrough(*dots);
-}
+    void drawDots(const ContactScene& scene)
+    {
+        const int before = foci;
+        foci = 0;
+        double most_Pa = 0.0;
+        for (const ContactView& contact : scene.contacts)
+        {
+            foci += static_cast<int>(contact.foci.cols());
+            most_Pa = std::max(most_Pa, contact.pressure_Pa.maxCoeff());
+        }
+        if (before == 0 && foci == 0) return;
+        resizeDiscs(*dots, foci);
+        osg::Vec3Array& vertices = discVertices(*dots);
+        osg::Vec3Array& radii = discNormals(*dots);
+        osg::Vec4ubArray& colors = discColors(*dots);
+        std::size_t next = 0;
+        for (const ContactView& contact : scene.contacts)
+            for (Eigen::Index l = 0; l < contact.foci.cols(); ++l)
+            {
+                const double share = most_Pa > 0.0 ? contact.pressure_Pa[l] / most_Pa : 0.0;
+                const double radius_m = kLeastDot_m + (kMostDot_m - kLeastDot_m) * share;
+                for (int k = 0; k < 3; ++k, ++next)
+                {
+                    vertices[next] = osgVec(contact.foci.col(l));
+                    radii[next] = osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m));
+                    colors[next] =
+                        bytes(kFocus, static_cast<float>(std::clamp(contact.share, 0.0, 1.0)));
+                }
+            }
+        vertices.dirty();
+        radii.dirty();
+        colors.dirty();
+        dots->dirtyBound();
+    }
+};
 
 ContactOverlay::ContactOverlay() :
     Overlay(std::make_unique<Part>()),
@@ -149,94 +229,6 @@ int ContactOverlay::getNumContacts() const
 int ContactOverlay::getNumFoci() const
 {
     return _part.foci;
-}
-
-// What is near, but has no foci, is not drawn.
-void ContactOverlay::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    ContactScene scene;
-    if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
-        for (const ContactView& contact : result->touched->contacts)
-            if (contact.foci.cols() > 0) scene.contacts.push_back(contact);
-    contacts = static_cast<int>(scene.contacts.size());
-    drawLines(scene);
-    drawDots(scene);
-}
-
-void ContactOverlay::Part::drawLines(const ContactScene& scene)
-{
-    auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
-    if (vertices.empty() && scene.contacts.empty()) return;
-    vertices.clear();
-    colors.clear();
-    const auto line = [&](const osg::Vec3& from, const osg::Vec3& to, const osg::Vec4ub& color)
-    {
-        vertices.push_back(from);
-        vertices.push_back(to);
-        colors.push_back(color);
-        colors.push_back(color);
-    };
-    for (const ContactView& contact : scene.contacts)
-    {
-        const auto opacity = static_cast<float>(std::clamp(contact.share, 0.0, 1.0));
-        const auto patchAt = [&](int k)
-        { return onEllipse(contact, k, contact.patch.semiMajor_m, contact.patch.semiMinor_m); };
-        const auto pathAt = [&](int k)
-        {
-            const Eigen::Vector3d place =
-                onEllipse(contact, k, contact.pathMajor_m, contact.pathMinor_m);
-            return contact.patch.own.empty() ? place
-                                             : midair::bridge::skinUnder(contact.patch, place);
-        };
-        for (int k = 0; k < kCorners; ++k)
-        {
-            line(osgVec(patchAt(k)), osgVec(patchAt(k + 1)), bytes(kPatch, 0.9F * opacity));
-            line(osgVec(pathAt(k)), osgVec(pathAt(k + 1)), bytes(kPath, opacity));
-        }
-    }
-    vertices.dirty();
-    colors.dirty();
-    auto& all = static_cast<osg::DrawArrays&>(*lines->getPrimitiveSet(0));
-    all.setCount(static_cast<GLsizei>(vertices.size()));
-    all.dirty();
-    lines->dirtyBound();
-}
-
-void ContactOverlay::Part::drawDots(const ContactScene& scene)
-{
-    const int before = foci;
-    foci = 0;
-    double most_Pa = 0.0;
-    for (const ContactView& contact : scene.contacts)
-    {
-        foci += static_cast<int>(contact.foci.cols());
-        most_Pa = std::max(most_Pa, contact.pressure_Pa.maxCoeff());
-    }
-    if (before == 0 && foci == 0) return;
-    resizeDiscs(*dots, foci);
-    osg::Vec3Array& vertices = discVertices(*dots);
-    osg::Vec3Array& radii = discNormals(*dots);
-    osg::Vec4ubArray& colors = discColors(*dots);
-    std::size_t next = 0;
-    for (const ContactView& contact : scene.contacts)
-        for (Eigen::Index l = 0; l < contact.foci.cols(); ++l)
-        {
-            const double share = most_Pa > 0.0 ? contact.pressure_Pa[l] / most_Pa : 0.0;
-            const double radius_m = kLeastDot_m + (kMostDot_m - kLeastDot_m) * share;
-            for (int k = 0; k < 3; ++k, ++next)
-            {
-                vertices[next] = osgVec(contact.foci.col(l));
-                radii[next] = osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m));
-                colors[next] =
-                    bytes(kFocus, static_cast<float>(std::clamp(contact.share, 0.0, 1.0)));
-            }
-        }
-    vertices.dirty();
-    radii.dirty();
-    colors.dirty();
-    dots->dirtyBound();
 }
 
 } // namespace osgMidair

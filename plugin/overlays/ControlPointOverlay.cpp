@@ -69,25 +69,54 @@ const osg::Vec3f kLeftOut(0.45F, 0.45F, 0.47F);
 class ControlPointOverlay::Part : public OverlayPart
 {
 public:
-    Part();
+    Part() : rings(makeDiscs()), radius(new osg::Uniform("radius_m", 2.4e-3F))
+    {
+        rings->setCullingActive(false);
+        osg::StateSet* state = rings->getOrCreateStateSet();
+        state->setAttributeAndModes(makeProgram(
+            "osgMidair control points", kControlPointVertexSource, kControlPointFragmentSource));
+        state->addUniform(radius);
+        drawTranslucent(*rings, POINT_BIN);
+    }
 
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        const midair::haptics::ControlPoints& points = result->points;
+        const int skipped = static_cast<int>(result->skipped.cols());
+        resizeDiscs(*rings, points.size() + skipped);
+        osg::Vec3Array& vertices = discVertices(*rings);
+        osg::Vec4ubArray& colors = discColors(*rings);
+        const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
+        {
+            for (int k = 0; k < 3; ++k)
+            {
+                vertices[3 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
+                colors[3 * ring + k] = bytes(color, 1.0F);
+            }
+        };
+        const double largest = points.size() > 0 ? points.targets.maxCoeff() : 1.0;
+        for (int l = 0; l < points.size(); ++l)
+        {
+            const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
+            const auto wanted = static_cast<float>(
+                result->points.absolute ? points.targets[l]
+                                        : result->report().level_Pa * points.targets[l] / largest);
+            place(l,
+                  points.positions.col(l),
+                  achieved > 0.0F
+                      ? ColorMap::diverging().color(ColorMap::ratioPosition(achieved, wanted))
+                      : kLeftOut);
+        }
+        for (int l = 0; l < skipped; ++l)
+            place(points.size() + l, result->skipped.col(l), kLeftOut);
+        vertices.dirty();
+        colors.dirty();
+        rings->dirtyBound();
+    }
 
     osg::ref_ptr<osg::Geometry> rings;
     osg::ref_ptr<osg::Uniform> radius;
 };
-
-ControlPointOverlay::Part::Part() :
-    rings(makeDiscs()),
-    radius(new osg::Uniform("radius_m", 2.4e-3F))
-{
-    rings->setCullingActive(false);
-    osg::StateSet* state = rings->getOrCreateStateSet();
-    state->setAttributeAndModes(makeProgram(
-        "osgMidair control points", kControlPointVertexSource, kControlPointFragmentSource));
-    state->addUniform(radius);
-    drawTranslucent(*rings, POINT_BIN);
-}
 
 ControlPointOverlay::ControlPointOverlay() :
     Overlay(std::make_unique<Part>()),
@@ -108,42 +137,6 @@ float ControlPointOverlay::getRadius() const
     float radius = 0.0F;
     _part.radius->get(radius);
     return radius;
-}
-
-void ControlPointOverlay::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    const midair::haptics::ControlPoints& points = result->points;
-    const int skipped = static_cast<int>(result->skipped.cols());
-    resizeDiscs(*rings, points.size() + skipped);
-    osg::Vec3Array& vertices = discVertices(*rings);
-    osg::Vec4ubArray& colors = discColors(*rings);
-    const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
-    {
-        for (int k = 0; k < 3; ++k)
-        {
-            vertices[3 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
-            colors[3 * ring + k] = bytes(color, 1.0F);
-        }
-    };
-    const double largest = points.size() > 0 ? points.targets.maxCoeff() : 1.0;
-    for (int l = 0; l < points.size(); ++l)
-    {
-        const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
-        const auto wanted = static_cast<float>(
-            result->points.absolute ? points.targets[l]
-                                    : result->report().level_Pa * points.targets[l] / largest);
-        place(l,
-              points.positions.col(l),
-              achieved > 0.0F
-                  ? ColorMap::diverging().color(ColorMap::ratioPosition(achieved, wanted))
-                  : kLeftOut);
-    }
-    for (int l = 0; l < skipped; ++l)
-        place(points.size() + l, result->skipped.col(l), kLeftOut);
-    vertices.dirty();
-    colors.dirty();
-    rings->dirtyBound();
 }
 
 } // namespace osgMidair

@@ -140,14 +140,74 @@ float shareOf(float level_dB)
 class ExposureOverlay::Part : public OverlayPart
 {
 public:
-    Part();
+    // The inner sides alone are drawn, so that it is behind whatever is in it, seen from inside and
+    // from outside.
+    Part()
+    {
+        sphere->getOrCreateStateSet()->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
+        osg::StateSet* state = lines->getOrCreateStateSet();
+        state->setAttributeAndModes(new osg::LineWidth(1.5F));
+        state->setAttributeAndModes(makeProgram("osgMidair levels", kLineVertex, kLineFragment));
+    }
 
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-                  const midair::haptics::Medium& medium) override;
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+                  const midair::haptics::Medium& medium) override
+    {
+        _array = array;
+        _medium = medium;
+        _exposure.reset();
+        _coming = {};
+        _result.reset();
+    }
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        if (!_array || result->played().size() != _array->size()) return;
+        _result = result;
+        _isShown = false;
+        if (_exposure || _coming.valid()) return;
+        // Some 300 places take longer than a frame, so another thread computes them.
+        _coming = std::async(
+            std::launch::async,
+            [array = _array, medium = _medium]
+            {
+                const double radius_m =
+                    midair::haptics::placesAround(*array, 1).colwise().norm().sum();
+                return std::make_unique<midair::haptics::Exposure>(
+                    *array, medium, LevelSphere::corners(radius_m > 0.0 ? radius_m : 0.5));
+            });
+        show(0.0);
+    }
+
     /// Waits for the map of the array for \a timeout_s, and shows the newest field on it. Returns
     /// false if that isn't possible yet.
-    bool show(double timeout_s);
+    bool show(double timeout_s)
+    {
+        if (_coming.valid() &&
+            _coming.wait_for(std::chrono::duration<double>(timeout_s)) == std::future_status::ready)
+            _exposure = _coming.get();
+        if (!_exposure || !_result) return false;
+        const double now_s = midair::base::steadySeconds();
+        if (_isShown || (timeout_s == 0.0 && now_s - _shown_s < kMapPause_s)) return true;
+        _isShown = true;
+        _shown_s = now_s;
+        Eigen::VectorXf squares = Eigen::VectorXf::Zero(_array->size());
+        if (_result->state == midair::bridge::ArrayState::PLAYING)
+            for (const Eigen::VectorXcf& q : _result->sequence.fields)
+                squares += q.cwiseAbs2() / static_cast<float>(_result->sequence.fields.size());
+        const Eigen::VectorXf heard_Pa2 = _exposure->incoherentOf_Pa2(squares);
+        Eigen::VectorXf levels_dB(heard_Pa2.size());
+        for (Eigen::Index l = 0; l < heard_Pa2.size(); ++l)
+            levels_dB[l] = static_cast<float>(
+                midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2[l])));
+        Eigen::Index loudest = 0;
+        level_dB =
+            midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2.maxCoeff(&loudest)));
+        const Eigen::Vector3d at = _exposure->places().col(loudest);
+        place.set(at.x(), at.y(), at.z());
+        draw(levels_dB);
+        return true;
+    }
 
     osg::ref_ptr<osg::Geometry> sphere = makeGeometry(GL_TRIANGLES);
     osg::ref_ptr<osg::Geometry> lines = makeGeometry(GL_LINES);
@@ -157,9 +217,75 @@ public:
     osg::Vec3d place;
 
 private:
-    void draw(const Eigen::VectorXf& levels_dB);
-    void drawLines(const std::vector<LevelSphere::Contour>& contours);
-    osgText::Text& labelAt(unsigned int index);
+    void draw(const Eigen::VectorXf& levels_dB)
+    {
+        const LevelSphere::Grid grid =
+            LevelSphere::gridOf(levels_dB, _exposure->places().col(0).norm());
+        auto& vertices = static_cast<osg::Vec3Array&>(*sphere->getVertexArray());
+        auto& colors = static_cast<osg::Vec4ubArray&>(*sphere->getColorArray());
+        vertices.assign(grid.places.begin(), grid.places.end());
+        colors.clear();
+        for (const float level : grid.levels_dB)
+            colors.push_back(bytes(ColorMap::pressure().color(shareOf(level)), opacity));
+        auto& faces = static_cast<osg::DrawElementsUInt&>(*sphere->getPrimitiveSet(0));
+        faces.assign(grid.faces.begin(), grid.faces.end());
+        vertices.dirty();
+        colors.dirty();
+        faces.dirty();
+        sphere->dirtyBound();
+        drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
+        osgText::Text& label = labelAt(0);
+        label.setPosition(place);
+        label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB", level_dB) : "");
+    }
+
+    void drawLines(const std::vector<LevelSphere::Contour>& contours)
+    {
+        auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
+        auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+        auto& pairs = static_cast<osg::DrawElementsUInt&>(*lines->getPrimitiveSet(0));
+        vertices.clear();
+        colors.clear();
+        pairs.clear();
+        unsigned int used = 1;
+        std::vector<osg::Vec3> labelled = {osg::Vec3(place)};
+        for (auto next = contours.rbegin(); next != contours.rend(); ++next) // the loudest first
+        {
+            const LevelSphere::Contour& contour = *next;
+            const osg::Vec4ub color =
+                bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), 1.0F);
+            for (const auto& [from, to] : contour.pieces)
+                for (const osg::Vec3& end : {from, to})
+                {
+                    pairs.push_back(static_cast<unsigned int>(vertices.size()));
+                    vertices.push_back(end);
+                    colors.push_back(color);
+                }
+            for (const osg::Vec3& where : contour.labels)
+            {
+                const auto isNear = [&](const osg::Vec3& other)
+                { return (where - other).length() < kApart * where.length(); };
+                if (std::any_of(labelled.begin(), labelled.end(), isNear)) continue;
+                labelled.push_back(where);
+                osgText::Text& label = labelAt(used++);
+                label.setPosition(where);
+                label.setText(fmt::format("{:.0f} dB", contour.level_dB));
+            }
+        }
+        while (used < labels->getNumDrawables())
+            labelAt(used++).setText("");
+        vertices.dirty();
+        colors.dirty();
+        pairs.dirty();
+        lines->dirtyBound();
+    }
+
+    osgText::Text& labelAt(unsigned int index)
+    {
+        while (labels->getNumDrawables() <= index)
+            labels->addDrawable(makeLabel(labels->getNumDrawables() == 0));
+        return static_cast<osgText::Text&>(*labels->getDrawable(index));
+    }
 
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
@@ -169,16 +295,6 @@ private:
     std::future<std::unique_ptr<midair::haptics::Exposure>> _coming;
     std::unique_ptr<midair::haptics::Exposure> _exposure;
 };
-
-// The inner sides alone are drawn, so that it is behind whatever is in it, seen from inside and
-// from outside.
-ExposureOverlay::Part::Part()
-{
-    sphere->getOrCreateStateSet()->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
-    osg::StateSet* state = lines->getOrCreateStateSet();
-    state->setAttributeAndModes(new osg::LineWidth(1.5F));
-    state->setAttributeAndModes(makeProgram("osgMidair levels", kLineVertex, kLineFragment));
-}
 
 ExposureOverlay::ExposureOverlay() :
     Overlay(std::make_unique<Part>()),
@@ -221,134 +337,6 @@ void ExposureOverlay::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) _part.show(0.0);
     Overlay::traverse(visitor);
-}
-
-void ExposureOverlay::Part::setArray(
-    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-    const midair::haptics::Medium& medium)
-{
-    _array = array;
-    _medium = medium;
-    _exposure.reset();
-    _coming = {};
-    _result.reset();
-}
-
-void ExposureOverlay::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    if (!_array || result->played().size() != _array->size()) return;
-    _result = result;
-    _isShown = false;
-    if (_exposure || _coming.valid()) return;
-    // Some 300 places take longer than a frame, so another thread computes them.
-    _coming =
-        std::async(std::launch::async,
-                   [array = _array, medium = _medium]
-                   {
-                       const double radius_m =
-                           midair::haptics::placesAround(*array, 1).colwise().norm().sum();
-                       return std::make_unique<midair::haptics::Exposure>(
-                           *array, medium, LevelSphere::corners(radius_m > 0.0 ? radius_m : 0.5));
-                   });
-    show(0.0);
-}
-
-bool ExposureOverlay::Part::show(double timeout_s)
-{
-    if (_coming.valid() &&
-        _coming.wait_for(std::chrono::duration<double>(timeout_s)) == std::future_status::ready)
-        _exposure = _coming.get();
-    if (!_exposure || !_result) return false;
-    const double now_s = midair::base::steadySeconds();
-    if (_isShown || (timeout_s == 0.0 && now_s - _shown_s < kMapPause_s)) return true;
-    _isShown = true;
-    _shown_s = now_s;
-    Eigen::VectorXf squares = Eigen::VectorXf::Zero(_array->size());
-    if (_result->state == midair::bridge::ArrayState::PLAYING)
-        for (const Eigen::VectorXcf& q : _result->sequence.fields)
-            squares += q.cwiseAbs2() / static_cast<float>(_result->sequence.fields.size());
-    const Eigen::VectorXf heard_Pa2 = _exposure->incoherentOf_Pa2(squares);
-    Eigen::VectorXf levels_dB(heard_Pa2.size());
-    for (Eigen::Index l = 0; l < heard_Pa2.size(); ++l)
-        levels_dB[l] =
-            static_cast<float>(midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2[l])));
-    Eigen::Index loudest = 0;
-    level_dB = midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2.maxCoeff(&loudest)));
-    const Eigen::Vector3d at = _exposure->places().col(loudest);
-    place.set(at.x(), at.y(), at.z());
-    draw(levels_dB);
-    return true;
-}
-
-void ExposureOverlay::Part::draw(const Eigen::VectorXf& levels_dB)
-{
-    const LevelSphere::Grid grid =
-        LevelSphere::gridOf(levels_dB, _exposure->places().col(0).norm());
-    auto& vertices = static_cast<osg::Vec3Array&>(*sphere->getVertexArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*sphere->getColorArray());
-    vertices.assign(grid.places.begin(), grid.places.end());
-    colors.clear();
-    for (const float level : grid.levels_dB)
-        colors.push_back(bytes(ColorMap::pressure().color(shareOf(level)), opacity));
-    auto& faces = static_cast<osg::DrawElementsUInt&>(*sphere->getPrimitiveSet(0));
-    faces.assign(grid.faces.begin(), grid.faces.end());
-    vertices.dirty();
-    colors.dirty();
-    faces.dirty();
-    sphere->dirtyBound();
-    drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
-    osgText::Text& label = labelAt(0);
-    label.setPosition(place);
-    label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB", level_dB) : "");
-}
-
-void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& contours)
-{
-    auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
-    auto& pairs = static_cast<osg::DrawElementsUInt&>(*lines->getPrimitiveSet(0));
-    vertices.clear();
-    colors.clear();
-    pairs.clear();
-    unsigned int used = 1;
-    std::vector<osg::Vec3> labelled = {osg::Vec3(place)};
-    for (auto next = contours.rbegin(); next != contours.rend(); ++next) // the loudest first
-    {
-        const LevelSphere::Contour& contour = *next;
-        const osg::Vec4ub color =
-            bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), 1.0F);
-        for (const auto& [from, to] : contour.pieces)
-            for (const osg::Vec3& end : {from, to})
-            {
-                pairs.push_back(static_cast<unsigned int>(vertices.size()));
-                vertices.push_back(end);
-                colors.push_back(color);
-            }
-        for (const osg::Vec3& where : contour.labels)
-        {
-            const auto isNear = [&](const osg::Vec3& other)
-            { return (where - other).length() < kApart * where.length(); };
-            if (std::any_of(labelled.begin(), labelled.end(), isNear)) continue;
-            labelled.push_back(where);
-            osgText::Text& label = labelAt(used++);
-            label.setPosition(where);
-            label.setText(fmt::format("{:.0f} dB", contour.level_dB));
-        }
-    }
-    while (used < labels->getNumDrawables())
-        labelAt(used++).setText("");
-    vertices.dirty();
-    colors.dirty();
-    pairs.dirty();
-    lines->dirtyBound();
-}
-
-osgText::Text& ExposureOverlay::Part::labelAt(unsigned int index)
-{
-    while (labels->getNumDrawables() <= index)
-        labels->addDrawable(makeLabel(labels->getNumDrawables() == 0));
-    return static_cast<osgText::Text&>(*labels->getDrawable(index));
 }
 
 } // namespace osgMidair

@@ -132,12 +132,100 @@ double median(Eigen::VectorXd values)
 class FieldSliceOverlay::Part : public OverlayPart
 {
 public:
-    explicit Part(osg::Group& owner);
+    explicit Part(osg::Group& owner) :
+        _owner(owner),
+        _disc(new osg::Geometry),
+        _image(new osg::Image),
+        _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
+    {
+        _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
+        _image->setDataVariance(DYNAMIC);
+        _texture = makeSliceTexture(_image);
+        setUpSliceDisc(*_disc, _texture);
+        drawTranslucent(*_disc, SLICE_BIN);
+        _disc->setDrawCallback(probeRenderer(_renderer));
+    }
 
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-                  const midair::haptics::Medium& medium) override;
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
-    void show(const Slice& slice);
+                  const midair::haptics::Medium& medium) override
+    {
+        _array = array;
+        _medium = medium;
+        if (gpu) gpu->setArray(*array, medium);
+    }
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        if (!_array || result->played().size() != _array->size()) return;
+        chooseMethod();
+        const Eigen::Matrix3Xd& points = result->points.positions;
+        SliceRequest request;
+        request.frame = result->frame;
+        request.array = _array;
+        request.medium = _medium;
+        request.result = result;
+        Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
+        if (points.cols() > 0)
+        {
+            request.centre = points.rowwise().mean();
+            const Eigen::Matrix3Xd d = points.colwise() - request.centre;
+            const midair::base::SymmetricAxes<3> spread =
+                midair::base::symmetricAxes(Eigen::Matrix3d(d * d.transpose()));
+            const Eigen::Vector3d& sizes = spread.values;
+            _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
+            if (_flat) normal = spread.vectors.col(0);
+            // The median puts the slice where most points are: a raised middle doesn't move it off
+            // the outline.
+            request.centre += normal * median(normal.transpose() * d);
+        }
+        if (plane)
+        {
+            normal = Eigen::Vector3d(plane->normal.x(), plane->normal.y(), plane->normal.z())
+                         .normalized();
+            const Eigen::Vector3d on(plane->point.x(), plane->point.y(), plane->point.z());
+            request.centre += normal * normal.dot(on - request.centre);
+        }
+        request.u = normal.unitOrthogonal();
+        request.v = normal.cross(request.u);
+        request.radius_m = radius_m;
+        if (radius_m <= 0.0)
+        {
+            const Eigen::Matrix3Xd d = points.colwise() - request.centre;
+            const double reach =
+                points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
+            // Rounded up in steps, so that the disc doesn't change its size all the time while the
+            // object turns.
+            request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
+        }
+        request.range_Pa = range_Pa;
+        if (!worker)
+            worker = std::make_unique<SliceWorker>(); // no thread before something is shown
+        const double now = midair::base::steadySeconds();
+        // The shader needs a range, which the first slice of the thread gives.
+        const bool onGpu = gpu && shownRange_Pa > 0.0F;
+        if (onGpu) showOnGpu(request);
+        if (onGpu && now - _submitted_s < kBeside_s) return;
+        _submitted_s = now;
+        worker->submit(std::move(request));
+    }
+
+    void show(const Slice& slice)
+    {
+        peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
+        peak_Pa = slice.peak_Pa;
+        compute_ms = slice.compute_ms;
+        const bool first = shownRange_Pa <= 0.0F;
+        shownRange_Pa = slice.range_Pa;
+        if (gpu)
+        {
+            if (first) showOnGpu(slice.request);
+            return;
+        }
+        std::copy(slice.texels.begin(), slice.texels.end(), _image->data());
+        _image->dirty();
+        place(slice.request);
+        count(slice.frame);
+    }
 
     struct Plane
     {
@@ -159,10 +247,54 @@ public:
     float peak_Pa = 0.0F;
 
 private:
-    void showOnGpu(const SliceRequest& request);
-    void place(const SliceRequest& request);
-    void count(std::uint64_t frame);
-    void chooseMethod();
+    void showOnGpu(const SliceRequest& request)
+    {
+        gpu->setRequest(request, shownRange_Pa);
+        place(request);
+        count(request.frame);
+    }
+
+    void place(const SliceRequest& request)
+    {
+        auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
+        const Eigen::Vector3d u = request.u * request.radius_m;
+        const Eigen::Vector3d v = request.v * request.radius_m;
+        corners[0] = osgVec(request.centre - u - v);
+        corners[1] = osgVec(request.centre + u - v);
+        corners[2] = osgVec(request.centre - u + v);
+        corners[3] = osgVec(request.centre + u + v);
+        corners.dirty();
+        _disc->dirtyBound();
+        if (_owner.getNumChildren() == 0) _owner.addChild(_disc);
+    }
+
+    void count(std::uint64_t frame)
+    {
+        shownFrame = frame;
+        const double now = midair::base::steadySeconds();
+        // Exponential mean over about ten slices.
+        if (_lastShown_s > 0.0)
+            slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - slicesPerSecond);
+        _lastShown_s = now;
+    }
+
+    void chooseMethod()
+    {
+        const Method wanted = methodOf(method);
+        const Renderer renderer = *_renderer;
+        // With software rendering the shader takes a second for a slice that the SliceComputer
+        // makes in milliseconds.
+        const bool onGpu = wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU);
+        if (onGpu == (gpu != nullptr) || !_array) return;
+        if (onGpu)
+        {
+            gpu = std::make_unique<GpuSlice>();
+            gpu->setArray(*_array, _medium);
+        }
+        osg::Texture2D* texture = onGpu ? gpu->texture() : _texture.get();
+        _disc->getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
+        if (!onGpu) gpu.reset();
+    }
 
     osg::Group& _owner; ///< parent of the disc, which is added with the first slice
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
@@ -175,20 +307,6 @@ private:
     double _submitted_s = 0.0;
     double _lastShown_s = 0.0;
 };
-
-FieldSliceOverlay::Part::Part(osg::Group& owner) :
-    _owner(owner),
-    _disc(new osg::Geometry),
-    _image(new osg::Image),
-    _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
-{
-    _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
-    _image->setDataVariance(DYNAMIC);
-    _texture = makeSliceTexture(_image);
-    setUpSliceDisc(*_disc, _texture);
-    drawTranslucent(*_disc, SLICE_BIN);
-    _disc->setDrawCallback(probeRenderer(_renderer));
-}
 
 FieldSliceOverlay::FieldSliceOverlay() :
     Overlay(std::make_unique<Part>(*this)),
@@ -290,137 +408,6 @@ bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
     const std::unique_ptr<Slice> slice = _part.worker->waitFor(frame, timeout_s);
     if (slice) _part.show(*slice);
     return slice && slice->request.frame >= frame;
-}
-
-void FieldSliceOverlay::Part::setArray(
-    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-    const midair::haptics::Medium& medium)
-{
-    _array = array;
-    _medium = medium;
-    if (gpu) gpu->setArray(*array, medium);
-}
-
-void FieldSliceOverlay::Part::chooseMethod()
-{
-    const Method wanted = methodOf(method);
-    const Renderer renderer = *_renderer;
-    // With software rendering the shader takes a second for a slice that the SliceComputer makes in
-    // milliseconds.
-    const bool onGpu = wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU);
-    if (onGpu == (gpu != nullptr) || !_array) return;
-    if (onGpu)
-    {
-        gpu = std::make_unique<GpuSlice>();
-        gpu->setArray(*_array, _medium);
-    }
-    osg::Texture2D* texture = onGpu ? gpu->texture() : _texture.get();
-    _disc->getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
-    if (!onGpu) gpu.reset();
-}
-
-void FieldSliceOverlay::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    if (!_array || result->played().size() != _array->size()) return;
-    chooseMethod();
-    const Eigen::Matrix3Xd& points = result->points.positions;
-    SliceRequest request;
-    request.frame = result->frame;
-    request.array = _array;
-    request.medium = _medium;
-    request.result = result;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
-    if (points.cols() > 0)
-    {
-        request.centre = points.rowwise().mean();
-        const Eigen::Matrix3Xd d = points.colwise() - request.centre;
-        const midair::base::SymmetricAxes<3> spread =
-            midair::base::symmetricAxes(Eigen::Matrix3d(d * d.transpose()));
-        const Eigen::Vector3d& sizes = spread.values;
-        _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
-        if (_flat) normal = spread.vectors.col(0);
-        // The median puts the slice where most points are: a raised middle doesn't move it off the
-        // outline.
-        request.centre += normal * median(normal.transpose() * d);
-    }
-    if (plane)
-    {
-        normal =
-            Eigen::Vector3d(plane->normal.x(), plane->normal.y(), plane->normal.z()).normalized();
-        const Eigen::Vector3d on(plane->point.x(), plane->point.y(), plane->point.z());
-        request.centre += normal * normal.dot(on - request.centre);
-    }
-    request.u = normal.unitOrthogonal();
-    request.v = normal.cross(request.u);
-    request.radius_m = radius_m;
-    if (radius_m <= 0.0)
-    {
-        const Eigen::Matrix3Xd d = points.colwise() - request.centre;
-        const double reach =
-            points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
-        // Rounded up in steps, so that the disc doesn't change its size all the time while the
-        // object turns.
-        request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
-    }
-    request.range_Pa = range_Pa;
-    if (!worker) worker = std::make_unique<SliceWorker>(); // no thread before something is shown
-    const double now = midair::base::steadySeconds();
-    // The shader needs a range, which the first slice of the thread gives.
-    const bool onGpu = gpu && shownRange_Pa > 0.0F;
-    if (onGpu) showOnGpu(request);
-    if (onGpu && now - _submitted_s < kBeside_s) return;
-    _submitted_s = now;
-    worker->submit(std::move(request));
-}
-
-void FieldSliceOverlay::Part::showOnGpu(const SliceRequest& request)
-{
-    gpu->setRequest(request, shownRange_Pa);
-    place(request);
-    count(request.frame);
-}
-
-void FieldSliceOverlay::Part::show(const Slice& slice)
-{
-    peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
-    peak_Pa = slice.peak_Pa;
-    compute_ms = slice.compute_ms;
-    const bool first = shownRange_Pa <= 0.0F;
-    shownRange_Pa = slice.range_Pa;
-    if (gpu)
-    {
-        if (first) showOnGpu(slice.request);
-        return;
-    }
-    std::copy(slice.texels.begin(), slice.texels.end(), _image->data());
-    _image->dirty();
-    place(slice.request);
-    count(slice.frame);
-}
-
-void FieldSliceOverlay::Part::place(const SliceRequest& request)
-{
-    auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
-    const Eigen::Vector3d u = request.u * request.radius_m;
-    const Eigen::Vector3d v = request.v * request.radius_m;
-    corners[0] = osgVec(request.centre - u - v);
-    corners[1] = osgVec(request.centre + u - v);
-    corners[2] = osgVec(request.centre - u + v);
-    corners[3] = osgVec(request.centre + u + v);
-    corners.dirty();
-    _disc->dirtyBound();
-    if (_owner.getNumChildren() == 0) _owner.addChild(_disc);
-}
-
-void FieldSliceOverlay::Part::count(std::uint64_t frame)
-{
-    shownFrame = frame;
-    const double now = midair::base::steadySeconds();
-    // Exponential mean over about ten slices.
-    if (_lastShown_s > 0.0)
-        slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - slicesPerSecond);
-    _lastShown_s = now;
 }
 
 } // namespace osgMidair

@@ -145,12 +145,58 @@ public:
         osg::ref_ptr<osgText::Text> label;
     };
 
-    explicit Part(osg::Group& owner);
+    explicit Part(osg::Group& owner) : capsules(makeCapsules()), rings(makeDiscs()), _owner(owner)
+    {
+        osg::StateSet* state = capsules->getOrCreateStateSet();
+        state->setAttributeAndModes(
+            makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
+        drawTranslucent(*capsules, HAND_BIN);
+        rings->setCullingActive(false);
+        rings->getOrCreateStateSet()->setAttributeAndModes(
+            makeProgram("osgMidair touches", kRingVertex, kRingFragment));
+        drawTranslucent(*rings, POINT_BIN);
+    }
 
     bool followsHands() const override { return true; }
+
     void setHands(const std::vector<midair::bridge::HandCapsule>& hands,
                   const std::vector<midair::bridge::HandContact>& contacts,
-                  double time_s) override;
+                  double time_s) override
+    {
+        for (const midair::bridge::HandContact& contact : contacts)
+        {
+            if (!contact.touching) continue;
+            auto mark = std::find_if(marks.begin(),
+                                     marks.end(),
+                                     [&](const Mark& m) {
+                                         return m.object == contact.object &&
+                                                m.hand == contact.hand &&
+                                                m.finger == contact.finger;
+                                     });
+            if (mark == marks.end())
+            {
+                mark = marks.emplace(marks.end());
+                mark->label = pixels::text("", {}, kLabel, osg::Vec4(kTouching, 1.0F));
+                mark->label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
+                mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
+                mark->label->setBackdropType(osgText::Text::OUTLINE);
+                mark->label->setBackdropColor(kLabelEdge);
+                drawTranslucent(*mark->label, POINT_BIN);
+                _owner.addChild(mark->label);
+            }
+            mark->object = contact.object;
+            mark->hand = contact.hand;
+            mark->finger = contact.finger;
+            mark->bone = contact.bone;
+            mark->place = osgVec(contact.position);
+            mark->radius_m =
+                std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
+            mark->force_N = contact.force_N;
+            mark->seen_s = time_s;
+        }
+        drawBones(hands);
+        drawMarks(time_s);
+    }
 
     int bones = 0; ///< number drawn
     /// hudScale() of the view that was culled last, perhaps in another thread
@@ -160,25 +206,95 @@ public:
     osg::ref_ptr<osg::Geometry> rings;
 
 private:
-    void drawBones(const std::vector<midair::bridge::HandCapsule>& hands);
-    void drawMarks(double time_s);
+    void drawBones(const std::vector<midair::bridge::HandCapsule>& hands)
+    {
+        auto& vertices = static_cast<osg::Vec3Array&>(*capsules->getVertexArray());
+        auto& others = static_cast<osg::Vec3Array&>(*capsules->getNormalArray());
+        auto& colors = static_cast<osg::Vec4ubArray&>(*capsules->getColorArray());
+        auto& coordinates = static_cast<osg::Vec3Array&>(*capsules->getTexCoordArray(0));
+        if (hands.empty() && vertices.empty()) return;
+        vertices.clear();
+        others.clear();
+        colors.clear();
+        coordinates.clear();
+        for (const midair::bridge::HandCapsule& capsule : hands)
+        {
+            const bool touches = std::any_of(
+                marks.begin(),
+                marks.end(),
+                [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
+            const osg::Vec3 a = osgVec(capsule.shape.a);
+            const osg::Vec3 b = osgVec(capsule.shape.b);
+            const auto radius = static_cast<float>(capsule.shape.radius_m);
+            for (const auto& [end, side] : {std::pair{0, -1}, {1, -1}, {1, 1}, {0, 1}})
+            {
+                vertices.push_back(end ? b : a);
+                others.push_back(end ? a : b);
+                colors.push_back(bytes(touches ? kTouching : kSkin, 1.0F));
+                coordinates.push_back(
+                    osg::Vec3(static_cast<float>(end), static_cast<float>(side), radius));
+            }
+        }
+        for (osg::Array* array : {static_cast<osg::Array*>(&vertices),
+                                  static_cast<osg::Array*>(&others),
+                                  static_cast<osg::Array*>(&colors),
+                                  static_cast<osg::Array*>(&coordinates)})
+            array->dirty();
+        auto& quads = static_cast<osg::DrawArrays&>(*capsules->getPrimitiveSet(0));
+        quads.setCount(static_cast<GLsizei>(vertices.size()));
+        quads.dirty();
+        capsules->dirtyBound();
+        bones = static_cast<int>(hands.size());
+    }
+
+    void drawMarks(double time_s)
+    {
+        for (auto mark = marks.begin(); mark != marks.end();)
+        {
+            // If time goes back, a clock was reset.
+            if (time_s - mark->seen_s <= kFade_s && time_s >= mark->seen_s)
+            {
+                ++mark;
+                continue;
+            }
+            _owner.removeChild(mark->label);
+            mark = marks.erase(mark);
+        }
+        const int count = static_cast<int>(marks.size());
+        if (count == 0 && discVertices(*rings).empty()) return;
+        resizeDiscs(*rings, count);
+        osg::Vec3Array& vertices = discVertices(*rings);
+        osg::Vec3Array& radii = discNormals(*rings);
+        osg::Vec4ubArray& colors = discColors(*rings);
+        for (int i = 0; i < count; ++i)
+        {
+            const Mark& mark = marks[i];
+            const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
+            const auto radius = static_cast<float>(mark.radius_m);
+            for (int k = 0; k < 3; ++k)
+            {
+                vertices[3 * i + k] = mark.place;
+                radii[3 * i + k] = osg::Vec3(0.0F, 0.0F, radius);
+                colors[3 * i + k] = bytes(kTouching, opacity);
+            }
+            std::string force;
+            if (mark.force_N > 0.0) force = fmt::format("  {:.2f} mN", 1e3 * mark.force_N);
+            const std::string label = midair::bridge::boneName(mark.bone) + force;
+            if (mark.label->getText().createUTF8EncodedString() != label)
+                mark.label->setText(label, osgText::String::ENCODING_UTF8);
+            mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
+            mark.label->setColor(osg::Vec4(kTouching, opacity));
+            const float height = kLabel * unit_pixels;
+            if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);
+        }
+        vertices.dirty();
+        radii.dirty();
+        colors.dirty();
+        rings->dirtyBound();
+    }
 
     osg::Group& _owner; ///< parent of the labels
 };
-
-HandsOverlay::Part::Part(osg::Group& owner) :
-    capsules(makeCapsules()),
-    rings(makeDiscs()),
-    _owner(owner)
-{
-    osg::StateSet* state = capsules->getOrCreateStateSet();
-    state->setAttributeAndModes(makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
-    drawTranslucent(*capsules, HAND_BIN);
-    rings->setCullingActive(false);
-    rings->getOrCreateStateSet()->setAttributeAndModes(
-        makeProgram("osgMidair touches", kRingVertex, kRingFragment));
-    drawTranslucent(*rings, POINT_BIN);
-}
 
 HandsOverlay::HandsOverlay() :
     Overlay(std::make_unique<Part>(*this)),
@@ -213,130 +329,6 @@ std::string HandsOverlay::getLabel(int touch) const
 {
     const Part::Mark& mark = _part.marks.at(static_cast<std::size_t>(touch));
     return mark.label->getText().createUTF8EncodedString();
-}
-
-void HandsOverlay::Part::setHands(const std::vector<midair::bridge::HandCapsule>& hands,
-                                  const std::vector<midair::bridge::HandContact>& contacts,
-                                  double time_s)
-{
-    for (const midair::bridge::HandContact& contact : contacts)
-    {
-        if (!contact.touching) continue;
-        auto mark = std::find_if(marks.begin(),
-                                 marks.end(),
-                                 [&](const Mark& m) {
-                                     return m.object == contact.object && m.hand == contact.hand &&
-                                            m.finger == contact.finger;
-                                 });
-        if (mark == marks.end())
-        {
-            mark = marks.emplace(marks.end());
-            mark->label = pixels::text("", {}, kLabel, osg::Vec4(kTouching, 1.0F));
-            mark->label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
-            mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
-            mark->label->setBackdropType(osgText::Text::OUTLINE);
-            mark->label->setBackdropColor(kLabelEdge);
-            drawTranslucent(*mark->label, POINT_BIN);
-            _owner.addChild(mark->label);
-        }
-        mark->object = contact.object;
-        mark->hand = contact.hand;
-        mark->finger = contact.finger;
-        mark->bone = contact.bone;
-        mark->place = osgVec(contact.position);
-        mark->radius_m = std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
-        mark->force_N = contact.force_N;
-        mark->seen_s = time_s;
-    }
-    drawBones(hands);
-    drawMarks(time_s);
-}
-
-void HandsOverlay::Part::drawBones(const std::vector<midair::bridge::HandCapsule>& hands)
-{
-    auto& vertices = static_cast<osg::Vec3Array&>(*capsules->getVertexArray());
-    auto& others = static_cast<osg::Vec3Array&>(*capsules->getNormalArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*capsules->getColorArray());
-    auto& coordinates = static_cast<osg::Vec3Array&>(*capsules->getTexCoordArray(0));
-    if (hands.empty() && vertices.empty()) return;
-    vertices.clear();
-    others.clear();
-    colors.clear();
-    coordinates.clear();
-    for (const midair::bridge::HandCapsule& capsule : hands)
-    {
-        const bool touches = std::any_of(
-            marks.begin(),
-            marks.end(),
-            [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
-        const osg::Vec3 a = osgVec(capsule.shape.a);
-        const osg::Vec3 b = osgVec(capsule.shape.b);
-        const auto radius = static_cast<float>(capsule.shape.radius_m);
-        for (const auto& [end, side] : {std::pair{0, -1}, {1, -1}, {1, 1}, {0, 1}})
-        {
-            vertices.push_back(end ? b : a);
-            others.push_back(end ? a : b);
-            colors.push_back(bytes(touches ? kTouching : kSkin, 1.0F));
-            coordinates.push_back(
-                osg::Vec3(static_cast<float>(end), static_cast<float>(side), radius));
-        }
-    }
-    for (osg::Array* array : {static_cast<osg::Array*>(&vertices),
-                              static_cast<osg::Array*>(&others),
-                              static_cast<osg::Array*>(&colors),
-                              static_cast<osg::Array*>(&coordinates)})
-        array->dirty();
-    auto& quads = static_cast<osg::DrawArrays&>(*capsules->getPrimitiveSet(0));
-    quads.setCount(static_cast<GLsizei>(vertices.size()));
-    quads.dirty();
-    capsules->dirtyBound();
-    bones = static_cast<int>(hands.size());
-}
-
-void HandsOverlay::Part::drawMarks(double time_s)
-{
-    for (auto mark = marks.begin(); mark != marks.end();)
-    {
-        // If time goes back, a clock was reset.
-        if (time_s - mark->seen_s <= kFade_s && time_s >= mark->seen_s)
-        {
-            ++mark;
-            continue;
-        }
-        _owner.removeChild(mark->label);
-        mark = marks.erase(mark);
-    }
-    const int count = static_cast<int>(marks.size());
-    if (count == 0 && discVertices(*rings).empty()) return;
-    resizeDiscs(*rings, count);
-    osg::Vec3Array& vertices = discVertices(*rings);
-    osg::Vec3Array& radii = discNormals(*rings);
-    osg::Vec4ubArray& colors = discColors(*rings);
-    for (int i = 0; i < count; ++i)
-    {
-        const Mark& mark = marks[i];
-        const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
-        const auto radius = static_cast<float>(mark.radius_m);
-        for (int k = 0; k < 3; ++k)
-        {
-            vertices[3 * i + k] = mark.place;
-            radii[3 * i + k] = osg::Vec3(0.0F, 0.0F, radius);
-            colors[3 * i + k] = bytes(kTouching, opacity);
-        }
-        std::string force;
-        if (mark.force_N > 0.0) force = fmt::format("  {:.2f} mN", 1e3 * mark.force_N);
-        const std::string label = midair::bridge::boneName(mark.bone) + force;
-        if (mark.label->getText().createUTF8EncodedString() != label)
-            mark.label->setText(label, osgText::String::ENCODING_UTF8);
-        mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
-        mark.label->setColor(osg::Vec4(kTouching, opacity));
-        const float height = kLabel * unit_pixels;
-        if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);
-    }
-    vertices.dirty();
-    radii.dirty();
-    colors.dirty();
-    rings->dirtyBound();
 }
 
 } // namespace osgMidair
