@@ -183,8 +183,8 @@ struct DriverThread::Shared
     bool closing MIDAIR_GUARDED_BY(mutex) = false;
     bool ended MIDAIR_GUARDED_BY(mutex) = false;
     bool isLeft MIDAIR_GUARDED_BY(mutex) = false; ///< nobody waits for the thread any more
-    std::string
-        lastWords MIDAIR_GUARDED_BY(mutex); ///< what the log has to say of it once it has ended
+    /// what the log has to say of it once it has ended
+    std::string lastWords MIDAIR_GUARDED_BY(mutex);
 
 private:
     // Returns what the driver has thrown, in words; empty: nothing.
@@ -305,8 +305,8 @@ private:
     }
 
     std::uint32_t _sequence MIDAIR_GUARDED_BY(mutex) = 0;
-    std::uint64_t _epoch MIDAIR_GUARDED_BY(mutex) =
-        0; ///< counts silences; a field of an older one is not what plays
+    /// counts silences; a field of an older one is not what plays
+    std::uint64_t _epoch MIDAIR_GUARDED_BY(mutex) = 0;
     double _silenceAsked_s MIDAIR_GUARDED_BY(mutex) = 0.0;
     DueSilence _silence MIDAIR_GUARDED_BY(mutex);
     const char* _call MIDAIR_GUARDED_BY(mutex) = nullptr; ///< what the driver is called for now
