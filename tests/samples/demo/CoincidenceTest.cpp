@@ -160,7 +160,6 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
     scene.overlays().setNodeMask(0);
     scene.paintPlain(kMagenta);
 
-    const double start = base::steadySeconds();
     for (const double time_s : {0.0, 0.9, 2.3, 4.1})
     {
         SCOPED_TRACE(time_s);
