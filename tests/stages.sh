@@ -54,15 +54,14 @@ stage_tidy_all()
     tidy ""
 }
 
-# What differs from the commit up to which it has looked at everything; a clone without that commit is looked at as a whole.
+# What differs from the commit up to which it has looked at all that changed.
 stage_tidy()
 {
-    local base=$tidied
-    if ! git cat-file -e "$base^{commit}" 2>/dev/null; then
-        echo "this clone lacks the commit $base: clang-tidy looks at everything"
-        base=""
+    if git cat-file -e "$tidied^{commit}" 2>/dev/null; then
+        tidy "$tidied"
+    else
+        echo "clang-tidy LOOKED AT NOTHING: this clone lacks the commit $tidied, with which it compares; --sanitize looks at everything"
     fi
-    tidy "$base"
 }
 
 # With its own code in the way, g++ warns of what isn't so (std::regex "may be used uninitialized"): warnings are the other builds'.
