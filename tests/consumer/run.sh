@@ -47,9 +47,9 @@ if [ -z "$preload" ]; then
     built "$here/without-scene" "$folder/without-scene" -DCMAKE_PREFIX_PATH="$folder/alone" -DMIDAIR_SAMPLES="$samples"
     runs "$folder/without-scene/without-scene"
     ! ldd "$folder/without-scene/without-scene" | grep -i 'libosg\|libOpenThreads' || fail "the libraries link a scene graph"
-    # A program's files are compiled as one, which takes half the time.
+    # A program's files are compiled as one and with less optimisation, which takes a third of the time.
     built "$samples" "$folder/samples" -DCMAKE_PREFIX_PATH="$folder/usr" '-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror' \
-        -DCMAKE_UNITY_BUILD=ON
+        '-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG' -DCMAKE_UNITY_BUILD=ON
 else
     built "$here" "$folder/build" -DCMAKE_PREFIX_PATH="$folder/usr" -DMIDAIR_SAMPLES="$samples"
     for sample in 13-rigid-bodies 20-own-device; do runs "$folder/build/$sample"; done
