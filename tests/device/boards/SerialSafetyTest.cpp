@@ -115,7 +115,9 @@ TEST(Mega, is_silenced_after_its_bootloader_and_then_plays)
     const std::string status = device->status();
     // A busy machine may take longer than the board does.
     if (midair::base::steadySeconds() - opened_s < 0.6)
+    {
         EXPECT_NE(status.find("starting"), std::string::npos) << status;
+    }
     ASSERT_TRUE(device->send(randomField(64, 1))); // waits
     ASSERT_TRUE(device->send(randomField(64, 2)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
