@@ -37,6 +37,14 @@
 namespace osgMidair
 {
 
+/// What a device would limit, by its URI.
+struct BakedLimits
+{
+    midair::device::SafetyLimits limits; ///< those that hold in a recording: maxima
+    /// Sentences on those that a device keeps itself, since they go by time.
+    std::vector<std::string> unkept;
+};
+
 namespace
 {
 
@@ -58,14 +66,6 @@ public:
 private:
     midair::device::HeldField _held;
     midair::device::FieldCounters _counters;
-};
-
-/// What a device would limit, by its URI.
-struct BakedLimits
-{
-    midair::device::SafetyLimits limits; ///< those that hold in a recording: maxima
-    /// Sentences on those that a device keeps itself, since they go by time.
-    std::vector<std::string> unkept;
 };
 
 // Whole periods of this many steps are handed over in one piece; nothing is sent step by step, as

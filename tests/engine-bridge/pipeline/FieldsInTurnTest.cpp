@@ -296,7 +296,7 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
             return result && result->sequence.changes() && result->monitored &&
                    result->report().surface.coefficientOfVariation < 0.8;
         },
-        300.0); // the monitor runs only when nobody else wants to
+        800.0); // the monitor runs only when nobody else wants to
     ASSERT_TRUE(result && result->monitored);
     const haptics::FieldMonitor::Result& found = *result->monitored;
     EXPECT_EQ(found.error, "");
