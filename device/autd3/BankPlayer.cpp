@@ -156,7 +156,7 @@ std::shared_ptr<const Job> BankPlayer::abandonSequence()
 
 std::shared_ptr<const Job> BankPlayer::silence()
 {
-    const std::shared_ptr<const Job> dropped = cut();
+    std::shared_ptr<const Job> dropped = cut();
     _masks.cover();
     return dropped;
 }

@@ -203,7 +203,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         _output.measure(array, *result);
         _output.rateFromLast(*result);
     }
-    const auto finished = finish(std::move(result), !goesOn);
+    auto finished = finish(std::move(result), !goesOn);
     for (PipelineStage* stage : _stages)
         stage->settle(*finished, snapshot, array);
     return finished;

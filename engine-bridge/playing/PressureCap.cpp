@@ -67,6 +67,14 @@ double largest(const std::vector<Eigen::VectorXcf>& fields)
     return static_cast<double>(most);
 }
 
+std::vector<Eigen::VectorXcf>
+scaled(const CappedPlaces& where, std::vector<Eigen::VectorXcf> fields, double factor)
+{
+    for (Eigen::VectorXcf& q : fields)
+        haptics::scaleField(q, static_cast<float>(factor), where.arrays.front()->drive);
+    return fields;
+}
+
 // As they are sent: whatever a field says, the dead transducers of the array are off.
 bool encodeFor(const CappedPlaces& where, const Eigen::VectorXcf& q, device::DriveSignal& signal)
 {
@@ -302,12 +310,6 @@ double PressureCap::holdAll(const Where& where,
         }
         return least;
     };
-    const auto scaleTo = [&](double whole)
-    {
-        fields = wanted;
-        for (Eigen::VectorXcf& q : fields)
-            haptics::scaleField(q, static_cast<float>(whole), where.arrays.front()->drive);
-    };
     const auto kept = [&](double factor)
     {
         if (drives) *drives = std::move(signals);
@@ -321,13 +323,13 @@ double PressureCap::holdAll(const Where& where,
         if (factor >= 1.0) break; // past the lowest level
         // With steps that grow, since rounding may raise the pressure again.
         whole *= factor * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
-        scaleTo(whole);
+        fields = scaled(where, wanted, whole);
     }
     // The steps may have passed the lowest level, which perhaps keeps to the cap.
     const double lowestShare = kAboveLevel * lowest(where, wanted).amplitude / largest(wanted);
     if (lowestShare > 0.0 && lowestShare < 1.0)
     {
-        scaleTo(lowestShare);
+        fields = scaled(where, wanted, lowestShare);
         if (nextFactor() >= 1.0 && sounds) return kept(lowestShare);
     }
     if (mayThinOut(wanted))

@@ -237,7 +237,9 @@ void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
         arrive(flight.place, flight, now_ns);
         if (!passes || flight.place + 1 == units()) return;
         ++flight.place;
-        launch(now_ns + wire_ns(flight.bytes.size()), std::move(flight));
+        // Before it is moved: arguments are evaluated in any order.
+        const auto onward_ns = now_ns + wire_ns(flight.bytes.size());
+        launch(onward_ns, std::move(flight));
         return;
     }
     if (flight.place > 0) // it has come there
@@ -257,7 +259,8 @@ void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
     else
     {
         flight.place = place;
-        launch(now_ns + place * wire_ns(flight.bytes.size()), std::move(flight));
+        const auto onward_ns = now_ns + place * wire_ns(flight.bytes.size());
+        launch(onward_ns, std::move(flight));
     }
 }
 

@@ -54,7 +54,7 @@ public:
     {
         std::string lines;
         for (const auto& [key, value] : options)
-            lines += key + "=" + value + "\n";
+            lines.append(key).append("=").append(value).append("\n");
         std::vector<int32_t> boards(layout.board.begin(), layout.board.end());
         boards.resize(layout.transducers, 0);
         std::array<char, kErrorBytes> text{};

@@ -103,7 +103,7 @@ std::shared_ptr<OscReceiver> OscReceiver::open(const OscOptions& options)
     for (const std::weak_ptr<OscReceiver>& one : all)
         if (std::shared_ptr<OscReceiver> known = one.lock(); known && known->_options == options)
             return known;
-    const auto fresh = std::make_shared<OscReceiver>(options);
+    auto fresh = std::make_shared<OscReceiver>(options);
     all.push_back(fresh);
     return fresh;
 }
