@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=ee841c1551fb05cb2e8f87b37d013f9533d6f2ae # the commit up to which clang-tidy has looked at all that changed
+tidied=f071c62f20b571d11d0536ad03d1883afe2dc9a2 # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
@@ -54,7 +54,7 @@ stage_tidy_all()
     tidy ""
 }
 
-# What differs from the commit up to which it has looked at all that changed.
+# What differs from the commit that is named above.
 stage_tidy()
 {
     if git cat-file -e "$tidied^{commit}" 2>/dev/null; then
