@@ -243,6 +243,7 @@ osg::ref_ptr<osg::Vec3Array> GltfSkins::atRest(const GltfPart& part,
     const osg::ref_ptr<osg::Vec3Array> moved =
         new osg::Vec3Array(osg::Array::BIND_PER_VERTEX, from.getNumElements());
     std::vector<osg::Matrixd> ways;
+    ways.reserve(joints.size());
     for (const int joint : joints)
         ways.push_back(inverseBind(joint) * places[static_cast<std::size_t>(joint)]);
     for (std::size_t i = 0; i < moved->size(); ++i)

@@ -90,7 +90,7 @@ std::string whyNotToRead(const std::string& file, const std::string& options)
         const auto then = files.find(file);
         if (then != files.end() && isSame(then->second, now)) return {};
     }
-    const std::string why = tried(file, options);
+    std::string why = tried(file, options);
     const std::lock_guard<std::mutex> lock(mutex);
     if (why.empty()) files[file] = now;
     return why;
@@ -215,7 +215,7 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
     if (!reader) return Result(printable(file) + ": OpenSceneGraph's plugin for .obj is not there");
     const osg::ref_ptr<osgDB::Options> own = forAllBelow(options);
     own->getDatabasePathList().push_front(osgDB::getFilePath(file));
-    std::istringstream text(std::move(plain.text));
+    std::istringstream text(plain.text);
     Result read = reader->readNode(text, own);
     if (!read.validNode()) return read;
     NamePictures names(own);
