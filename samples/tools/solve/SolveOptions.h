@@ -14,11 +14,6 @@ namespace CLI
 class App;
 }
 
-namespace CLI
-{
-class App;
-}
-
 namespace midair::samples
 {
 
