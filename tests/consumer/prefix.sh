@@ -60,10 +60,10 @@ components()
 }
 
 # A component that isn't there is named; an optional one does no harm. So is one that another needs, if its file isn't there.
-components 'midair nosuch' 'midair OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, midair, emulator, c'
+components 'midair nosuch' 'midair OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, midair, tools, c'
 needed=$(find "$prefix" -name osgMidair-midair.cmake)
 mv "$needed" "$needed.away"
-components emulator 'c OPTIONAL_COMPONENTS emulator' 'installed without its component "midair", which "emulator" needs'
+components tools 'c OPTIONAL_COMPONENTS tools' 'installed without its component "midair", which "tools" needs'
 mv "$needed.away" "$needed"
 
 # A scene file is read by the kit's serializers, found beside the library that the program has linked.
