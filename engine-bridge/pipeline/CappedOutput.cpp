@@ -44,8 +44,11 @@ CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
         return factory(uri, layout);
     };
     _output = std::make_unique<ArrayOutput>(open, _context.messages, options.reopen_s);
+    _output->setAmplitudeCap(options.maxAmplitude);
     useAbility();
 }
+
+// The cap of the amplitude stays: it may have been lowered since the options were given.
 
 void CappedOutput::useAbility()
 {
@@ -55,7 +58,7 @@ void CappedOutput::useAbility()
                               ability.sequenceFields,
                               ability.sequenceClock_Hz);
     keepToLevels(_context.options, ability);
-    setCaps();
+    setPressureCap();
     _context.array = std::make_shared<haptics::TransducerArray>(_context.options.array);
 }
 
@@ -71,10 +74,15 @@ void CappedOutput::warnIfNoTransducerSounds()
                          array.size())});
 }
 
-// The stricter of the caps of options and device.
 void CappedOutput::setCaps()
 {
     _output->setAmplitudeCap(_context.options.maxAmplitude);
+    setPressureCap();
+}
+
+// The stricter of the caps of options and device.
+void CappedOutput::setPressureCap()
+{
     const device::DriveAbility ability = _output->ability();
     const double cap_Pa =
         device::stricterPressure(_context.options.maxPressure, ability.maxPressure_Pa);

@@ -66,6 +66,7 @@ private:
     };
 
     void warnIfNoTransducerSounds();
+    void setPressureCap();
     PressureCap::Where
     where(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& points, bool modulated);
     void cap(const haptics::TransducerArray& array,

@@ -343,6 +343,7 @@ PointAssembler::Options HologramPipeline::assemblerOptions() const
     points.maxPoints = _context.options.maxPoints;
     points.sets = _context.options.cycle;
     points.loudness = _context.options.solverOptions.loudness;
+    points.medium = _context.options.medium;
     return points;
 }
 

@@ -59,22 +59,22 @@ void HologramThread::setPipeline(PipelineFactory makePipeline, StaleCheck isStal
 void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwise)
 {
     const double amplitude = options.maxAmplitude;
-    bool isStricter = false;
+    bool isStricter = true; // than those of a pipeline that is being made, as far as is known
     {
         const base::Lock lock(_atWorkMutex);
-        isStricter = _atWork && _atWork->isStricter(options);
+        if (_atWork) isStricter = _atWork->isStricter(options);
     }
     _slot.between(
         [&](bool, bool)
         {
             const base::Lock lock(_mutex);
             if (_wanted.maker.make)
-                _wanted.maker.make = std::move(otherwise); // it wasn't made yet
-            else
             {
-                _wanted.options = std::move(options);
-                _wanted.otherwise = std::move(otherwise);
+                _wanted.maker.make = std::move(otherwise); // it wasn't made yet
+                return;
             }
+            _wanted.options = std::move(options);
+            _wanted.otherwise = std::move(otherwise);
             if (isStricter) _stop.request();
         });
     const base::Lock lock(_atWorkMutex);
@@ -95,16 +95,7 @@ void HologramThread::setMuted(bool muted)
 
 ArrayState HologramThread::state() const
 {
-    if (_opening) return ArrayState::OPENING;
-    const auto result = latestResult();
-    const ArrayState state = result ? result->state : ArrayState::CLOSED;
-    const bool isOpen =
-        state != ArrayState::CLOSED && state != ArrayState::OPENING && state != ArrayState::LOST;
-    const base::Lock lock(_atWorkMutex);
-    if (!isOpen || !_lead->isMuted()) return state;
-    // A driver that hangs hasn't heard of it, so the array may still sound.
-    const bool isDeaf = _atWork && _atWork->reading().state == ArrayState::FAULT;
-    return isDeaf ? ArrayState::FAULT : ArrayState::MUTED;
+    return _opening ? ArrayState::OPENING : reading().state;
 }
 
 // The state of a device that is open is its own, also before there is a result.
@@ -242,7 +233,7 @@ void HologramThread::run()
             if (hasNewOptions()) continue; // their snapshot is on its way
             if (hasSnapshot && maker.isStale && maker.isStale())
             {
-                makePipeline(maker.make, pipeline);
+                makePipeline(maker, pipeline);
                 if (pipeline) publish(pipeline->process(snapshot), pipeline->counters());
                 continue;
             }
@@ -261,7 +252,7 @@ void HologramThread::run()
         const bool isNew = takeMaker(maker);
         const bool isOutdated = useNewOptions(maker, pipeline);
         if (isNew || isOutdated || (maker.isStale && maker.isStale()))
-            makePipeline(maker.make, pipeline);
+            makePipeline(maker, pipeline);
         const std::uint64_t dropped = _slot.drops();
         if (pipeline)
         {
@@ -308,18 +299,31 @@ bool HologramThread::hasNewOptions() const
 // maker makes from now on have them, too: with the old ones a cap could come back that was lowered.
 bool HologramThread::useNewOptions(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline)
 {
-    std::optional<HologramOptions> options;
+    bool isOutdated = false;
+    for (;;)
     {
-        const base::Lock lock(_mutex);
-        options.swap(_wanted.options);
-        if (options) maker.make = std::exchange(_wanted.otherwise, nullptr);
+        std::optional<HologramOptions> options;
+        {
+            const base::Lock lock(_mutex);
+            options.swap(_wanted.options);
+            if (options) maker.make = std::exchange(_wanted.otherwise, nullptr);
+        }
+        if (!options) return isOutdated;
+        isOutdated = !pipeline;
+        if (pipeline) pipeline->reconfigure(std::move(*options));
     }
-    if (options && pipeline) pipeline->reconfigure(std::move(*options));
-    return options && !pipeline;
 }
 
-void HologramThread::makePipeline(const PipelineFactory& make,
-                                  std::unique_ptr<HologramPipeline>& pipeline)
+// Opening a device may take a while, and a cap that came meanwhile holds for the very first field.
+void HologramThread::makePipeline(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline)
+{
+    do
+        makeOnce(maker.make, pipeline);
+    while (useNewOptions(maker, pipeline));
+}
+
+void HologramThread::makeOnce(const PipelineFactory& make,
+                              std::unique_ptr<HologramPipeline>& pipeline)
 {
     setAtWork(nullptr);
     pipeline.reset();

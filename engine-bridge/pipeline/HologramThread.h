@@ -20,10 +20,10 @@ namespace midair::bridge
 /// Runs a HologramPipeline in a thread: takes the newest snapshot, publishes its result, and never
 /// makes a frame wait. While no snapshot comes, it calls HologramPipeline::attend().
 ///
-/// submit() and the readers may be called from any one thread each. The pipeline is made in its
-/// thread when the first snapshot comes, since opening a device may take a while. The destructor
-/// silences the device and breaks off the solve under way, which takes some milliseconds; it waits
-/// for an application's own solver that doesn't check SolverOptions::stop.
+/// submit() belongs to one thread, and so do setPipeline() and setOptions(). The pipeline is made
+/// in its thread when the first snapshot comes, since opening a device may take a while. The
+/// destructor silences the device and breaks off the solve under way, which takes some
+/// milliseconds; it waits for an application's own solver that doesn't check SolverOptions::stop.
 class HologramThread
 {
 public:
@@ -69,11 +69,13 @@ public:
     /// life: no field, no result, no reader. Never waits for the device. Any thread.
     void keepAlive() { _lead->keepAlive(); }
 
-    /// What the array does now; newer than the newest result's. Never waits for the device. Any
+    /// What the array does now, and what became of the fields, by one report of the device; newer
+    /// than the newest result's. Waits while the device falls silent, and for nothing else. Any
+    /// thread.
+    ArrayReading reading() const;
+    /// The same state, but OPENING from setPipeline() on until that pipeline's first result. Any
     /// thread.
     ArrayState state() const;
-    /// The same with what became of the fields, by one report of the device. Any thread.
-    ArrayReading reading() const;
     /// What hands feel: the points of the newest field with their pressures if the array plays it
     /// at this moment; no points while it is muted, lost, at fault, silenced by its hold or a cap,
     /// not open yet, or has nothing to play. Never null. Any thread.
@@ -121,7 +123,8 @@ private:
 
     void run();
     bool takeMaker(Maker& maker);
-    void makePipeline(const PipelineFactory& make, std::unique_ptr<HologramPipeline>& pipeline);
+    void makePipeline(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline);
+    void makeOnce(const PipelineFactory& make, std::unique_ptr<HologramPipeline>& pipeline);
     bool hasNewOptions() const;
     bool useNewOptions(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline);
     void setAtWork(HologramPipeline* pipeline);

@@ -411,7 +411,7 @@ void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPo
         small.push_back(i);
         if (felt.insert(id).second) whole += found->second;
     }
-    haptics::holdToShare(small, whole, _options.loudness, _array, haptics::Medium(), points);
+    haptics::holdToShare(small, whole, _options.loudness, _array, _options.medium, points);
 }
 
 // Models in millimetres or centimetres are common; what is far wider than the array is probably

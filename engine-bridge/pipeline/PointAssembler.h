@@ -3,6 +3,7 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/SampleCache.h"
+#include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPointSelector.h"
@@ -70,11 +71,13 @@ public:
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
         int sets = 1;                   ///< 1 .. 1024; number of shifted sets of points per surface
         double loudness = 1.0;          ///< >= 0; up to 1 that of objects that are one focus
+        haptics::Medium medium;         ///< in which such a focus reaches its loudness
 
         bool operator==(const Options& b) const
         {
             return wavelength_m == b.wavelength_m && motionTolerance_m == b.motionTolerance_m &&
-                   maxPoints == b.maxPoints && sets == b.sets && loudness == b.loudness;
+                   maxPoints == b.maxPoints && sets == b.sets && loudness == b.loudness &&
+                   medium == b.medium;
         }
     };
 

@@ -436,8 +436,9 @@ ArrayState ArrayOutput::state()
     if (report.state < device::DeviceState::HANGING) _told.loss.reset();
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
+    if (!report.unsilenced.empty()) return ArrayState::FAULT; // muted or not: it may sound
     if (_lead->isMuted() || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
-    if (!report.quieted.empty() || !report.unsilenced.empty()) return ArrayState::FAULT;
+    if (!report.quieted.empty()) return ArrayState::FAULT;
     if (_given.drives.empty() || _shared.isCutOff || isHoldOver() || isCutShort())
         return ArrayState::SILENT;
     const bool isPlayedAgain =

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <utility>
 
 #include <fmt/format.h>
@@ -77,10 +76,12 @@ PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& d
             std::move(ability)};
 }
 
-/// Scales fields down together until no amplitude exceeds the cap of the settings.
-void keepAmplitudes(double most, haptics::FieldSequence& sequence)
+/// Scales fields down together until no amplitude exceeds \a cap, nor the next level of a drive
+/// below it, to which rounding may not go up again.
+void keepAmplitudes(double cap, haptics::FieldSequence& sequence)
 {
-    if (most >= 1.0) return;
+    if (cap >= 1.0) return;
+    const double most = base::dutyAmplitude(std::floor(base::dutyLevel(cap) + 1e-9));
     float largest = 0.0F;
     for (const Eigen::VectorXcf& q : sequence.fields)
         if (q.size() > 0) largest = std::max(largest, q.cwiseAbs().maxCoeff());
@@ -89,21 +90,20 @@ void keepAmplitudes(double most, haptics::FieldSequence& sequence)
         q *= static_cast<float>(most / static_cast<double>(largest));
 }
 
-/// Encodes the drives and replaces the fields by those that the drives play.
+/// Encodes the drives, unless a cap has proven them, and replaces the fields by those that the
+/// drives play.
 void encodeFields(const SolveTask& task, SolvedFields& solved)
 {
-    // Rounding to levels may not exceed the cap of the amplitude either.
-    const double most = std::floor(base::dutyLevel(task.settings.maxAmplitude) + 1e-9);
-    const auto mostDuty = static_cast<std::uint8_t>(std::clamp(most, 0.0, 255.0));
-    for (Eigen::VectorXcf& q : solved.sequence.fields)
+    std::vector<Eigen::VectorXcf>& fields = solved.sequence.fields;
+    const bool isProven = !solved.signals.empty();
+    solved.signals.resize(fields.size());
+    for (std::size_t k = 0; k < fields.size(); ++k)
     {
-        device::DriveSignal& signal = solved.signals.emplace_back();
-        device::encode(q.data(), static_cast<int>(q.size()), signal);
-        for (std::uint8_t& duty : signal.duty)
-            duty = std::min(duty, mostDuty);
+        device::DriveSignal& signal = solved.signals[k];
+        if (!isProven) device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signal);
         for (const int i : task.array.dead)
             signal.duty[static_cast<std::size_t>(i)] = 0;
-        q = playedBy(task.array.drive, signal);
+        fields[k] = playedBy(task.array.drive, signal);
     }
 }
 
@@ -173,11 +173,14 @@ void finish(const SolveTask& task, SolvedFields& solved)
                                    task.medium,
                                    false,
                                    task.settings.threads,
-                                   {},
+                                   task.stop,
                                    task.ears};
     keepAmplitudes(task.settings.maxAmplitude, solved.sequence);
     const bool isCapped = task.settings.maxPressure > 0.0 || where.ears;
-    if (isCapped && solved.points.size() > 0) report.capFactor = cap.hold(where, solved.sequence);
+    CappedDrives proven;
+    if (isCapped && solved.points.size() > 0)
+        report.capFactor = cap.hold(where, solved.sequence, &proven);
+    solved.signals = std::move(proven.drives);
     encodeFields(task, solved);
     solved.achieved_Pa = measured(solved.sequence, task);
     // A solver rates its own field in float and in the levels that it planned with, and silence as

@@ -119,6 +119,8 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->configure();
             of->fillSnapshot();
             of->player.play(Eigen::Isometry3d::Identity());
+            if (!of->player.whySilenced().empty())
+                fail(MIDAIR_SILENCED, of->player.whySilenced().front());
         });
 }
 
@@ -142,8 +144,7 @@ midair_status midair_mute(midair_scene* scene, int32_t muted)
             const auto of = sceneOf(scene);
             if (muted != 0 && muted != 1)
                 fail(MIDAIR_INVALID, fmt::format("muted is {}; it must be 0 or 1", muted));
-            const std::lock_guard<std::mutex> lock(of->mutex);
-            of->player.setMuted(muted != 0);
+            of->player.setMuted(muted != 0); // without the mutex, which a callback that hangs holds
         });
 }
 
@@ -158,8 +159,9 @@ midair_status midair_state(midair_scene* scene, midair_device_state* state)
             const std::lock_guard<std::mutex> lock(of->mutex);
             if (!of->device.empty())
             {
-                const bridge::ArrayFields counted = of->player.reading().fields;
-                now.state = static_cast<int32_t>(of->player.state());
+                const bridge::ArrayReading reading = of->player.reading();
+                const bridge::ArrayFields& counted = reading.fields;
+                now.state = static_cast<int32_t>(reading.state);
                 now.sent = counted.sent;
                 now.played = counted.played;
                 now.dropped = counted.dropped;

@@ -198,6 +198,27 @@ TEST(HologramThread, ADeviceThatComesLateIsMutedAndCapped)
     EXPECT_TRUE(eventually([&] { return log->sends > 0; }));
 }
 
+TEST(HologramPipeline, ADeviceThatComesLateKeepsTheCapThatWasLoweredMeanwhile)
+{
+    std::atomic<bool> isThere{false};
+    HologramOptions options;
+    options.array = haptics::TransducerArray::octagonalPrism();
+    options.reopen_s = kSoon_s;
+    options.deviceFactory = [&](const std::string&, const device::DeviceLayout& layout)
+    {
+        if (!isThere) throw std::runtime_error("nothing is plugged in");
+        return device::openDevice("sim:", layout);
+    };
+    HologramPipeline pipeline(options);
+    pipeline.process(squareSnapshot());
+    pipeline.lowerAmplitudeCap(0.3);
+    isThere = true;
+    ASSERT_TRUE(eventually([&] { return pipeline.isOpenedNow(); }));
+    const auto result = pipeline.process(squareSnapshot());
+    EXPECT_TRUE(result->playing);
+    EXPECT_LE(result->played().cwiseAbs().maxCoeff(), 0.3f);
+}
+
 // Frames are handed over and solved as fast as ever, and there is one message.
 TEST(HologramThread, ADeviceThatNeverOpensHoldsNothingUp)
 {

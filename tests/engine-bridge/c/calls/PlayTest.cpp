@@ -161,6 +161,7 @@ TEST(CPlay, EachTextOfTheUsersCapsIsUnderstoodOrSilences)
                                  }))
             << one.variable << "=" << one.text << ": " << of.messages();
         EXPECT_NE(stateOf(of.scene), MIDAIR_STATE_PLAYING) << one.variable << "=" << one.text;
+        EXPECT_EQ(midair_update(of.scene, 1e6), MIDAIR_SILENCED) << one.variable << "=" << one.text;
     }
 }
 
