@@ -12,8 +12,7 @@
 namespace midair::device
 {
 
-/// The fields of a USB device that wait for a transfer or are in flight, and counters of all that
-/// were sent. At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that
+/// The fields of a device that wait for its line or are on it, and counters of all that were sent. At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that
 /// is handed to a transfer and not confirmed yet.
 ///
 /// Every field is counted once when it leaves the queue, so that sent = played + dropped + lost +

@@ -105,9 +105,10 @@ const DriveSignal& LimitedDrive::lowered(double cap, double now_s)
     return _lowered;
 }
 
+// A field that is refused changes nothing: the one before may sound on, and counts.
 void LimitedDrive::noteSent(bool taken)
 {
-    _drive = taken && _limits.meanDrive < 1 ? meanSquare(_lowered) : 0;
+    if (taken) _drive = _limits.meanDrive < 1 ? meanSquare(_lowered) : 0;
 }
 
 void LimitedDrive::noteSilence(double now_s)

@@ -38,9 +38,10 @@ public:
     double allowed(double cap, double now_s);
     /// Returns what is wanted, lowered by that; it stays until the next call.
     const DriveSignal& lowered(double cap, double now_s);
-    /// The device has taken the last lowered(), or else plays nothing of it.
+    /// The device has taken the last lowered(), or else refused it and plays on.
     void noteSent(bool taken);
-    /// A sequence plays, lowered by \a gain as a whole. Ramp and budget let none be sent.
+    /// A sequence plays, whose loudest field is lowered by \a gain. Ramp and budget let none be
+    /// sent.
     void noteSequence(double gain) { _gain = gain; }
     void noteSilence(double now_s);
 

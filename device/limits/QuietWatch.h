@@ -37,7 +37,7 @@ struct Loudness
 /// whatever it was for (a cap, a mute, a lower target). It has once ArrayDevice::confirmed_s() has
 /// reached the asking. GuardedDevice silences what isn't confirmed in time.
 ///
-/// Has no lock: the owner guards it. All times are those of steadySeconds().
+/// Has no lock: the owner guards it. All times are those of the owner's clock.
 class QuietWatch
 {
 public:

@@ -18,8 +18,8 @@ namespace midair::bridge
 namespace
 {
 
-// Relative tolerance for a whole number of steps: a modulation that is off by this share of a
-// period each period drifts by one period in 10^9 of them, which takes days.
+// Relative tolerance for a whole number of steps: what is off by this share of a period each period
+// drifts by one period in 10^9 of them, which takes hours for fields and days for a modulation.
 constexpr double kWhole = 1e-9;
 
 // Steps per period of the amplitude modulation, 1 without one; 0 if that is not a whole number or
@@ -40,7 +40,6 @@ constexpr double kRetry_s = 0.02; // pause before a refused sequence is sent aga
 // Whether the device's clock has the modulator's rate.
 bool keepsTime(const device::DriveAbility& ability, const haptics::Modulator& modulator)
 {
-    constexpr double kWhole = 1e-9; // relative: off by a field in hours or days
     if (ability.sequenceClock_Hz <= 0) return true;
     const double exact = ability.sequenceClock_Hz / modulator.options().fieldRate_Hz;
     const double whole = std::round(exact);

@@ -33,10 +33,12 @@ struct Owners
     std::vector<const osg::Node*> seen MIDAIR_GUARDED_BY(mutex);
 };
 
+// Never destroyed, as scenes may end in the process's last moments; the same holds for the next
+// two.
 Owners& owners()
 {
-    static Owners all;
-    return all;
+    static auto* const all = new Owners;
+    return *all;
 }
 
 struct Places
@@ -46,7 +48,6 @@ struct Places
     std::set<const PlayingPlace*> waiting MIDAIR_GUARDED_BY(mutex);
 };
 
-// Never destroyed, as scenes may end in the process's last moments.
 Places& places()
 {
     static auto* const all = new Places;
@@ -110,8 +111,8 @@ struct JoinedEngines
 
 JoinedEngines& joinedEngines()
 {
-    static JoinedEngines all;
-    return all;
+    static auto* const all = new JoinedEngines;
+    return *all;
 }
 
 } // namespace

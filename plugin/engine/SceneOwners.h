@@ -76,8 +76,6 @@ public:
     static bool isWanted();
 };
 
-class HapticEngine;
-
 /// An engine's place among those that are played as one: joined scenes that a viewer shows beside
 /// each other and that ask for the same array. The one that is first here plays for the others.
 class JoinedScene

@@ -44,7 +44,7 @@ Command& Command::add(const std::uint8_t* bytes, std::size_t count)
 // Margin and failsafe are ours, the rest are the firmware's defaults: each command sets all.
 Command Command::configureCpu(const CpuConfig& config)
 {
-    Command command(0x05);
+    Command command(kConfigureCpuCode);
     command.add(config.switchMargin_ns, 4)
         .add(1'000'000, 4)     // polls
         .add(2'000'000'000, 4) // polls
@@ -120,7 +120,7 @@ Command Command::writeRaw(int bank, int first, const std::vector<const UnitPatte
 
 Command Command::setSilencer(const Silencer& silencer)
 {
-    return Command(0x30)
+    return Command(kSilencerCode)
         .add(0, 2)
         .add(kSlowestGlide, 2)
         .add(kSlowestGlide, 2)
@@ -149,7 +149,7 @@ Command Command::silenceAll()
 
 Command Command::setPulseWidths(const std::array<std::uint16_t, 256>& widths)
 {
-    Command command(0x42);
+    Command command(kPulseWidthsCode);
     for (const std::uint16_t width : widths)
         command.add(width, 2);
     return command;

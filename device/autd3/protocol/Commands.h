@@ -74,12 +74,15 @@ enum class SwitchMode : std::uint8_t
 };
 
 constexpr std::uint8_t kResetCode = 0x00;
+constexpr std::uint8_t kConfigureCpuCode = 0x05;
 constexpr std::uint8_t kReleaseCode = 0x06;
 constexpr std::uint8_t kConfigureBankCode = 0x11;
 constexpr std::uint8_t kActivateCode = 0x12;
 constexpr std::uint8_t kWritePhasesCode = 0x13;
 constexpr std::uint8_t kWriteRawCode = 0x15;
+constexpr std::uint8_t kSilencerCode = 0x30;
 constexpr std::uint8_t kMaskCode = 0x41;
+constexpr std::uint8_t kPulseWidthsCode = 0x42;
 constexpr std::uint8_t kReadFpgaStateCode = 0xE7;
 constexpr std::uint8_t kReadFirmwareCode = 0xEB;
 

@@ -131,6 +131,25 @@ TEST(GuardedDevice, starts_a_new_ramp_after_silence)
     device->silence(); // or closing would wait for time to pass
 }
 
+TEST(LimitedDrive, a_field_that_is_refused_leaves_the_one_before_in_the_budget)
+{
+    SafetyLimits limits;
+    limits.meanDrive = 0.25;
+    limits.meanDriveTime_s = 1.0;
+    LimitedDrive drive(limits, 0.0);
+    drive.want(evenField(4, 0, 255));
+    EXPECT_EQ(drive.lowered(1.0, 0.0).duty.front(), 255);
+    drive.noteSent(true);
+    for (int k = 1; k <= 100; ++k)
+    {
+        drive.want(evenField(4, 0, 1));
+        drive.lowered(1.0, 0.1 * k);
+        drive.noteSent(false);
+    }
+    drive.want(evenField(4, 0, 255));
+    EXPECT_NEAR(drive.allowed(1.0, 10.0), 0.5, 1e-3) << "it has sounded at full drive for 10 s";
+}
+
 TEST(GuardedDevice, keeps_the_mean_drive_within_the_budget)
 {
     for (const bool isSentAgain : {true, false})
