@@ -66,7 +66,8 @@ struct DriveAbility
     /// SafetyLimits::maxPressure_Pa, to be enforced by the caller, who knows the control points; 0:
     /// none.
     double maxPressure_Pa = 0;
-    bool fades = false; ///< true: the device may lower amplitudes (ramp, thermal budget)
+    double maxAmplitude = 1; ///< SafetyLimits::maxAmplitude; of several devices the least strict
+    bool fades = false;      ///< true: the device may lower amplitudes (ramp, thermal budget)
     /// For each transducer (m) the number, from 0, of the part of the array that it belongs to:
     /// parts fade or fall silent by themselves; empty: one part.
     std::vector<int> part = {};

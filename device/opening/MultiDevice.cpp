@@ -202,6 +202,7 @@ DeviceReport MultiDevice::report() const
 DriveAbility MultiDevice::ability() const
 {
     DriveAbility coarsest;
+    double maxAmplitude = 0;
     for (const Part& part : _parts)
     {
         const DriveAbility one = part.device->ability();
@@ -210,6 +211,7 @@ DriveAbility MultiDevice::ability() const
         if (!one.amplitudes.empty() &&
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;
+        maxAmplitude = std::max(maxAmplitude, one.maxAmplitude);
         coarsest.fades = coarsest.fades || one.fades;
         coarsest.ringing_s = std::max(coarsest.ringing_s, one.ringing_s);
         if (one.fieldsPerSecond > 0)
@@ -217,6 +219,7 @@ DriveAbility MultiDevice::ability() const
                                            ? std::min(coarsest.fieldsPerSecond, one.fieldsPerSecond)
                                            : one.fieldsPerSecond;
     }
+    coarsest.maxAmplitude = maxAmplitude;
     // For each transducer the first device that has it; devices that have all transducers, such as
     // an array and its recording, are one part.
     std::vector<int> part(static_cast<std::size_t>(_transducers), 0);

@@ -179,6 +179,11 @@ void CappedOutput::play(const haptics::TransducerArray& array,
                         haptics::FieldSequence sequence,
                         HologramResult& result)
 {
+    // The device lowers each field by itself, which changes the ratios of several, and cuts off the
+    // tops of a modulation.
+    const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
+    if (sequence.changes() && most > 0.0 && haptics::keepAmplitudes(most, sequence.fields))
+        sequence.achieved_Pa.resize(0);
     cap(array, sequence, result);
     send(std::move(sequence), result);
 }

@@ -3,7 +3,6 @@
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/solving/ArrayLevels.h"
-#include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/settings/Setting.h"
@@ -74,20 +73,6 @@ PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& d
     return {max_Pa > 0.0 ? max_Pa : base::kMostPressure_Pa,
             [&drive](const device::DriveSignal& signal) { return playedBy(drive, signal); },
             std::move(ability)};
-}
-
-/// Scales fields down together until no amplitude exceeds \a cap, nor the next level of a drive
-/// below it, to which rounding may not go up again.
-void keepAmplitudes(double cap, haptics::FieldSequence& sequence)
-{
-    if (cap >= 1.0) return;
-    const double most = base::dutyAmplitude(std::floor(base::dutyLevel(cap) + 1e-9));
-    float largest = 0.0F;
-    for (const Eigen::VectorXcf& q : sequence.fields)
-        if (q.size() > 0) largest = std::max(largest, q.cwiseAbs().maxCoeff());
-    if (!(largest > most)) return;
-    for (Eigen::VectorXcf& q : sequence.fields)
-        q *= static_cast<float>(most / static_cast<double>(largest));
 }
 
 /// Encodes the drives, unless a cap has proven them, and replaces the fields by those that the
@@ -175,7 +160,7 @@ void finish(const SolveTask& task, SolvedFields& solved)
                                    task.settings.threads,
                                    task.stop,
                                    task.ears};
-    keepAmplitudes(task.settings.maxAmplitude, solved.sequence);
+    haptics::keepAmplitudes(task.settings.maxAmplitude, solved.sequence.fields);
     const bool isCapped = task.settings.maxPressure > 0.0 || where.ears;
     CappedDrives proven;
     if (isCapped && solved.points.size() > 0)

@@ -1,5 +1,6 @@
 #include "haptics/sequence/FieldSequence.h"
 
+#include "haptics/base/DutyLaw.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/propagation/PressureField.h"
@@ -14,6 +15,19 @@
 
 namespace midair::haptics
 {
+
+bool keepAmplitudes(double cap, std::vector<Eigen::VectorXcf>& fields)
+{
+    if (cap >= 1.0) return false;
+    const double most = base::dutyAmplitude(std::floor(base::dutyLevel(cap) + 1e-9));
+    float largest = 0.0F;
+    for (const Eigen::VectorXcf& q : fields)
+        if (q.size() > 0) largest = std::max(largest, q.cwiseAbs().maxCoeff());
+    if (!(largest > most)) return false;
+    for (Eigen::VectorXcf& q : fields)
+        q *= static_cast<float>(most / static_cast<double>(largest));
+    return true;
+}
 
 ControlPoints FieldSequence::points() const
 {

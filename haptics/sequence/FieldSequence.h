@@ -42,6 +42,11 @@ struct FieldSequence
     ControlPoints points() const;
 };
 
+/// Scales \a fields down together, so that their ratios stay, until no amplitude exceeds \a cap (0
+/// .. 1), nor the next level of a drive signal below it, from which rounding would go up again.
+/// Returns true if that changes them.
+bool keepAmplitudes(double cap, std::vector<Eigen::VectorXcf>& fields);
+
 /// Returns |p| at the points of \a sequence (n, in the order of points()), each in the field made
 /// for it; of an evened one the root of the mean of |p|^2 over all fields. Throws base::Stopped if
 /// \a stop requests it.
