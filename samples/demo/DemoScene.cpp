@@ -2,6 +2,7 @@
 
 #include "samples/shared/OverlayOptions.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/ShownObject.h"
 
 #include <osgMidair/FileFormats>

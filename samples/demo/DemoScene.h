@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/shared/monitor/MonitorOptions.h"
+#include "samples/shared/monitor/Monitor.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>

@@ -1,19 +1,18 @@
-#include "samples/shared/monitor/page/Metrics.h"
-#include "samples/shared/monitor/page/MonitorAddress.h"
-#include "samples/shared/monitor/page/MonitorToken.h"
-#include "samples/shared/monitor/page/PageServer.h"
+#include "samples/shared/monitor/page/MonitorAccess.h"
+#include "samples/shared/monitor/page/MonitorTexts.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
+#include "tests/samples/shared/monitor/Request.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include <nlohmann/json.hpp>
-#include <sys/socket.h>
 #include <unistd.h>
 
 using namespace midair::samples;
@@ -44,53 +43,31 @@ public:
     std::atomic<int> mutes{0};
 };
 
-/// Returns what a page answers to \a text over a socket.
-std::string answerTo(PageServer& page, const std::string& text)
+/// Serves a page with kToken as long as the program runs.
+std::unique_ptr<Monitor> served(const std::shared_ptr<Counted>& installation)
 {
-    std::array<int, 2> ends{};
-    require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0, "two sockets");
-    ::send(ends[0], text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    ::shutdown(ends[0], SHUT_WR);
-    page.serve(ends[1]);
-    std::string answer;
-    std::array<char, 4096> buffer{};
-    for (ssize_t got = 1; got > 0;)
-    {
-        got = ::recv(ends[0], buffer.data(), buffer.size(), MSG_DONTWAIT);
-        if (got > 0) answer.append(buffer.data(), static_cast<std::size_t>(got));
-    }
-    ::close(ends[0]);
-    return answer;
-}
-
-/// Returns true if \a text is a whole head, good or not: not too long, and without control
-/// characters.
-bool isRequestText(const std::string& text)
-{
-    const std::size_t end = text.find("\r\n\r\n");
-    return end != std::string::npos && end + 4 <= PageLimits().headBytes &&
-           std::all_of(text.begin(),
-                       text.begin() + static_cast<std::ptrdiff_t>(end),
-                       [](char c)
-                       {
-                           const auto code = static_cast<unsigned char>(c);
-                           return (code >= 0x20 && code != 0x7F) || c == '\r' || c == '\n' ||
-                                  c == '\t';
-                       });
+    const std::filesystem::path file =
+        std::filesystem::temp_directory_path() / ("fuzz-token" + std::to_string(::getpid()));
+    std::ofstream(file) << kToken;
+    std::filesystem::permissions(
+        file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+    auto monitor =
+        std::make_unique<Monitor>(MonitorOptions{":0", file.string(), {}}, "fuzz", installation);
+    std::filesystem::remove(file);
+    return monitor;
 }
 
 void requireAnswer(const std::string& text)
 {
     static const auto installation = std::make_shared<Counted>();
-    static const auto page =
-        std::make_shared<PageServer>("fuzz",
-                                     PageAccess{kToken, {}},
-                                     std::make_shared<MonitorWatch>(installation),
-                                     nullptr,
-                                     PageLimits());
+    static const std::unique_ptr<Monitor> monitor = served(installation);
     const int before = installation->mutes;
-    const std::string answer = answerTo(*page, text);
-    require(answer.empty() ? !isRequestText(text)
+    const RawClient client(monitor->port());
+    require(client.isOpen(), "a port");
+    client.send(text);
+    client.finish();
+    const std::string answer = client.receive();
+    require(answer.empty() ? text.empty()
                            : answer.compare(0, 9, "HTTP/1.1 ") == 0 &&
                                  answer.find("\r\n\r\n") != std::string::npos,
             "whoever has asked is answered by HTTP");

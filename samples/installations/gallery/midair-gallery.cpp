@@ -32,39 +32,6 @@ namespace
 using namespace midair::samples;
 using namespace midair;
 
-/// The models in a folder, one after the other and over and over. Files that come and go are seen
-/// at the beginning of each round; one that can't be shown is passed over from then on, unless it
-/// changes.
-class ModelFolder
-{
-public:
-    /// Throws std::runtime_error if \a folder is none or has no model.
-    explicit ModelFolder(std::filesystem::path folder);
-
-    /// Returns the path of the next model; empty if there is none now, and problem() says why.
-    std::string next();
-    /// Leaves a model out.
-    void skip(const std::string& path, const std::string& reason);
-
-    const std::string& problem() const { return _problem; }
-    const std::map<std::string, std::string>& skipped() const { return _skipped; } ///< by name
-    /// Names of files that are no models, such as textures beside them.
-    const std::vector<std::string>& others() const { return _others; }
-    int rounds() const { return _rounds; }
-
-private:
-    void look();
-
-    std::filesystem::path _folder;
-    std::vector<std::string> _paths;
-    std::vector<std::string> _others;
-    std::string _problem; ///< why _paths is empty
-    std::size_t _next = 0;
-    int _rounds = 0; ///< that were begun
-    std::map<std::string, std::string> _skipped;
-    std::map<std::string, std::filesystem::file_time_type> _changed; ///< of what is left out
-};
-
 namespace fs = std::filesystem;
 
 /// What lies beside models: materials, buffers, pictures, texts.
@@ -98,64 +65,91 @@ bool isModel(const fs::path& path)
            osgDB::Registry::instance()->getReaderWriterForExtension(extension);
 }
 
-ModelFolder::ModelFolder(fs::path folder) : _folder(std::move(folder))
+/// The models in a folder, one after the other and over and over. Files that come and go are seen
+/// at the beginning of each round; one that can't be shown is passed over from then on, unless it
+/// changes.
+class ModelFolder
 {
-    look();
-    if (!_problem.empty()) throw std::runtime_error(_problem);
-    if (_paths.empty())
-        throw std::runtime_error("there is no model in the folder \"" + _folder.string() + "\"");
-}
+public:
+    /// Throws std::runtime_error if \a folder is none or has no model.
+    explicit ModelFolder(fs::path folder) : _folder(std::move(folder))
+    {
+        look();
+        if (!_problem.empty()) throw std::runtime_error(_problem);
+        if (_paths.empty())
+            throw std::runtime_error("there is no model in the folder \"" + _folder.string() +
+                                     "\"");
+    }
 
-void ModelFolder::look()
-{
-    std::error_code error;
-    std::vector<std::string> paths;
-    std::vector<std::string> others;
-    for (const fs::directory_entry& entry : fs::directory_iterator(_folder, error))
+    /// Returns the path of the next model; empty if there is none now, and problem() says why.
+    std::string next()
+    {
+        if (_next >= _paths.size()) look();
+        if (_paths.empty() && _problem.empty())
+            _problem = "of the models in \"" + _folder.string() + "\" none can be felt";
+        if (_paths.empty()) return {};
+        if (_next == 0) ++_rounds;
+        return _paths[_next++];
+    }
+
+    /// Leaves a model out.
+    void skip(const std::string& path, const std::string& reason)
     {
         std::error_code ignored;
-        if (entry.is_directory(ignored)) continue;
-        // A link to nothing or a pipe is no model, whatever its name.
-        const bool isShown = entry.is_regular_file(ignored) && isModel(entry.path());
-        (isShown ? paths : others).push_back(entry.path().string());
+        _changed[path] = fs::last_write_time(path, ignored);
+        _skipped[osgDB::getSimpleFileName(path)] = reason;
     }
-    _problem = error ? "can't read the folder \"" + _folder.string() + "\": " + error.message()
-                     : std::string();
-    std::sort(paths.begin(), paths.end());
-    _others.clear();
-    for (const std::string& other : others)
-        _others.push_back(osgDB::getSimpleFileName(other));
-    std::sort(_others.begin(), _others.end());
-    const auto isLeftOut = [&](const std::string& path)
+
+    const std::string& problem() const { return _problem; }
+    const std::map<std::string, std::string>& skipped() const { return _skipped; } ///< by name
+    /// Names of files that are no models, such as textures beside them.
+    const std::vector<std::string>& others() const { return _others; }
+    int rounds() const { return _rounds; }
+
+private:
+    void look()
     {
-        const auto left = _changed.find(path);
-        if (left == _changed.end() || fs::last_write_time(path, error) == left->second)
-            return left != _changed.end();
-        _skipped.erase(osgDB::getSimpleFileName(path));
-        _changed.erase(left);
-        return false;
-    };
-    paths.erase(std::remove_if(paths.begin(), paths.end(), isLeftOut), paths.end());
-    _paths = std::move(paths);
-    _next = 0;
-}
+        std::error_code error;
+        std::vector<std::string> paths;
+        std::vector<std::string> others;
+        for (const fs::directory_entry& entry : fs::directory_iterator(_folder, error))
+        {
+            std::error_code ignored;
+            if (entry.is_directory(ignored)) continue;
+            // A link to nothing or a pipe is no model, whatever its name.
+            const bool isShown = entry.is_regular_file(ignored) && isModel(entry.path());
+            (isShown ? paths : others).push_back(entry.path().string());
+        }
+        _problem = error ? "can't read the folder \"" + _folder.string() + "\": " + error.message()
+                         : std::string();
+        std::sort(paths.begin(), paths.end());
+        _others.clear();
+        for (const std::string& other : others)
+            _others.push_back(osgDB::getSimpleFileName(other));
+        std::sort(_others.begin(), _others.end());
+        const auto isLeftOut = [&](const std::string& path)
+        {
+            const auto left = _changed.find(path);
+            if (left == _changed.end() || fs::last_write_time(path, error) == left->second)
+                return left != _changed.end();
+            _skipped.erase(osgDB::getSimpleFileName(path));
+            _changed.erase(left);
+            return false;
+        };
+        paths.erase(std::remove_if(paths.begin(), paths.end(), isLeftOut), paths.end());
+        _paths = std::move(paths);
+        _next = 0;
+    }
 
-std::string ModelFolder::next()
-{
-    if (_next >= _paths.size()) look();
-    if (_paths.empty() && _problem.empty())
-        _problem = "of the models in \"" + _folder.string() + "\" none can be felt";
-    if (_paths.empty()) return {};
-    if (_next == 0) ++_rounds;
-    return _paths[_next++];
-}
-
-void ModelFolder::skip(const std::string& path, const std::string& reason)
-{
-    std::error_code ignored;
-    _changed[path] = fs::last_write_time(path, ignored);
-    _skipped[osgDB::getSimpleFileName(path)] = reason;
-}
+    std::filesystem::path _folder;
+    std::vector<std::string> _paths;
+    std::vector<std::string> _others;
+    std::string _problem; ///< why _paths is empty
+    std::size_t _next = 0;
+    int _rounds = 0; ///< that were begun
+    std::map<std::string, std::string> _skipped;
+    std::map<std::string, std::filesystem::file_time_type> _changed; ///< of what is left out
+};
 
 class Gallery : public Installation
 {

@@ -9,6 +9,7 @@
 #include "haptics/base/text/Quantity.h"
 #include "haptics/propagation/Exposure.h"
 #include "samples/shared/OverlayOptions.h"
+#include "samples/shared/monitor/SceneMonitor.h"
 
 #include <algorithm>
 #include <array>

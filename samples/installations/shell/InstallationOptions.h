@@ -2,7 +2,7 @@
 
 #include "samples/installations/shell/Installation.h"
 #include "samples/shared/SettingOptions.h"
-#include "samples/shared/monitor/MonitorOptions.h"
+#include "samples/shared/monitor/Monitor.h"
 
 #include <osgMidair/HapticSettings>
 

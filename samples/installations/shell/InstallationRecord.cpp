@@ -1,5 +1,7 @@
 #include "samples/installations/shell/InstallationRecord.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -29,12 +31,12 @@ constexpr double kLook_s = 1.0;
 void SaidLines::notify(osg::NotifySeverity severity, const char* message)
 {
     std::fputs(message, severity <= osg::WARN ? stderr : stdout);
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     ++_count;
-    const auto now = std::chrono::steady_clock::now();
-    if (now - _begin >= std::chrono::seconds(1))
+    const double now_s = base::steadySeconds();
+    if (now_s - _begin_s >= 1.0)
     {
-        _begin = now;
+        _begin_s = now_s;
         _second.clear();
     }
     const std::string what = withoutNumbers(message);
@@ -45,13 +47,13 @@ void SaidLines::notify(osg::NotifySeverity severity, const char* message)
 
 std::uint64_t SaidLines::count() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _count;
 }
 
 std::map<std::string, std::uint64_t> SaidLines::tooOften() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _tooOften;
 }
 

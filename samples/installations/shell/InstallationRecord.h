@@ -1,15 +1,15 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <osgMidair/HapticField>
 #include <osgMidair/HapticStatistics>
 #include <osgMidair/TouchCallback>
 
 #include <osg/Notify>
 
-#include <chrono>
 #include <cstdint>
 #include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -31,11 +31,11 @@ public:
     std::map<std::string, std::uint64_t> tooOften() const;
 
 private:
-    mutable std::mutex _mutex;
-    std::uint64_t _count = 0;
-    std::chrono::steady_clock::time_point _begin; ///< of the second that is counted in
-    std::map<std::string, std::uint64_t> _second;
-    std::map<std::string, std::uint64_t> _tooOften;
+    mutable base::Mutex _mutex;
+    std::uint64_t _count MIDAIR_GUARDED_BY(_mutex) = 0;
+    double _begin_s MIDAIR_GUARDED_BY(_mutex) = 0.0; ///< of the second that is counted in
+    std::map<std::string, std::uint64_t> _second MIDAIR_GUARDED_BY(_mutex);
+    std::map<std::string, std::uint64_t> _tooOften MIDAIR_GUARDED_BY(_mutex);
 };
 
 /// Counts what an installation did, frame by frame, for report.json, and looks for what an

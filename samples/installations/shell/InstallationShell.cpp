@@ -1,4 +1,6 @@
 #include "haptics/base/UserEnvironment.h"
+#include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/InstallationRecord.h"
@@ -13,7 +15,6 @@
 #include <osgMidair/HapticScene>
 #include <osgMidair/Hud>
 
-#include <osg/Timer>
 #include <osgDB/WriteFile>
 #include <osgGA/GUIEventHandler>
 #include <osgViewer/Viewer>
@@ -28,7 +29,6 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -42,86 +42,6 @@ namespace midair::samples
 
 namespace
 {
-
-/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
-/// and its memory, the array's rest while nobody is there, and the record of the run.
-class InstallationShell
-{
-public:
-    /// Throws what the installation's build() does, and std::runtime_error for settings that are
-    /// not understood.
-    InstallationShell(Installation& installation, const InstallationOptions& options);
-
-    osg::Group* root() { return _root; }
-    osgMidair::HapticScene& haptics() { return *_haptics; }
-    osgMidair::HapticOverlays& overlays() { return *_overlays; }
-
-    /// Sets view, projection and background; \a aspect: width over height.
-    void aim(osg::Camera& camera, double aspect) const;
-    /// Sends keys of \a viewer to the installation.
-    void listen(osgViewer::Viewer& viewer);
-
-    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
-    void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
-    void addPicture(const std::string& file) { _record.addPicture(file); }
-    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
-    /// frame, which may never come, nor for a disk.
-    void keepMuteSoon() { _signals->wake(); }
-
-    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
-    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
-    /// if that fails, or if there never was an array.
-    bool finish(const std::string& report);
-
-private:
-    class Touches;
-    class Keys;
-    struct Mute
-    {
-        MuteMemory memory;
-        std::mutex keeping; ///< guards what is read of the scene and kept of it
-        std::string why;
-        bool isOn = false;
-    };
-    struct Visitors
-    {
-        bool areHandsKnown = false; ///< there is a source of hands
-        bool areThere = true;
-        bool mustRest = false; ///< nobody is there, so the array is silent
-        double seen_s = -1e9;  ///< their hands; never
-    };
-    struct Past
-    {
-        bool hasFrame = false;
-        bool hasArray = false; ///< one was open
-        double time_s = 0.0;   ///< of the last frame
-    };
-
-    void applySettings();
-    void chooseHands();
-    void openSilently();
-    void followMute();
-    void keepMute();
-    void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
-    std::string trouble(const osgMidair::HapticStatistics& now) const;
-    void say(const std::string& text) const;
-
-    Installation& _installation;
-    const InstallationOptions& _options;
-    const InstallationTitle _title;
-    const std::string _program;
-    osg::ref_ptr<osg::Group> _root;
-    osg::ref_ptr<osgMidair::HapticScene> _haptics;
-    osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
-    VisitorSign _sign;
-    ServiceNotifier _service;
-    InstallationRecord _record;
-    Mute _mute;
-    Visitors _visitors;
-    Past _past;
-    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
-    std::unique_ptr<SilenceAtStop> _atStop;
-};
 
 /// Cap at control points where the command line sets none: hands of people who know nothing of
 /// arrays are no place for the most that one can do.
@@ -172,16 +92,320 @@ constexpr double kFrameTime_s = 1.0 / 60.0;
 /// so that what grows by drawing is seen.
 constexpr int kDrawn = 60;
 
-double steady_s()
-{
-    return osg::Timer::instance()->time_s();
-}
-
 void sleepUntil(double time_s)
 {
-    const double left_s = time_s - steady_s();
+    const double left_s = time_s - base::steadySeconds();
     if (left_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
 }
+
+/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
+/// and its memory, the array's rest while nobody is there, and the record of the run.
+class InstallationShell
+{
+public:
+    /// Throws what the installation's build() does, and std::runtime_error for settings that are
+    /// not understood.
+    InstallationShell(Installation& installation, const InstallationOptions& options) :
+        _installation(installation),
+        _options(options),
+        _title(installation.title()),
+        _program("midair-" + _title.name),
+        _root(new osg::Group),
+        _haptics(new osgMidair::HapticScene),
+        _overlays(new osgMidair::HapticOverlays),
+        _mute{{options.state, static_cast<double>(std::time(nullptr))}, {}, {}}
+    {
+        _haptics->setName(_title.name);
+        applySettings();
+        chooseHands();
+        _haptics->setTouchCallback(new Touches(*this));
+        _haptics->addChild(_overlays);
+        const std::vector<std::string> shown =
+            options.overlays.empty() ? installation.overlays() : options.overlays;
+        if (!shown.empty()) _overlays->showOnly(shown);
+        // Visitors need no list of keys; whoever names overlays gets it.
+        if (options.overlays.empty()) _overlays->get<osgMidair::Hud>()->setKeyTime(0.0);
+        for (const auto& [name, value] : options.numbers)
+            _overlays->setNumber(name, value);
+        if (options.plain) _overlays->get<osgMidair::Hud>()->setPlain(true);
+        const osg::ref_ptr<osg::Group> bright = lit(_haptics);
+        _root->addChild(bright);
+        _root->addChild(_sign.node());
+        _sign.setInvitation(_title.invites);
+        Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
+        installation.build(stage);
+
+        if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
+        _mute.isOn = options.muted || _mute.memory.startsMuted();
+        if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
+        if (_visitors.areHandsKnown && installation.restsAlone()) openSilently();
+        _haptics->setMuted(_mute.isOn);
+        if (!_visitors.areHandsKnown && installation.restsAlone())
+            say("no hands are tracked, so the array plays whether somebody is there or not; "
+                "--hands names a tracker");
+        // Signals that came meanwhile are followed now.
+        _signals = std::make_unique<MuteSignals>(
+            [this](bool isMuted) { _haptics->setMuted(isMuted); }, [this] { keepMute(); });
+        // No mute of the operator's, so it isn't kept.
+        _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
+    }
+
+    osg::Group* root() { return _root; }
+    osgMidair::HapticScene& haptics() { return *_haptics; }
+    osgMidair::HapticOverlays& overlays() { return *_overlays; }
+
+    /// Sets view, projection and background; \a aspect: width over height.
+    void aim(osg::Camera& camera, double aspect) const
+    {
+        const Viewpoint from = _installation.viewpoint();
+        camera.setViewMatrixAsLookAt(from.eye, from.centre, from.up);
+        camera.setProjectionMatrixAsPerspective(from.fovy_deg, aspect, 0.01, 10.0);
+        camera.setClearColor(kShownBackground);
+    }
+
+    /// Sends keys of \a viewer to the installation.
+    void listen(osgViewer::Viewer& viewer) { viewer.addEventHandler(new Keys(_installation)); }
+
+    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
+    void frame(osgViewer::Viewer& viewer, double time_s, bool draw)
+    {
+        const osgMidair::HapticStatistics before = _haptics->getStatistics();
+        followVisitors(before, time_s);
+        const Moment now{time_s, time_s - _past.time_s, _visitors.areThere, before};
+        _installation.update(now);
+        _past.time_s = time_s;
+        _sign.setCaption(_installation.caption());
+        _sign.setState(_mute.isOn, trouble(before));
+        if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
+            _sign.update(viewport->width(), viewport->height());
+        viewer.advance(time_s);
+        viewer.eventTraversal();
+        viewer.updateTraversal();
+        if (draw) viewer.renderingTraversals();
+        followMute();
+        const double now_s = base::steadySeconds();
+        const osgMidair::HapticStatistics after = _haptics->getStatistics();
+        if (!std::exchange(_past.hasFrame, true)) _mute.memory.begin();
+        _past.hasArray = _past.hasArray || (after.state != osgMidair::ArrayState::CLOSED &&
+                                            after.state != osgMidair::ArrayState::OPENING);
+        _record.addField(_haptics->getField().get());
+        _record.addFrame({now_s, _mute.isOn, _visitors.mustRest}, after);
+        if (_haptics->getRehearsed()) return; // nobody is told that it runs
+        _service.beat(now_s,
+                      std::string(midair::bridge::stateName(after.state)) +
+                          (_visitors.areThere ? "" : ", nobody is there"));
+    }
+
+    void addPicture(const std::string& file) { _record.addPicture(file); }
+    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
+    /// frame, which may never come, nor for a disk.
+    void keepMuteSoon() { _signals->wake(); }
+
+    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
+    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
+    /// if that fails, or if there never was an array.
+    bool finish(const std::string& report)
+    {
+        const osgMidair::HapticStatistics end = _haptics->getStatistics();
+        _haptics->silence();
+        _signals->end();
+        followMute();
+        _service.stop();
+        if (!_mute.memory.end()) say("\"" + _options.state + "\" can't be written");
+        _record.print(_program, end);
+        const bool hadArray =
+            !_past.hasFrame || _past.hasArray || end.state != osgMidair::ArrayState::CLOSED;
+        if (!hadArray) say("no array was open");
+        if (report.empty()) return hadArray;
+        nlohmann::ordered_json json;
+        json["installation"] = _title.name;
+        json["seed"] = _options.seed;
+        json["array"] = _haptics->getArray();
+        json.update(_record.figures(end));
+        nlohmann::ordered_json own;
+        _installation.report(own);
+        json["scene"] = own;
+        std::ofstream file(report);
+        file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+        file.close();
+        if (file) return hadArray;
+        say("can't write " + report);
+        return false;
+    }
+
+private:
+    class Touches : public osgMidair::TouchCallback
+    {
+    public:
+        explicit Touches(InstallationShell& shell) : _shell(shell) {}
+        void enter(const osgMidair::Touch& touch) override
+        {
+            _shell._record.addTouch(touch);
+            _shell._installation.touched(touch);
+        }
+        void stay(const osgMidair::Touch& touch) override
+        {
+            _shell._record.addStroke(touch);
+            _shell._installation.stroked(touch);
+        }
+        void leave(const osgMidair::Touch& touch) override { _shell._installation.left(touch); }
+
+    private:
+        InstallationShell& _shell;
+    };
+
+    class Keys : public osgGA::GUIEventHandler
+    {
+    public:
+        explicit Keys(Installation& installation) : _installation(installation) {}
+        using osgGA::GUIEventHandler::handle;
+        bool handle(const osgGA::GUIEventAdapter& event,
+                    osgGA::GUIActionAdapter& /*action*/) override
+        {
+            if (event.getEventType() == osgGA::GUIEventAdapter::KEYDOWN)
+                _installation.pressed(event.getKey());
+            return false;
+        }
+
+    private:
+        Installation& _installation;
+    };
+
+    struct Mute
+    {
+        MuteMemory memory;
+        base::Mutex keeping; ///< guards what is read of the scene and kept of it
+        std::string why;
+        bool isOn = false;
+    };
+    struct Visitors
+    {
+        bool areHandsKnown = false; ///< there is a source of hands
+        bool areThere = true;
+        bool mustRest = false; ///< nobody is there, so the array is silent
+        double seen_s = -1e9;  ///< their hands; never
+    };
+    struct Past
+    {
+        bool hasFrame = false;
+        bool hasArray = false; ///< one was open
+        double time_s = 0.0;   ///< of the last frame
+    };
+
+    // Without an ear limit that somebody chose it is a rehearsal, however the shell is come by:
+    // nothing but a simulator plays.
+    void applySettings()
+    {
+        const osgMidair::HapticSettings settings = settingsOf(_installation, _options);
+        if (!whyEarLimitIsMissing(settings, _options).empty()) _haptics->setRehearsed(true);
+        _haptics->setSettings(settings);
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
+        const char* environment = std::getenv("OSG_MIDAIR_DEVICE");
+        if (environment && *environment && withHold(environment) != environment)
+            say("OSG_MIDAIR_DEVICE stands above --device, and a device of it has no hold=1s: where "
+                "frames hang it plays on until the program is ended");
+    }
+
+    void chooseHands()
+    {
+        if (_options.hands == "demo")
+        {
+            _haptics->setHandSource(new DemonstratedHands(_installation));
+            _visitors.areHandsKnown = true;
+            return;
+        }
+        if (!_options.hands.empty()) _haptics->setHands(_options.hands);
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
+        const char* environment = std::getenv("OSG_MIDAIR_HANDS");
+        const std::string used = environment ? environment : _haptics->getHands();
+        _visitors.areHandsKnown = !used.empty() && used != "none";
+    }
+
+    // A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array
+    // are there from the start, and nothing sounds before a hand is seen.
+    void openSilently()
+    {
+        const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
+        _haptics->setMuted(true);
+        _haptics->update(stamp);
+        _haptics->setEnabled(false);
+        _haptics->update(stamp);
+        const double end_s = base::steadySeconds() + kOpening_s;
+        const auto isDone = [this]
+        {
+            const osgMidair::HapticStatistics now = _haptics->getStatistics();
+            return now.processed >= now.snapshots;
+        };
+        while (!isDone() && base::steadySeconds() < end_s)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+
+    // F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
+    void followMute()
+    {
+        const bool isMuted = _haptics->getMuted();
+        if (isMuted == _mute.isOn) return;
+        _mute.isOn = isMuted;
+        _mute.why.clear();
+        keepMute();
+    }
+
+    // What is kept is what the scene has then: of two who mute and unmute at once the later one
+    // counts.
+    void keepMute()
+    {
+        const base::Lock lock(_mute.keeping);
+        if (!_mute.memory.keep(_haptics->getMuted()))
+            say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
+    }
+
+    // A scene that isn't enabled is silent, and still follows hands.
+    void followVisitors(const osgMidair::HapticStatistics& now, double time_s)
+    {
+        if (!_visitors.areHandsKnown) return;
+        if (now.hands > 0) _visitors.seen_s = time_s;
+        _visitors.areThere = time_s - _visitors.seen_s <= _options.linger_s;
+        _visitors.mustRest = !_visitors.areThere && _installation.restsAlone();
+        if (_haptics->getEnabled() == _visitors.mustRest) _haptics->setEnabled(!_visitors.mustRest);
+    }
+
+    std::string trouble(const osgMidair::HapticStatistics& now) const
+    {
+        if (_mute.isOn) return _mute.why;
+        switch (now.state)
+        {
+        case osgMidair::ArrayState::LOST:
+            return "the array is lost";
+        case osgMidair::ArrayState::FAULT:
+            return "the array fails";
+        case osgMidair::ArrayState::CLOSED:
+            return now.frames > 0 ? "no array is open" : "";
+        default:
+            return {};
+        }
+    }
+
+    void say(const std::string& text) const
+    {
+        std::fprintf(stderr, "%s: %s\n", _program.c_str(), text.c_str());
+    }
+
+    Installation& _installation;
+    const InstallationOptions& _options;
+    const InstallationTitle _title;
+    const std::string _program;
+    osg::ref_ptr<osg::Group> _root;
+    osg::ref_ptr<osgMidair::HapticScene> _haptics;
+    osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
+    VisitorSign _sign;
+    ServiceNotifier _service;
+    InstallationRecord _record;
+    Mute _mute;
+    Visitors _visitors;
+    Past _past;
+    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<SilenceAtStop> _atStop;
+};
 
 int headlessFrames(const InstallationOptions& options)
 {
@@ -234,14 +458,16 @@ bool runHeadless(Installation& installation, InstallationOptions options)
             : nullptr;
     const int frames = headlessFrames(options);
     // A machine that can't keep up draws fewer frames in these minutes.
-    const double end_s = options.minutes > 0.0 ? steady_s() + 60.0 * options.minutes : 1e300;
+    const double end_s =
+        options.minutes > 0.0 ? base::steadySeconds() + 60.0 * options.minutes : 1e300;
     const int between = std::max(1, frames / std::max(1, options.pictures));
     int taken = 0;
     std::string unwritten;
-    for (int i = 0; i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
+    for (int i = 0;
+         i < frames && base::steadySeconds() < end_s && !isStopAsked() && !installation.isOver();
          ++i)
     {
-        const double begin_s = steady_s();
+        const double begin_s = base::steadySeconds();
         shell.frame(viewer, i * kFrameTime_s, draw && i % kDrawn == kDrawn - 1);
         if (camera && i % between == between - 1)
         {
@@ -287,13 +513,13 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
     monitor->show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
     shell.listen(viewer);
-    const double start_s = steady_s();
+    const double start_s = base::steadySeconds();
     const double end_s = options.minutes > 0.0 ? start_s + 60.0 * options.minutes : 1e300;
     for (int i = 0; !viewer.done() && !isStopAsked() && !installation.isOver() &&
-                    (options.frames == 0 || i < options.frames) && steady_s() < end_s;
+                    (options.frames == 0 || i < options.frames) && base::steadySeconds() < end_s;
          ++i)
     {
-        const double begin_s = steady_s();
+        const double begin_s = base::steadySeconds();
         const osg::Viewport& viewport = *viewer.getCamera()->getViewport();
         shell.aim(*viewer.getCamera(), viewport.width() / std::max(1.0, viewport.height()));
         shell.frame(viewer, begin_s - start_s, true);
@@ -325,7 +551,7 @@ std::string rehearsedEarNeed(Installation& installation,
     osg::ref_ptr<const osgMidair::HapticField> newest;
     for (int i = 0; i < kFrames && !isStopAsked() && !installation.isOver(); ++i)
     {
-        const double begin_s = steady_s();
+        const double begin_s = base::steadySeconds();
         shell.frame(viewer, i * kFrameTime_s, false);
         const osg::ref_ptr<const osgMidair::HapticField> field = shell.haptics().getField();
         if (field && field != newest)
@@ -358,256 +584,6 @@ bool mayStart(Installation& installation, const InstallationOptions& options)
 }
 
 } // namespace
-
-class InstallationShell::Touches : public osgMidair::TouchCallback
-{
-public:
-    explicit Touches(InstallationShell& shell) : _shell(shell) {}
-    void enter(const osgMidair::Touch& touch) override
-    {
-        _shell._record.addTouch(touch);
-        _shell._installation.touched(touch);
-    }
-    void stay(const osgMidair::Touch& touch) override
-    {
-        _shell._record.addStroke(touch);
-        _shell._installation.stroked(touch);
-    }
-    void leave(const osgMidair::Touch& touch) override { _shell._installation.left(touch); }
-
-private:
-    InstallationShell& _shell;
-};
-
-class InstallationShell::Keys : public osgGA::GUIEventHandler
-{
-public:
-    explicit Keys(Installation& installation) : _installation(installation) {}
-    using osgGA::GUIEventHandler::handle;
-    bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& /*action*/) override
-    {
-        if (event.getEventType() == osgGA::GUIEventAdapter::KEYDOWN)
-            _installation.pressed(event.getKey());
-        return false;
-    }
-
-private:
-    Installation& _installation;
-};
-
-InstallationShell::InstallationShell(Installation& installation,
-                                     const InstallationOptions& options) :
-    _installation(installation),
-    _options(options),
-    _title(installation.title()),
-    _program("midair-" + _title.name),
-    _root(new osg::Group),
-    _haptics(new osgMidair::HapticScene),
-    _overlays(new osgMidair::HapticOverlays),
-    _mute{{options.state, static_cast<double>(std::time(nullptr))}, {}, {}}
-{
-    _haptics->setName(_title.name);
-    applySettings();
-    chooseHands();
-    _haptics->setTouchCallback(new Touches(*this));
-    _haptics->addChild(_overlays);
-    const std::vector<std::string> shown =
-        options.overlays.empty() ? installation.overlays() : options.overlays;
-    if (!shown.empty()) _overlays->showOnly(shown);
-    // Visitors need no list of keys; whoever names overlays gets it.
-    if (options.overlays.empty()) _overlays->get<osgMidair::Hud>()->setKeyTime(0.0);
-    for (const auto& [name, value] : options.numbers)
-        _overlays->setNumber(name, value);
-    if (options.plain) _overlays->get<osgMidair::Hud>()->setPlain(true);
-    const osg::ref_ptr<osg::Group> bright = lit(_haptics);
-    _root->addChild(bright);
-    _root->addChild(_sign.node());
-    _sign.setInvitation(_title.invites);
-    Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
-    installation.build(stage);
-
-    if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
-    _mute.isOn = options.muted || _mute.memory.startsMuted();
-    if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
-    if (_visitors.areHandsKnown && installation.restsAlone()) openSilently();
-    _haptics->setMuted(_mute.isOn);
-    if (!_visitors.areHandsKnown && installation.restsAlone())
-        say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
-            "names a tracker");
-    // Signals that came meanwhile are followed now.
-    _signals = std::make_unique<MuteSignals>([this](bool isMuted) { _haptics->setMuted(isMuted); },
-                                             [this] { keepMute(); });
-    // No mute of the operator's, so it isn't kept.
-    _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
-}
-
-// Without an ear limit that somebody chose it is a rehearsal, however the shell is come by: nothing
-// but a simulator plays.
-void InstallationShell::applySettings()
-{
-    const osgMidair::HapticSettings settings = settingsOf(_installation, _options);
-    if (!whyEarLimitIsMissing(settings, _options).empty()) _haptics->setRehearsed(true);
-    _haptics->setSettings(settings);
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
-    const char* environment = std::getenv("OSG_MIDAIR_DEVICE");
-    if (environment && *environment && withHold(environment) != environment)
-        say("OSG_MIDAIR_DEVICE stands above --device, and a device of it has no hold=1s: where "
-            "frames hang it plays on until the program is ended");
-}
-
-void InstallationShell::chooseHands()
-{
-    if (_options.hands == "demo")
-    {
-        _haptics->setHandSource(new DemonstratedHands(_installation));
-        _visitors.areHandsKnown = true;
-        return;
-    }
-    if (!_options.hands.empty()) _haptics->setHands(_options.hands);
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
-    const char* environment = std::getenv("OSG_MIDAIR_HANDS");
-    const std::string used = environment ? environment : _haptics->getHands();
-    _visitors.areHandsKnown = !used.empty() && used != "none";
-}
-
-// A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array are
-// there from the start, and nothing sounds before a hand is seen.
-void InstallationShell::openSilently()
-{
-    const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
-    _haptics->setMuted(true);
-    _haptics->update(stamp);
-    _haptics->setEnabled(false);
-    _haptics->update(stamp);
-    const double end_s = osg::Timer::instance()->time_s() + kOpening_s;
-    const auto isDone = [this]
-    {
-        const osgMidair::HapticStatistics now = _haptics->getStatistics();
-        return now.processed >= now.snapshots;
-    };
-    while (!isDone() && osg::Timer::instance()->time_s() < end_s)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-
-void InstallationShell::aim(osg::Camera& camera, double aspect) const
-{
-    const Viewpoint from = _installation.viewpoint();
-    camera.setViewMatrixAsLookAt(from.eye, from.centre, from.up);
-    camera.setProjectionMatrixAsPerspective(from.fovy_deg, aspect, 0.01, 10.0);
-    camera.setClearColor(kShownBackground);
-}
-
-void InstallationShell::listen(osgViewer::Viewer& viewer)
-{
-    viewer.addEventHandler(new Keys(_installation));
-}
-
-void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool draw)
-{
-    const osgMidair::HapticStatistics before = _haptics->getStatistics();
-    followVisitors(before, time_s);
-    const Moment now{time_s, time_s - _past.time_s, _visitors.areThere, before};
-    _installation.update(now);
-    _past.time_s = time_s;
-    _sign.setCaption(_installation.caption());
-    _sign.setState(_mute.isOn, trouble(before));
-    if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
-        _sign.update(viewport->width(), viewport->height());
-    viewer.advance(time_s);
-    viewer.eventTraversal();
-    viewer.updateTraversal();
-    if (draw) viewer.renderingTraversals();
-    followMute();
-    const double now_s = osg::Timer::instance()->time_s();
-    const osgMidair::HapticStatistics after = _haptics->getStatistics();
-    if (!std::exchange(_past.hasFrame, true)) _mute.memory.begin();
-    _past.hasArray = _past.hasArray || (after.state != osgMidair::ArrayState::CLOSED &&
-                                        after.state != osgMidair::ArrayState::OPENING);
-    _record.addField(_haptics->getField().get());
-    _record.addFrame({now_s, _mute.isOn, _visitors.mustRest}, after);
-    if (_haptics->getRehearsed()) return; // nobody is told that it runs
-    _service.beat(now_s,
-                  std::string(midair::bridge::stateName(after.state)) +
-                      (_visitors.areThere ? "" : ", nobody is there"));
-}
-
-// F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
-void InstallationShell::followMute()
-{
-    const bool isMuted = _haptics->getMuted();
-    if (isMuted == _mute.isOn) return;
-    _mute.isOn = isMuted;
-    _mute.why.clear();
-    keepMute();
-}
-
-// What is kept is what the scene has then: of two who mute and unmute at once the later one counts.
-void InstallationShell::keepMute()
-{
-    const std::lock_guard<std::mutex> lock(_mute.keeping);
-    if (!_mute.memory.keep(_haptics->getMuted()))
-        say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
-}
-
-// A scene that isn't enabled is silent, and still follows hands.
-void InstallationShell::followVisitors(const osgMidair::HapticStatistics& now, double time_s)
-{
-    if (!_visitors.areHandsKnown) return;
-    if (now.hands > 0) _visitors.seen_s = time_s;
-    _visitors.areThere = time_s - _visitors.seen_s <= _options.linger_s;
-    _visitors.mustRest = !_visitors.areThere && _installation.restsAlone();
-    if (_haptics->getEnabled() == _visitors.mustRest) _haptics->setEnabled(!_visitors.mustRest);
-}
-
-std::string InstallationShell::trouble(const osgMidair::HapticStatistics& now) const
-{
-    if (_mute.isOn) return _mute.why;
-    switch (now.state)
-    {
-    case osgMidair::ArrayState::LOST:
-        return "the array is lost";
-    case osgMidair::ArrayState::FAULT:
-        return "the array fails";
-    case osgMidair::ArrayState::CLOSED:
-        return now.frames > 0 ? "no array is open" : "";
-    default:
-        return {};
-    }
-}
-
-void InstallationShell::say(const std::string& text) const
-{
-    std::fprintf(stderr, "%s: %s\n", _program.c_str(), text.c_str());
-}
-
-bool InstallationShell::finish(const std::string& report)
-{
-    const osgMidair::HapticStatistics end = _haptics->getStatistics();
-    _haptics->silence();
-    _signals->end();
-    followMute();
-    _service.stop();
-    if (!_mute.memory.end()) say("\"" + _options.state + "\" can't be written");
-    _record.print(_program, end);
-    const bool hadArray =
-        !_past.hasFrame || _past.hasArray || end.state != osgMidair::ArrayState::CLOSED;
-    if (!hadArray) say("no array was open");
-    if (report.empty()) return hadArray;
-    nlohmann::ordered_json json;
-    json["installation"] = _title.name;
-    json["seed"] = _options.seed;
-    json["array"] = _haptics->getArray();
-    json.update(_record.figures(end));
-    nlohmann::ordered_json own;
-    _installation.report(own);
-    json["scene"] = own;
-    std::ofstream file(report);
-    file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-    file.close();
-    if (file) return hadArray;
-    say("can't write " + report);
-    return false;
-}
 
 int runInstallation(Installation& installation, int argc, char** argv)
 {

@@ -22,7 +22,8 @@ namespace midair::samples
 MuteMemory::MuteMemory(std::string file, double now_s) : _file(std::move(file))
 {
     if (_file.empty()) return;
-    lock();
+    lockFile();
+    const base::Lock lock(_changing);
     std::error_code ignored;
     if (std::filesystem::exists(_file, ignored) || ignored) read(now_s);
     if (!write() && _reason.empty())
@@ -36,7 +37,7 @@ MuteMemory::~MuteMemory()
 
 // Two programs would take each other for crashes. The file itself is replaced with each change, so
 // that one beside it is locked. Where none can be made the file can't be written either.
-void MuteMemory::lock()
+void MuteMemory::lockFile()
 {
     const std::string beside = _file + ".lock";
     _lock = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
@@ -57,10 +58,10 @@ void MuteMemory::read(double now_s)
         if (kept.at("running").get<bool>()) _crashes_s.push_back(now_s);
         _isMuted = wasMuted;
         if (_isMuted) _reason = "it was muted when it ended";
-        if (crashes() < kCrashes) return;
+        if (_crashes_s.size() < kCrashes) return;
         _isMuted = true;
-        _reason =
-            fmt::format("it crashed {} times in {:.0f} minutes", crashes(), kCrashTime_s / 60.0);
+        _reason = fmt::format(
+            "it crashed {} times in {:.0f} minutes", _crashes_s.size(), kCrashTime_s / 60.0);
     }
     catch (const std::exception&)
     {
@@ -71,7 +72,7 @@ void MuteMemory::read(double now_s)
 
 bool MuteMemory::keep(bool isMuted)
 {
-    const std::lock_guard<std::mutex> lock(_changing);
+    const base::Lock lock(_changing);
     _isMuted = isMuted;
     if (!isMuted) _crashes_s.clear();
     return write();
@@ -79,14 +80,14 @@ bool MuteMemory::keep(bool isMuted)
 
 bool MuteMemory::begin()
 {
-    const std::lock_guard<std::mutex> lock(_changing);
+    const base::Lock lock(_changing);
     _isRunning = true;
     return write();
 }
 
 bool MuteMemory::end()
 {
-    const std::lock_guard<std::mutex> lock(_changing);
+    const base::Lock lock(_changing);
     _isRunning = false;
     return write();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <mutex>
+#include "haptics/base/threads/Mutex.h"
+
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace midair::samples
 class MuteMemory
 {
 public:
-    static constexpr int kCrashes = 3;
+    static constexpr std::size_t kCrashes = 3;
     static constexpr double kCrashTime_s = 600.0;
 
     /// \a file: empty: nothing is kept. \a now_s: time of day, s since 1970. Throws
@@ -25,10 +26,18 @@ public:
     MuteMemory(const MuteMemory&) = delete;
     MuteMemory& operator=(const MuteMemory&) = delete;
 
-    bool startsMuted() const { return _isMuted; }
+    bool startsMuted() const
+    {
+        const base::Lock lock(_changing);
+        return _isMuted;
+    }
     /// Why it starts muted, and what is wrong with the file; empty: nothing.
     const std::string& reason() const { return _reason; }
-    int crashes() const { return static_cast<int>(_crashes_s.size()); }
+    int crashes() const
+    {
+        const base::Lock lock(_changing);
+        return static_cast<int>(_crashes_s.size());
+    }
 
     /// Keeps a mute, or its end, which also forgets crashes, at once. Returns false if it can't be
     /// kept: the file can't be written. Any thread, as frames may hang while somebody mutes.
@@ -39,17 +48,18 @@ public:
     bool end();
 
 private:
-    void lock();
-    void read(double now_s);
-    bool write() const;
+    void lockFile();
+    void read(double now_s) MIDAIR_REQUIRES(_changing);
+    bool write() const MIDAIR_REQUIRES(_changing);
 
-    std::string _file;
-    std::mutex _changing; ///< guards what is kept, from when it has begun
-    bool _isMuted = false;
-    bool _isRunning = false;
+    const std::string _file;
     int _lock = -1; ///< a file beside it, locked as long as this lives
     std::string _reason;
-    std::vector<double> _crashes_s; ///< times of day of starts after a crash, in the last minutes
+    mutable base::Mutex _changing; ///< what is kept
+    bool _isMuted MIDAIR_GUARDED_BY(_changing) = false;
+    bool _isRunning MIDAIR_GUARDED_BY(_changing) = false;
+    /// Times of day of starts after a crash, in the last minutes.
+    std::vector<double> _crashes_s MIDAIR_GUARDED_BY(_changing);
 };
 
 } // namespace midair::samples

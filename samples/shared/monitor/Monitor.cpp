@@ -1,65 +1,435 @@
 #include "samples/shared/monitor/Monitor.h"
 
-#include "samples/shared/monitor/page/MonitorToken.h"
+#include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "samples/shared/monitor/page/MonitorAccess.h"
+#include "samples/shared/monitor/page/MonitorTexts.h"
 #include "samples/shared/monitor/page/MonitorWatch.h"
-#include "samples/shared/monitor/page/PageServer.h"
 
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <exception>
+#include <functional>
+#include <future>
+#include <map>
+#include <regex>
 #include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <thread>
 #include <utility>
 
+#include <MonitorPage.h>
 #include <fmt/format.h>
+#include <httplib.h>
+#include <strings.h>
+#include <sys/socket.h>
 
 namespace midair::samples
 {
 
+namespace
+{
+
+using std::chrono::milliseconds;
+
+constexpr const char* kTextType = "text/plain; charset=utf-8";
+/// Connections at a time, each with a thread; others wait in the system's queue.
+constexpr std::size_t kConnections = 16;
+constexpr milliseconds kTimeout{3000};  ///< for a piece of a request to come or of an answer to go
+constexpr int kIdle_s = 1;              ///< for a request to begin
+constexpr milliseconds kMuteWait{4000}; ///< before it is said that the program hangs
+constexpr milliseconds kEndWait{5000};  ///< for those who are being served
+constexpr milliseconds kPause{100};
+/// Mutes that hang: each has a thread.
+constexpr int kMostMutes = 8;
+constexpr const char* kPolicy = "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; "
+                                "form-action 'none'";
+
+/// Returns the one value of a header; empty if there is none, or several, of which each may be
+/// meant.
+std::string oneHeader(const httplib::Request& request, const char* name)
+{
+    return request.get_header_value_count(name) == 1 ? request.get_header_value(name)
+                                                     : std::string();
+}
+
+/// Returns who asks; an IPv4 address that came as IPv6 is written as IPv4.
+std::string peerOf(const httplib::Request& request)
+{
+    const std::string& address = request.remote_addr;
+    return address.compare(0, 7, "::ffff:") == 0 ? address.substr(7) : address;
+}
+
+void refuse(httplib::Response& response, int status, const std::string& text)
+{
+    response.status = status;
+    response.set_content(text + "\n", kTextType);
+}
+
+bool hasBody(const httplib::Request& request)
+{
+    if (request.has_header("Transfer-Encoding")) return true;
+    return request.has_header("Content-Length") && oneHeader(request, "Content-Length") != "0";
+}
+
+/// Returns true for what a page of another site makes a browser send. Browsers say so themselves;
+/// other programs say nothing.
+bool isForeign(const httplib::Request& request)
+{
+    if (request.has_header("Sec-Fetch-Site"))
+    {
+        const std::string site = oneHeader(request, "Sec-Fetch-Site");
+        const bool isFollowedLink = request.method == "GET" && request.path == "/" &&
+                                    oneHeader(request, "Sec-Fetch-Mode") == "navigate";
+        if (site != "same-origin" && site != "none" && !isFollowedLink) return true;
+    }
+    if (!request.has_header("Origin")) return false;
+    const std::string origin = oneHeader(request, "Origin");
+    const std::string host = oneHeader(request, "Host");
+    return origin != "http://" + host && origin != "https://" + host;
+}
+
+/// The library's threads. Who waits for one does so in the system's queue, and takes no file from
+/// the program.
+class BoundedPool : public httplib::ThreadPool
+{
+public:
+    BoundedPool() : ThreadPool(kConnections) {}
+
+    void enqueue(std::function<void()> serve) override
+    {
+        base::Lock lock(_mutex);
+        while (_taken == kConnections)
+            _left.wait(lock);
+        ++_taken;
+        ThreadPool::enqueue(
+            [this, serve = std::move(serve)]
+            {
+                try
+                {
+                    serve();
+                }
+                catch (const std::exception& error)
+                {
+                    std::fprintf(stderr, "the operator's page hangs up: %s\n", error.what());
+                }
+                const base::Lock leaving(_mutex);
+                --_taken;
+                _left.notifyOne();
+            });
+    }
+
+private:
+    base::Mutex _mutex;
+    base::Condition _left;
+    std::size_t _taken MIDAIR_GUARDED_BY(_mutex) = 0;
+};
+
+/// The library's server makes the whole program ignore SIGPIPE, which is for the program to say.
+/// Threads of the page take no signal.
+std::unique_ptr<httplib::Server> newServer()
+{
+    struct sigaction before = {};
+    ::sigaction(SIGPIPE, nullptr, &before);
+    auto server = std::make_unique<httplib::Server>();
+    ::sigaction(SIGPIPE, &before, nullptr);
+    return server;
+}
+
+} // namespace
+
+/// Answers HTTP requests, one a connection:
+///
+///     GET  /  /status.json  /metrics  /healthz  /picture  /favicon.ico
+///     POST /mute  /unmute      with "Authorization: Bearer TOKEN"
+///
+/// Refused are: a Host that is not trusted (421), what another site's page sends (403; but
+/// a link to / may be followed), a body (413), a POST without the token (401).
+class Monitor::Page : public std::enable_shared_from_this<Page>
+{
+public:
+    Page(std::string name,
+         std::string token,
+         std::vector<std::string> hosts,
+         std::shared_ptr<MonitorSource> source) :
+        _name(std::move(name)),
+        _token(std::move(token)),
+        _hosts(std::move(hosts)),
+        _source(std::move(source)),
+        _watch(std::make_shared<MonitorWatch>(_source))
+    {
+        limit();
+        answer();
+    }
+
+    /// Serves on \a address from now on. Returns its port. Throws std::runtime_error: "can't listen
+    /// on 127.0.0.1:8080: Address already in use".
+    int listen(const MonitorAddress& address)
+    {
+        const bool isAny = address.port == 0;
+        const int any = isAny ? _server->bind_to_any_port(address.host) : 0;
+        if (isAny ? any <= 0 : !_server->bind_to_port(address.host, address.port))
+            throw std::runtime_error(fmt::format(
+                "can't listen on {}: {}", address.text(), std::generic_category().message(errno)));
+        const MonitorAddress bound{address.host, isAny ? any : address.port};
+        _watch->begin();
+        _serving = startThread([self = shared_from_this(), bound] { self->serve(bound); });
+        return bound.port;
+    }
+
+    /// Listens no more, and waits for those who are being served.
+    void end()
+    {
+        _isEnded = true;
+        // A stop before it listens would be lost.
+        while (!_server->is_running() &&
+               _serving.wait_for(milliseconds(1)) != std::future_status::ready)
+        {
+        }
+        _server->stop();
+        if (_serving.wait_for(kEndWait) != std::future_status::ready)
+            std::fprintf(stderr, "the operator's page: an answer hangs; it is left to itself\n");
+        _watch->end();
+    }
+
+private:
+    void limit()
+    {
+        _server->set_keep_alive_max_count(1);
+        _server->set_keep_alive_timeout(kIdle_s);
+        _server->set_read_timeout(kTimeout);
+        _server->set_write_timeout(kTimeout);
+        _server->new_task_queue = [] { return new BoundedPool; };
+        // A port whose last connections are only just closed is free; one that another program
+        // listens on isn't, as it would be with the library's own SO_REUSEPORT.
+        _server->set_socket_options(
+            [](int socket)
+            {
+                const int on = 1;
+                ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+            });
+    }
+
+    void answer()
+    {
+        _server->set_default_headers({{"Content-Security-Policy", kPolicy},
+                                      {"X-Content-Type-Options", "nosniff"},
+                                      {"X-Frame-Options", "DENY"},
+                                      {"Referrer-Policy", "no-referrer"},
+                                      {"Cross-Origin-Resource-Policy", "same-origin"},
+                                      {"Cross-Origin-Opener-Policy", "same-origin"},
+                                      {"Cache-Control", "no-store"}});
+        // All is decided before the library looks for a handler, which it does by regular
+        // expressions, and before it reads a body.
+        _server->set_pre_routing_handler(
+            [this](const httplib::Request& request, httplib::Response& response)
+            {
+                // Parts aren't given: a request can ask for thousands, each of them all.
+                const_cast<httplib::Request&>(request).ranges.clear();
+                route(request, response);
+                return httplib::Server::HandlerResponse::Handled;
+            });
+        _server->set_exception_handler(
+            [](const httplib::Request&, httplib::Response& response, const auto&)
+            { refuse(response, 500, "something went wrong here"); });
+        _server->set_error_handler(
+            [](const httplib::Request&, httplib::Response& response)
+            {
+                if (response.body.empty()) refuse(response, response.status, "that is no request");
+            });
+        _server->set_logger(
+            [this](const httplib::Request&, const httplib::Response& response)
+            {
+                const base::Lock lock(_mutex);
+                ++_answers[response.status];
+            });
+    }
+
+    /// The library stops listening at most errors of accept(), of which most pass: another program
+    /// took the last file, or a caller has gone.
+    void serve(const MonitorAddress& address)
+    {
+        while (!_server->listen_after_bind() && !_isEnded)
+        {
+            std::fprintf(stderr,
+                         "the operator's page: no caller could be taken; it listens anew\n");
+            do
+            {
+                std::this_thread::sleep_for(kPause);
+                if (_isEnded) return;
+            } while (!_server->bind_to_port(address.host, address.port));
+        }
+    }
+
+    MonitorState state() const
+    {
+        MonitorState state{_name, 0.0, _watch->view(), _source->pictureCost(), {}};
+        state.now_s = base::steadySeconds();
+        const base::Lock lock(_mutex);
+        state.answers = _answers;
+        return state;
+    }
+
+    void route(const httplib::Request& request, httplib::Response& response)
+    {
+        if (!isTrustedHost(oneHeader(request, "Host"), _hosts))
+            return refuse(response,
+                          421,
+                          "this page isn't known by that name; --monitor-host NAME makes it so");
+        if (isForeign(request))
+            return refuse(response, 403, "another site's page may not use this one");
+        if (hasBody(request)) return refuse(response, 413, "no request has a body here");
+        const bool isAction = request.path == "/mute" || request.path == "/unmute";
+        const auto shown = _looks.find(request.path);
+        if (!isAction && shown == _looks.end())
+            return refuse(response, 404, "there is no such page");
+        const bool isLook = request.method == "GET" || request.method == "HEAD";
+        if (isAction ? request.method != "POST" : !isLook)
+        {
+            response.set_header("Allow", isAction ? "POST" : "GET, HEAD");
+            return refuse(response, 405, isAction ? "it takes a POST" : "it takes a GET");
+        }
+        if (isAction) return mute(request, response);
+        (this->*shown->second)(response);
+    }
+
+    void showPage(httplib::Response& response) const
+    {
+        // It makes scripts and styles of this answer the page's own.
+        const std::string nonce = newToken();
+        response.headers.erase("Content-Security-Policy");
+        response.set_header("Content-Security-Policy",
+                            fmt::format("{}; script-src 'nonce-{}'; style-src 'nonce-{}'; "
+                                        "connect-src 'self'; img-src 'self' blob:",
+                                        kPolicy,
+                                        nonce,
+                                        nonce));
+        response.set_content(std::regex_replace(kPage, std::regex("NONCE"), nonce),
+                             "text/html; charset=utf-8");
+    }
+    void showStatus(httplib::Response& response) const
+    {
+        response.set_content(statusJson(state()), "application/json");
+    }
+    void showMetrics(httplib::Response& response) const
+    {
+        response.set_content(metricsText(state()), "text/plain; version=0.0.4; charset=utf-8");
+    }
+    void showHealth(httplib::Response& response) const
+    {
+        const std::string problem = healthProblem(state());
+        if (!problem.empty()) return refuse(response, 503, problem);
+        response.set_content("ok\n", kTextType);
+    }
+    void showNoIcon(httplib::Response& response) const { response.status = 204; }
+    void showPicture(httplib::Response& response) const
+    {
+        const MonitorPicture picture = _source->picture();
+        if (picture.jpeg.empty())
+        {
+            const std::string problem = _source->pictureCost().problem;
+            return refuse(response, 503, problem.empty() ? "there is no picture yet" : problem);
+        }
+        response.set_header("X-Midair-Age-ms",
+                            fmt::format("{:.0f}", 1e3 * (base::steadySeconds() - picture.taken_s)));
+        response.set_content(picture.jpeg, "image/jpeg");
+    }
+
+    void mute(const httplib::Request& request, httplib::Response& response)
+    {
+        constexpr std::string_view kScheme = "Bearer ";
+        const std::string given = oneHeader(request, "Authorization");
+        // The scheme's case doesn't matter (RFC 9110, 11.1).
+        const bool isToken = ::strncasecmp(given.c_str(), kScheme.data(), kScheme.size()) == 0 &&
+                             isSameToken(given.substr(kScheme.size()), _token);
+        const std::string what = request.path.substr(1);
+        if (!isToken)
+        {
+            if (!given.empty())
+                _watch->note(
+                    fmt::format("refused: {} with a wrong token by {}", what, peerOf(request)));
+            response.set_header("WWW-Authenticate", "Bearer");
+            return refuse(response, 401, "the token is missing or wrong");
+        }
+        act(what == "mute",
+            operatorName(oneHeader(request, "X-Midair-Operator"), peerOf(request)),
+            response);
+    }
+
+    /// The source may hang; it does so on a thread that is left behind, and the operator is told.
+    void act(bool isMute, const std::string& who, httplib::Response& response)
+    {
+        const auto outcome = std::make_shared<MuteOutcome>();
+        const std::shared_ptr<void> counted(nullptr,
+                                            [self = shared_from_this()](void*) { --self->_mutes; });
+        if (++_mutes > kMostMutes) return refuse(response, 503, "the mutes before this one hang");
+        std::future<void> done = startThread([isMute, who, outcome, counted, watch = _watch]
+                                             { *outcome = watch->setMuted(isMute, who); });
+        if (done.wait_for(kMuteWait) != std::future_status::ready)
+            return refuse(response,
+                          504,
+                          "the program doesn't answer: whatever was asked for may not have been "
+                          "done");
+        done.get(); // throws what the source has thrown
+        response.set_content(muteJson(isMute, *outcome), "application/json");
+    }
+
+    const std::map<std::string, void (Page::*)(httplib::Response&) const> _looks = {
+        {"/", &Page::showPage},
+        {"/status.json", &Page::showStatus},
+        {"/metrics", &Page::showMetrics},
+        {"/healthz", &Page::showHealth},
+        {"/picture", &Page::showPicture},
+        {"/favicon.ico", &Page::showNoIcon}};
+    const std::string _name;
+    const std::string _token;
+    const std::vector<std::string> _hosts; ///< names for isTrustedHost()
+    const std::shared_ptr<MonitorSource> _source;
+    const std::shared_ptr<MonitorWatch> _watch;
+    const std::unique_ptr<httplib::Server> _server = newServer();
+    std::future<void> _serving;
+    std::atomic<bool> _isEnded{false};
+    std::atomic<int> _mutes{0}; ///< under way
+
+    mutable base::Mutex _mutex;
+    std::map<int, std::uint64_t> _answers MIDAIR_GUARDED_BY(_mutex); ///< by HTTP status
+};
+
 Monitor::Monitor(const MonitorOptions& options,
                  const std::string& name,
-                 std::shared_ptr<MonitorSource> source,
-                 std::shared_ptr<PictureSource> picture,
-                 const PageLimits& limits)
+                 std::shared_ptr<MonitorSource> source)
 {
+    MonitorAddress address;
     try
     {
-        _address = MonitorAddress::parse(options.address);
+        address = MonitorAddress::parse(options.address);
     }
     catch (const std::exception& error)
     {
         throw std::runtime_error(std::string("--monitor: ") + error.what());
     }
     _token = options.tokenFile.empty() ? newToken() : tokenOfFile(options.tokenFile);
-    PageAccess access{_token, ownHostNames()};
-    access.hosts.insert(access.hosts.end(), options.hosts.begin(), options.hosts.end());
-    _page = std::make_shared<PageServer>(name,
-                                         std::move(access),
-                                         std::make_shared<MonitorWatch>(std::move(source)),
-                                         std::move(picture),
-                                         limits);
-    _address.port = _page->listen(_address);
-    const std::string secret =
-        options.tokenFile.empty()
-            ? fmt::format("{}#token={}", url(), _token)
-            : fmt::format("{} (its token is in {})", url(), options.tokenFile);
-    std::fprintf(stderr, "the operator's page is %s\n", secret.c_str());
-    if (!_address.isLoopback())
+    _page = std::make_shared<Page>(name, _token, options.hosts, std::move(source));
+    address.port = _port = _page->listen(address);
+    const std::string secret = options.tokenFile.empty()
+                                   ? "#token=" + _token
+                                   : fmt::format(" (its token is in {})", options.tokenFile);
+    std::fprintf(
+        stderr, "the operator's page is http://%s/%s\n", address.text().c_str(), secret.c_str());
+    if (!address.isLoopback())
         std::fprintf(stderr,
                      "the operator's page can be seen by all who reach %s, and is not encrypted\n",
-                     _address.text().c_str());
+                     address.text().c_str());
 }
 
 Monitor::~Monitor()
 {
     _page->end();
-}
-
-int Monitor::port() const
-{
-    return _address.port;
-}
-
-std::string Monitor::url() const
-{
-    return fmt::format("http://{}/", _address.text());
 }
 
 } // namespace midair::samples

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/shared/monitor/MonitorOptions.h"
+#include "samples/shared/monitor/Monitor.h"
 
 #include <osgMidair/HapticScene>
 
@@ -10,11 +10,16 @@
 #include <memory>
 #include <string>
 
+namespace CLI
+{
+class App;
+}
+
 namespace midair::samples
 {
 
-class Monitor;
-class ScenePicture;
+/// Adds --monitor, --monitor-token-file and --monitor-host. \a options must outlive the parsing.
+void addMonitorOptions(CLI::App& app, MonitorOptions& options);
 
 /// The operator's page of a program with a haptic scene, or none if the options ask for none:
 ///
@@ -49,8 +54,12 @@ public:
     const Monitor* getMonitor() const { return _monitor.get(); }
 
 private:
-    std::shared_ptr<ScenePicture> _picture;
-    std::unique_ptr<Monitor> _monitor;
+    class Picture;
+    class Readback;
+    class Source;
+
+    std::shared_ptr<Source> _source;
+    std::shared_ptr<Monitor> _monitor;
 };
 
 } // namespace midair::samples

@@ -1,9 +1,7 @@
 // In the place of the other sources here where cpp-httplib wasn't found: who asks for the page is
 // told that there is none.
 
-#include "samples/shared/monitor/Monitor.h"
 #include "samples/shared/monitor/SceneMonitor.h"
-#include "samples/shared/monitor/ScenePicture.h"
 
 #include <stdexcept>
 

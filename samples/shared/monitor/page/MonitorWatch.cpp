@@ -1,11 +1,10 @@
 #include "samples/shared/monitor/page/MonitorWatch.h"
 
-#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <thread>
@@ -51,7 +50,7 @@ void countMessages(MonitorView& view, const osgMidair::HapticStatistics& statist
     }
 }
 
-/// Takes a reading that was begun at \a begin_s and is there at \a time_s. \a isOurMute: the page
+/// Takes a reading that was begun at \a time_s. \a isOurMute: the page
 /// has muted or unmuted meanwhile, so that no other has.
 void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool isOurMute)
 {
@@ -70,17 +69,13 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
     if (!view.isRead || now.state != last.state)
     {
         view.state_s = time_s;
+        const std::string before =
+            view.isRead ? fmt::format("was {}, ", midair::bridge::stateName(last.state)) : "";
         addEvent(view,
                  time_s,
-                 view.isRead
-                     ? fmt::format("the array was {}, is {}",
-                                   midair::bridge::stateName(last.state),
-                                   midair::bridge::stateName(now.state))
-                     : fmt::format("the array is {}", midair::bridge::stateName(now.state)));
+                 fmt::format("the array {}is {}", before, midair::bridge::stateName(now.state)));
     }
-    const bool isOthers = view.isRead && !isOurMute && reading.isMuted != view.isMuteKnown;
-    if (!isOurMute) view.isMuteKnown = reading.isMuted;
-    if (isOthers)
+    if (view.isRead && !isOurMute && reading.isMuted != view.isMuteKnown)
     {
         view.mutedBy = "a key, a switch or the program";
         view.muted_s = time_s;
@@ -88,6 +83,7 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
                  time_s,
                  fmt::format("{} by {}", reading.isMuted ? "muted" : "unmuted", view.mutedBy));
     }
+    if (!isOurMute) view.isMuteKnown = reading.isMuted;
     countMessages(view, now);
     view.reading = std::move(reading);
     view.read_s = time_s;
@@ -104,50 +100,69 @@ bool isAsAsked(osgMidair::ArrayState state, bool muted)
 
 } // namespace
 
-struct MonitorWatch::Shared
+std::future<void> startThread(std::function<void()> body)
 {
-    std::shared_ptr<MonitorSource> source;
-    mutable base::Mutex mutex; ///< never held while the source is called
-    base::Condition changed;
-    MonitorView view MIDAIR_GUARDED_BY(mutex);
-    std::uint64_t mutes MIDAIR_GUARDED_BY(mutex) = 0;      ///< that the page has asked for ..
-    std::uint64_t mutesBegun MIDAIR_GUARDED_BY(mutex) = 0; ///< .. counted before each, too
-    bool isStopped MIDAIR_GUARDED_BY(mutex) = false;
-};
-
-MonitorWatch::MonitorWatch(std::shared_ptr<MonitorSource> source) :
-    _shared(std::make_shared<Shared>())
-{
-    _shared->source = std::move(source);
-    _threads.start("the operator's page: its watch", [shared = _shared] { run(shared); });
+    std::promise<void> promise;
+    std::future<void> ended = promise.get_future();
+    auto run = [body = std::move(body), promise = std::move(promise)]() mutable
+    {
+        // Signals are for the program's own threads, but those of a crash, upon which it may
+        // silence the array.
+        sigset_t all;
+        ::sigfillset(&all);
+        for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP})
+            ::sigdelset(&all, crash);
+        ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
+        std::exception_ptr thrown;
+        try
+        {
+            body();
+        }
+        catch (...)
+        {
+            thrown = std::current_exception();
+        }
+        body = nullptr; // what it holds is let go before anybody is told
+        if (thrown)
+            promise.set_exception(thrown);
+        else
+            promise.set_value();
+    };
+    std::thread(std::move(run)).detach();
+    return ended;
 }
 
-MonitorWatch::~MonitorWatch()
+void MonitorWatch::begin()
+{
+    _reading = startThread([self = shared_from_this()] { self->run(); });
+}
+
+void MonitorWatch::end()
 {
     {
-        const base::Lock lock(_shared->mutex);
-        _shared->isStopped = true;
+        const base::Lock lock(_mutex);
+        _isStopped = true;
     }
-    _shared->changed.notifyAll();
-    if (!_threads.finish(2.0))
+    _changed.notifyAll();
+    if (_reading.wait_for(std::chrono::seconds(2)) != std::future_status::ready)
         std::fprintf(stderr,
                      "the operator's page: reading the scene hangs; it is left to itself\n");
 }
 
-void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
+void MonitorWatch::run()
 {
-    base::Lock lock(shared->mutex);
-    while (!shared->isStopped)
+    base::Lock lock(_mutex);
+    while (!_isStopped)
     {
-        const std::uint64_t mutes = shared->mutes;
-        const std::uint64_t begun = shared->mutesBegun;
+        const std::uint64_t begun = _mutesBegun;
+        const bool isUnderWay = begun != _mutesEnded;
         const double begin_s = base::steadySeconds();
         lock.unlock();
         MonitorReading reading;
         std::string problem;
         try
         {
-            reading = shared->source->read();
+            reading = _source->read();
         }
         catch (const std::exception& error)
         {
@@ -155,13 +170,12 @@ void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
         }
         lock.lock();
         // A mute of ours that was under way during this reading is told by setMuted().
-        const bool isOurs = begun != mutes || shared->mutesBegun != begun;
         if (problem.empty())
-            takeReading(shared->view, std::move(reading), begin_s, isOurs);
+            takeReading(_view, std::move(reading), begin_s, isUnderWay || begun != _mutesBegun);
         else
-            addEvent(shared->view, begin_s, "the scene can't be read: " + problem);
+            addEvent(_view, begin_s, "the scene can't be read: " + problem);
         const double next_s = base::steadySeconds() + kInterval_s;
-        while (!shared->isStopped && shared->changed.waitUntil_s(lock, next_s))
+        while (!_isStopped && _changed.waitUntil_s(lock, next_s))
         {
         }
     }
@@ -169,54 +183,51 @@ void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
 
 MonitorView MonitorWatch::view() const
 {
-    const base::Lock lock(_shared->mutex);
-    return _shared->view;
+    const base::Lock lock(_mutex);
+    return _view;
 }
 
 MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
 {
     {
-        const base::Lock lock(_shared->mutex);
-        ++_shared->mutesBegun;
+        const base::Lock lock(_mutex);
+        ++_mutesBegun;
     }
     const double begin_s = base::steadySeconds();
     try
     {
-        _shared->source->setMuted(muted);
+        _source->setMuted(muted);
     }
     catch (...) // it is over all the same: what others mute is theirs
     {
-        const base::Lock lock(_shared->mutex);
-        ++_shared->mutes;
+        const base::Lock lock(_mutex);
+        ++_mutesEnded;
         throw;
     }
+    const std::string told = fmt::format("{} by {}", muted ? "muted" : "unmuted", who);
     {
-        const base::Lock lock(_shared->mutex);
-        ++_shared->mutes;
-        _shared->view.isMuteKnown = muted;
-        _shared->view.mutedBy = who;
-        _shared->view.muted_s = base::steadySeconds();
-        addEvent(_shared->view,
-                 base::steadySeconds(),
-                 fmt::format("{} by {}", muted ? "muted" : "unmuted", who));
+        const base::Lock lock(_mutex);
+        ++_mutesEnded;
+        _view.isMuteKnown = muted;
+        _view.mutedBy = who;
+        _view.muted_s = base::steadySeconds();
+        addEvent(_view, _view.muted_s, told);
     }
-    std::fprintf(
-        stderr, "the operator's page: %s by %s\n", muted ? "muted" : "unmuted", who.c_str());
-    MuteOutcome outcome;
+    std::fprintf(stderr, "the operator's page: %s\n", told.c_str());
     for (;;)
     {
-        outcome.state = _shared->source->read().statistics.state;
-        outcome.took_ms = 1e3 * (base::steadySeconds() - begin_s);
-        outcome.isConfirmed = isAsAsked(outcome.state, muted);
-        if (outcome.isConfirmed || outcome.took_ms > 1e3 * kMuteWait_s) return outcome;
+        const osgMidair::ArrayState state = _source->read().statistics.state;
+        const double took_s = base::steadySeconds() - begin_s;
+        if (isAsAsked(state, muted) || took_s > kMuteWait_s)
+            return {isAsAsked(state, muted), state, 1e3 * took_s};
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
 }
 
 void MonitorWatch::note(const std::string& text)
 {
-    const base::Lock lock(_shared->mutex);
-    addEvent(_shared->view, base::steadySeconds(), text);
+    const base::Lock lock(_mutex);
+    addEvent(_view, base::steadySeconds(), text);
 }
 
 } // namespace midair::samples

@@ -1,13 +1,16 @@
 #pragma once
 
-#include "samples/shared/monitor/MonitorSource.h"
-#include "samples/shared/monitor/page/PatientThreads.h"
+#include "haptics/base/threads/Mutex.h"
+#include "samples/shared/monitor/Monitor.h"
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace midair::samples
 {
@@ -53,18 +56,24 @@ struct MuteOutcome
     double took_ms = 0.0;                                        ///< until it said so
 };
 
+/// Starts a thread that takes none of the program's signals. What is returned is ready once
+/// \a body has ended, and tells what it has thrown. Whoever waits for it in vain leaves the thread
+/// behind: what \a body uses must belong to it, too (std::shared_ptr). Throws std::system_error if
+/// there is no thread left.
+std::future<void> startThread(std::function<void()> body);
+
 /// Reads a source again and again, in a thread of its own, so that one that hangs is seen to do so:
 /// its reading grows old, and whoever shows it can tell.
-class MonitorWatch
+class MonitorWatch : public std::enable_shared_from_this<MonitorWatch>
 {
 public:
     /// A reading that is older is not what is.
     static constexpr double kOld_s = 1.0;
 
-    explicit MonitorWatch(std::shared_ptr<MonitorSource> source);
-    ~MonitorWatch();
-    MonitorWatch(const MonitorWatch&) = delete;
-    MonitorWatch& operator=(const MonitorWatch&) = delete;
+    explicit MonitorWatch(std::shared_ptr<MonitorSource> source) : _source(std::move(source)) {}
+
+    void begin();
+    void end();
 
     MonitorView view() const;
 
@@ -76,11 +85,17 @@ public:
     void note(const std::string& text);
 
 private:
-    struct Shared;
-    static void run(const std::shared_ptr<Shared>& shared);
+    void run();
 
-    std::shared_ptr<Shared> _shared;
-    PatientThreads _threads;
+    const std::shared_ptr<MonitorSource> _source;
+    std::future<void> _reading;
+
+    mutable base::Mutex _mutex; ///< never held while the source is called
+    base::Condition _changed;
+    MonitorView _view MIDAIR_GUARDED_BY(_mutex);
+    std::uint64_t _mutesBegun MIDAIR_GUARDED_BY(_mutex) = 0; ///< that the page has asked for ..
+    std::uint64_t _mutesEnded MIDAIR_GUARDED_BY(_mutex) = 0; ///< .. and that are told in the view
+    bool _isStopped MIDAIR_GUARDED_BY(_mutex) = false;
 };
 
 } // namespace midair::samples

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/shared/monitor/MonitorSource.h"
+#include "samples/shared/monitor/Monitor.h"
 
 #include <atomic>
 #include <condition_variable>
@@ -50,6 +50,9 @@ public:
             muted ? osgMidair::ArrayState::MUTED : osgMidair::ArrayState::PLAYING;
     }
 
+    MonitorPicture picture() override { return {jpeg, 0.0}; }
+    PictureCost pictureCost() const override { return {"", 3, 0.5, 0.75, 1.5}; }
+
     /// Changes what is read.
     template<typename Change>
     void change(const Change& change)
@@ -68,9 +71,10 @@ public:
         _changed.notify_all();
     }
 
-    std::atomic<bool> runs{true};      ///< a frame with each reading
-    std::atomic<bool> isDeaf{false};   ///< mutes do nothing
-    std::atomic<bool> isBroken{false}; ///< mutes throw
+    std::string jpeg = "\xFF\xD8picture"; ///< set before it is served
+    std::atomic<bool> runs{true};         ///< a frame with each reading
+    std::atomic<bool> isDeaf{false};      ///< mutes do nothing
+    std::atomic<bool> isBroken{false};    ///< mutes throw
     std::atomic<int> mutes{0};
     mutable std::atomic<int> begun{0}; ///< readings; more than have ended: one hangs
     mutable std::atomic<int> reads{0}; ///< that have ended
@@ -80,14 +84,6 @@ private:
     mutable std::condition_variable _changed;
     mutable MonitorReading reading;
     bool _hangs = false;
-};
-
-/// A picture that is always there.
-class StillPicture : public PictureSource
-{
-public:
-    MonitorPicture newest() override { return {"\xFF\xD8picture", "image/jpeg", 0.0}; }
-    PictureCost cost() const override { return {"", 3, 0.5, 0.75, 1.5}; }
 };
 
 } // namespace midair::samples

@@ -1,6 +1,5 @@
 // Who may look and who may act: addresses, Host headers, tokens.
-#include "samples/shared/monitor/page/MonitorAddress.h"
-#include "samples/shared/monitor/page/MonitorToken.h"
+#include "samples/shared/monitor/page/MonitorAccess.h"
 
 #include <filesystem>
 #include <fstream>

@@ -1,6 +1,6 @@
 // What the page answers, and what it refuses.
 #include "samples/shared/monitor/Monitor.h"
-#include "samples/shared/monitor/page/MonitorToken.h"
+#include "samples/shared/monitor/page/MonitorAccess.h"
 #include "tests/Eventually.h"
 #include "tests/samples/shared/monitor/FakeInstallation.h"
 #include "tests/samples/shared/monitor/Request.h"
@@ -59,8 +59,7 @@ protected:
     }
 
     std::shared_ptr<FakeInstallation> _installation = std::make_shared<FakeInstallation>();
-    Monitor _monitor{
-        {":0", "", {"gallery"}}, "test: star", _installation, std::make_shared<StillPicture>()};
+    Monitor _monitor{{":0", "", {"gallery"}}, "test: star", _installation};
 };
 
 } // namespace

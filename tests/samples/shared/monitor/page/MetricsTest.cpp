@@ -1,7 +1,6 @@
 // What Prometheus reads, by the rules of its text format, and by its own tool where it is
 // installed.
-#include "samples/shared/monitor/page/Metrics.h"
-
+#include "samples/shared/monitor/page/MonitorTexts.h"
 #include "tests/samples/shared/monitor/FakeInstallation.h"
 
 #include <cmath>
@@ -34,7 +33,7 @@ MonitorState stateOf(const FakeInstallation& installation)
     state.view.frame_s = 99.8;
     state.view.messages["device.lost"] = {osgMidair::HapticMessage::FAULT, 2, 5};
     state.picture.sum_ms = 1500.0;
-    state.page.answers = {{200, 7}, {401, 1}};
+    state.answers = {{200, 7}, {401, 1}};
     return state;
 }
 

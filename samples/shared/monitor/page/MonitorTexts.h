@@ -2,20 +2,12 @@
 
 #include "samples/shared/monitor/page/MonitorWatch.h"
 
-#include <array>
+#include <cstdint>
+#include <map>
 #include <string>
 
 namespace midair::samples
 {
-
-/// By HapticMessage::Severity.
-inline constexpr std::array kSeverityNames = {"notice", "warning", "fault"};
-
-/// Counts of the page itself, for itself and for Prometheus.
-struct PageCounts
-{
-    std::map<int, std::uint64_t> answers; ///< by HTTP status
-};
 
 /// What is shown, at one moment.
 struct MonitorState
@@ -24,7 +16,7 @@ struct MonitorState
     double now_s = 0.0; ///< steady clock
     MonitorView view;
     PictureCost picture;
-    PageCounts page;
+    std::map<int, std::uint64_t> answers; ///< of the page itself, by HTTP status
 
     bool isOld() const { return !view.isRead || now_s - view.read_s > MonitorWatch::kOld_s; }
     /// True: the program doesn't draw or update its scene.
@@ -41,5 +33,13 @@ std::string muteJson(bool muted, const MuteOutcome& outcome);
 /// Returns an empty text while all is well, or why it isn't: nothing is read, the frame loop
 /// stands still, or the array is closed, lost or faulty. A muted array is well.
 std::string healthProblem(const MonitorState& state);
+
+/// Returns what is known as Prometheus reads it (text exposition format 0.0.4). While a reading is
+/// old there are only midair_up 0, ages and what the page counts: Prometheus then shows that the
+/// rest isn't known.
+std::string metricsText(const MonitorState& state);
+
+/// Returns \a text within the quotes of a label: valid UTF-8 in one line.
+std::string labelValue(std::string text);
 
 } // namespace midair::samples
