@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 
@@ -121,18 +122,10 @@ std::shared_ptr<bridge::HandSource> openSceneHands(const std::string& uri)
 
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
-    try
-    {
-        const std::shared_ptr<bridge::HandSource> source = openSceneHands(uri);
-        if (!source) return nullptr;
-        if (HandSource* own = KitHands::of(source.get())) return own;
-        return new BridgedHands(source);
-    }
-    catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
-    {
-        error = wrong.what();
-    }
-    return nullptr;
+    std::shared_ptr<bridge::HandSource> source;
+    if (!succeeds([&] { source = openSceneHands(uri); }, error) || !source) return nullptr;
+    if (HandSource* own = KitHands::of(source.get())) return own;
+    return new BridgedHands(source);
 }
 
 Hand openHand(int id, const osg::Vec3d& tip, const osg::Quat& orientation)

@@ -21,7 +21,7 @@ namespace osgMidair
 /// stores it as OSG's own serializers store a property: in text files where it differs from the
 /// default, in .osgb always, found by its position.
 template<class C, class T>
-class SettingSerializer : public osgDB::BaseSerializer, public NamedProperties
+class SettingSerializer : public NamedSerializer
 {
 public:
     // Functions and not members, since a member of a base that is called through the node's class
@@ -30,17 +30,14 @@ public:
     using Set = void (*)(C&, const T&);
 
     SettingSerializer(Setting<T> setting, Get get, Set set) :
-        osgDB::BaseSerializer(READ_WRITE_PROPERTY),
+        NamedSerializer(setting.storedName()),
         _setting(std::move(setting)),
-        _name(_setting.storedName()),
         _get(get),
         _set(set)
     {
         for (const Word& word : _setting.words)
             _words.add(word.stored.c_str(), word.value);
     }
-
-    const std::string& getName() const override { return _name; }
 
     osgDB::IntLookup* getIntLookup() override { return _setting.words.empty() ? nullptr : &_words; }
 
@@ -231,7 +228,6 @@ private:
     }
 
     const Setting<T> _setting;
-    const std::string _name;
     const Get _get;
     const Set _set;
     const T _defaults{};

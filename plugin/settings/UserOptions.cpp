@@ -5,6 +5,7 @@
 #include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Words.h"
+#include "haptics/base/threads/Mutex.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
@@ -16,7 +17,6 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <mutex>
 #include <set>
 
 namespace osgMidair
@@ -171,8 +171,7 @@ void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
         if (isSafety)
         {
             error += "; nothing is played";
-            settings.isSilenced = true;
-            settings.whySilenced.push_back(error);
+            silence(settings, error);
         }
         errors.push_back(error);
     }
@@ -181,17 +180,19 @@ void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 /// Returns the assignments in the user's options; each option string is parsed once.
 std::shared_ptr<const std::vector<Assignment>> userAssignments()
 {
-    static std::mutex mutex;
-    static std::string text;
-    static std::shared_ptr<const std::vector<Assignment>> known;
+    struct Parsed
+    {
+        midair::base::Mutex mutex;
+        std::string text MIDAIR_GUARDED_BY(mutex);
+        std::shared_ptr<const std::vector<Assignment>> known MIDAIR_GUARDED_BY(mutex);
+    };
+    static Parsed parsed;
     const std::string now = userOptions();
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (known && text == now) return known;
-    std::vector<Assignment> all;
-    forEachAssignment(now, [&all](const Assignment& one) { all.push_back(one); });
-    text = now;
-    known = std::make_shared<const std::vector<Assignment>>(std::move(all));
-    return known;
+    const midair::base::Lock lock(parsed.mutex);
+    if (parsed.known && parsed.text == now) return parsed.known;
+    parsed.text = now;
+    parsed.known = std::make_shared<const std::vector<Assignment>>(assignmentsIn(now));
+    return parsed.known;
 }
 
 /// Returns true if the last assignment to \a row in the user's options sets it to \a value.
@@ -201,16 +202,6 @@ bool isUsers(const Setting<HapticSettings>& row, const std::string& value)
     const auto last = std::find_if(
         all->rbegin(), all->rend(), [&row](const Assignment& one) { return one.name == row.name; });
     return last != all->rend() && last->value == value;
-}
-
-// Nobody knows which of two was meant.
-void refuseSecond(const std::string& name, HapticSettings& settings, std::string& error)
-{
-    const bool isSafety = sceneSettings().concernsSafety(name);
-    error = name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
-    if (!isSafety) return;
-    settings.isSilenced = true;
-    settings.whySilenced.push_back(error);
 }
 
 } // namespace
@@ -265,7 +256,11 @@ void applyUserOptions(HapticSettings& settings)
         // a limit that is misspelt.
         const bool isOthers = surfaceProperties().find(one.name) && one.name != "enabled";
         if (sceneSettings().find(one.name) && !seen.insert(one.name).second)
-            refuseSecond(one.name, settings, error);
+        {
+            const bool isSafety = sceneSettings().concernsSafety(one.name);
+            error = givenTwice(one.name, isSafety);
+            if (isSafety) silence(settings, error);
+        }
         else if (sceneSettings().find(one.name) ||
                  (!isOthers && sceneSettings().concernsSafety(one.name)))
             settings.set(one.name, one.value, error);
