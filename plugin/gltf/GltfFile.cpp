@@ -68,7 +68,7 @@ std::string_view jsonOf(const std::string& file)
     if (file.size() < kHeader + kChunkHeader) throw GltfError("its header is cut off");
     const std::size_t length = littleEndian(file, kHeader);
     if (length > file.size() - kHeader - kChunkHeader)
-        throw GltfError(fmt::format("its JSON should have {} bytes, and is cut off", length));
+        failGltf("its JSON should have {} bytes, and is cut off", length);
     return std::string_view(file).substr(kHeader + kChunkHeader, length);
 }
 
@@ -89,10 +89,8 @@ void countValues(std::string_view json)
         if (c == '{' || c == '[') ++depth;
         if (c == '}' || c == ']') --depth;
         if (c == '{' || c == '[' || c == ',') ++values;
-        if (depth > kDeepestGltfJson)
-            throw GltfError(fmt::format("its JSON is more than {} deep", kDeepestGltfJson));
-        if (values > kMostGltfValues)
-            throw GltfError(fmt::format("its JSON has more than {} values", kMostGltfValues));
+        if (depth > kDeepestGltfJson) failGltf("its JSON is more than {} deep", kDeepestGltfJson);
+        if (values > kMostGltfValues) failGltf("its JSON has more than {} values", kMostGltfValues);
     }
 }
 
@@ -101,17 +99,16 @@ const Json& arrayOf(const Json& gltf, const char* key)
     static const Json none = Json::array();
     const auto found = gltf.find(key);
     if (found == gltf.end()) return none;
-    if (!found->is_array()) throw GltfError(fmt::format("\"{}\" should be an array", key));
+    if (!found->is_array()) failGltf("\"{}\" should be an array", key);
     return *found;
 }
 
 std::uint64_t unsignedOf(const Json& object, const char* key)
 {
-    if (!object.is_object()) throw GltfError(fmt::format("what has a \"{}\" is no object", key));
+    if (!object.is_object()) failGltf("what has a \"{}\" is no object", key);
     const auto found = object.find(key);
     if (found == object.end()) return 0;
-    if (!found->is_number_unsigned())
-        throw GltfError(fmt::format("\"{}\" should be a whole number, 0 or more", key));
+    if (!found->is_number_unsigned()) failGltf("\"{}\" should be a whole number, 0 or more", key);
     return found->get<std::uint64_t>();
 }
 
@@ -120,17 +117,15 @@ void screenBuffers(const Json& gltf, bool isBinary)
 {
     const Json& buffers = arrayOf(gltf, "buffers");
     if (buffers.size() > kMostGltfBuffers)
-        throw GltfError(
-            fmt::format("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers));
+        failGltf("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers);
     for (std::size_t i = 0; i < buffers.size(); ++i)
     {
         if (unsignedOf(buffers[i], "byteLength") > kMostGltfBytes)
-            throw GltfError(fmt::format("buffer {} has more than {} bytes", i, kMostGltfBytes));
+            failGltf("buffer {} has more than {} bytes", i, kMostGltfBytes);
         const auto uri = buffers[i].find("uri");
         const bool isNamed = uri != buffers[i].end() && uri->is_string() && *uri != "";
         if (!isNamed && !(isBinary && i == 0))
-            throw GltfError(
-                fmt::format("buffer {} has no uri; only the first one of a .glb may have none", i));
+            failGltf("buffer {} has no uri; only the first one of a .glb may have none", i);
     }
 }
 
@@ -142,17 +137,17 @@ void screenImages(const Json& gltf)
     const Json& images = arrayOf(gltf, "images");
     for (std::size_t i = 0; i < images.size(); ++i)
     {
-        if (!images[i].is_object()) throw GltfError(fmt::format("image {} is no object", i));
+        if (!images[i].is_object()) failGltf("image {} is no object", i);
         if (!images[i].contains("bufferView")) continue;
         const std::uint64_t view = unsignedOf(images[i], "bufferView");
-        if (view >= views.size()) throw GltfError(fmt::format("image {} is in no buffer view", i));
+        if (view >= views.size()) failGltf("image {} is in no buffer view", i);
         const std::uint64_t buffer = unsignedOf(views[view], "buffer");
         const std::uint64_t begin = unsignedOf(views[view], "byteOffset");
         const std::uint64_t length = unsignedOf(views[view], "byteLength");
         const std::uint64_t room =
             buffer < buffers.size() ? unsignedOf(buffers[buffer], "byteLength") : 0;
         if (length == 0 || begin >= room || length > room - begin)
-            throw GltfError(fmt::format("image {} is not within its buffer", i));
+            failGltf("image {} is not within its buffer", i);
     }
 }
 
@@ -164,11 +159,11 @@ void screenNumbers(const Json& extras, const std::string& owner)
         if (value.is_structured())
             screenNumbers(value, owner);
         else if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
-            throw GltfError(fmt::format("the extra \"{}\" of {} is {}, should be within {:.0f}",
-                                        name,
-                                        owner,
-                                        value.dump(),
-                                        kLargest));
+            failGltf("the extra \"{}\" of {} is {}, should be within {:.0f}",
+                     name,
+                     owner,
+                     value.dump(),
+                     kLargest);
 }
 
 // Tags count on nodes, meshes and the scene. Elsewhere they aren't followed.
@@ -527,7 +522,7 @@ tinygltf::Model readGltfModel(const std::string& path, GltfMessages& messages)
 const tinygltf::Accessor& GltfNumbers::find(int accessor) const
 {
     const tinygltf::Accessor* found = gltfEntry(_model.accessors, accessor);
-    if (!found) throw GltfError(fmt::format("there is no accessor {}", accessor));
+    if (!found) failGltf("there is no accessor {}", accessor);
     return *found;
 }
 
@@ -542,13 +537,13 @@ int GltfNumbers::componentsOf(int accessor) const
 const unsigned char* GltfNumbers::bytesOf(int view, std::size_t& size) const
 {
     const tinygltf::BufferView* found = gltfEntry(_model.bufferViews, view);
-    if (!found) throw GltfError(fmt::format("there is no buffer view {}", view));
+    if (!found) failGltf("there is no buffer view {}", view);
     const tinygltf::BufferView& one = *found;
     const tinygltf::Buffer* buffer = gltfEntry(_model.buffers, one.buffer);
-    if (!buffer) throw GltfError(fmt::format("buffer view {} has no buffer", view));
+    if (!buffer) failGltf("buffer view {} has no buffer", view);
     const std::vector<unsigned char>& bytes = buffer->data;
     if (one.byteOffset > bytes.size() || one.byteLength > bytes.size() - one.byteOffset)
-        throw GltfError(fmt::format("buffer view {} goes beyond its buffer", view));
+        failGltf("buffer view {} goes beyond its buffer", view);
     size = one.byteLength;
     return bytes.data() + one.byteOffset;
 }

@@ -125,8 +125,7 @@ osg::ref_ptr<Vectors> vectorsOf(const std::vector<float>& numbers)
 GLenum modeOf(int mode)
 {
     if (mode < 0) return GL_TRIANGLES;
-    if (mode > TINYGLTF_MODE_TRIANGLE_FAN)
-        throw GltfError(fmt::format("mode {} is not known", mode));
+    if (mode > TINYGLTF_MODE_TRIANGLE_FAN) failGltf("mode {} is not known", mode);
     return static_cast<GLenum>(mode); // they are OpenGL's
 }
 
@@ -354,7 +353,7 @@ public:
     std::vector<GltfPart> read(int number, const std::vector<double>& weights)
     {
         const tinygltf::Mesh* found = gltfEntry(_from.model.meshes, number);
-        if (!found) throw GltfError(fmt::format("there is no mesh {}", number));
+        if (!found) failGltf("there is no mesh {}", number);
         const tinygltf::Mesh& mesh = *found;
         std::vector<GltfPart> parts;
         for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
@@ -502,9 +501,7 @@ private:
         elements->reserve(indices.size());
         for (const std::uint32_t index : indices)
         {
-            if (index >= count)
-                throw GltfError(
-                    fmt::format("index {} is of none of its {} vertices", index, count));
+            if (index >= count) failGltf("index {} is of none of its {} vertices", index, count);
             elements->push_back(index);
         }
         requireGltf(!indices.empty(), "it has no indices");

@@ -203,8 +203,7 @@ void GltfSkins::readSkin(const tinygltf::Skin& skin)
     {
         const int joint = skin.joints[i];
         if (joint < 0 || static_cast<std::size_t>(joint) >= _isBone.size())
-            throw GltfError(
-                fmt::format("skin \"{}\" has a joint {}, which is no node", skin.name, joint));
+            failGltf("skin \"{}\" has a joint {}, which is no node", skin.name, joint);
         const auto node = static_cast<std::size_t>(joint);
         osg::Matrixd inverse;
         // Column by column for column vectors is row by row for OSG's row vectors.

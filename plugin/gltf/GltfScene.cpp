@@ -48,8 +48,8 @@ std::vector<double> numbersOf(const std::vector<double>& given,
     const bool isFinite =
         std::all_of(given.begin(), given.end(), [](double x) { return std::abs(x) < 1e9; });
     if (given.size() != otherwise.size() || !isFinite)
-        throw GltfError(fmt::format(
-            "the {} of node {} should be {} numbers, within 1e9", what, node, otherwise.size()));
+        failGltf(
+            "the {} of node {} should be {} numbers, within 1e9", what, node, otherwise.size());
     return given;
 }
 
@@ -76,7 +76,7 @@ struct Place
         translation = osg::Vec3d(t[0], t[1], t[2]);
         rotation = osg::Quat(r[0], r[1], r[2], r[3]);
         if (!(rotation.length() > 1e-3))
-            throw GltfError(fmt::format("the rotation of node {} should be a quaternion", number));
+            failGltf("the rotation of node {} should be a quaternion", number);
         rotation /= rotation.length();
         scale = osg::Vec3d(s[0], s[1], s[2]);
         matrix = osg::Matrixd::scale(scale) * osg::Matrixd::rotate(rotation) *
@@ -120,8 +120,7 @@ public:
         _isMoved(movedByGltf(from.model))
     {
         if (_parents.size() > kMostNodes)
-            throw GltfError(
-                fmt::format("{} nodes, should be up to {}", _parents.size(), kMostNodes));
+            failGltf("{} nodes, should be up to {}", _parents.size(), kMostNodes);
         findParents();
         checkDepth();
         skins.addParents(_parents);
@@ -142,10 +141,9 @@ public:
         for (const int top : tops)
         {
             if (top < 0 || static_cast<std::size_t>(top) >= _parents.size())
-                throw GltfError(fmt::format("the scene has a node {}, which is none", top));
+                failGltf("the scene has a node {}, which is none", top);
             if (_parents[static_cast<std::size_t>(top)] >= 0 || !seen.insert(top).second)
-                throw GltfError(
-                    fmt::format("node {} of the scene is below another, or there twice", top));
+                failGltf("node {} of the scene is below another, or there twice", top);
         }
         addAll(tops, root);
         // OSG moves what follows bones once it has come past them.
@@ -161,15 +159,14 @@ private:
             for (const int child : _from.model.nodes[i].children)
             {
                 if (child < 0 || static_cast<std::size_t>(child) >= _parents.size())
-                    throw GltfError(
-                        fmt::format("node {} has the child {}, which is none", i, child));
+                    failGltf("node {} has the child {}, which is none", i, child);
                 int& parent = _parents[static_cast<std::size_t>(child)];
                 if (parent >= 0)
-                    throw GltfError(fmt::format("node {} is below node {} and below node {}; nodes "
-                                                "should be trees",
-                                                child,
-                                                parent,
-                                                i));
+                    failGltf("node {} is below node {} and below node {}; nodes "
+                             "should be trees",
+                             child,
+                             parent,
+                             i);
                 parent = static_cast<int>(i);
             }
     }
@@ -183,8 +180,7 @@ private:
             for (int above = _parents[i]; above >= 0;
                  above = _parents[static_cast<std::size_t>(above)])
                 if (++depth > kDeepest)
-                    throw GltfError(
-                        fmt::format("node {} is more than {} deep, or below itself", i, kDeepest));
+                    failGltf("node {} is more than {} deep, or below itself", i, kDeepest);
         }
     }
 
@@ -212,7 +208,7 @@ private:
 
     osg::ref_ptr<osg::Node> make(int number)
     {
-        const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
+        const tinygltf::Node& from = nodeAt(number);
         const osg::ref_ptr<osg::MatrixTransform> node = transformOf(number);
         node->setName(_names[static_cast<std::size_t>(number)]);
         const bool isSkinned = from.mesh >= 0 && from.skin >= 0;
@@ -232,7 +228,7 @@ private:
 
     osg::ref_ptr<osg::MatrixTransform> transformOf(int number)
     {
-        const Place place(_from.model.nodes[static_cast<std::size_t>(number)], number);
+        const Place place(nodeAt(number), number);
         const bool isMoved = _isMoved[static_cast<std::size_t>(number)];
         osg::ref_ptr<osg::MatrixTransform> transform;
         osg::ref_ptr<UpdateMatrixTransform> update;
@@ -261,7 +257,7 @@ private:
 
     void addMesh(int number, osg::Group& node)
     {
-        const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
+        const tinygltf::Node& from = nodeAt(number);
         if (from.skin >= 0)
         {
             addSkinned(number);
@@ -285,7 +281,7 @@ private:
 
     osg::ref_ptr<osg::Node> sharedMesh(int number)
     {
-        const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
+        const tinygltf::Node& from = nodeAt(number);
         osg::ref_ptr<osg::Node>& shared = _shared[{from.mesh, from.weights}];
         if (!shared)
         {
@@ -301,7 +297,7 @@ private:
     /// Adds \a mesh once, or as often as EXT_mesh_gpu_instancing of node \a number says.
     void addInstances(int number, osg::Node& mesh, osg::Group& node)
     {
-        const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
+        const tinygltf::Node& from = nodeAt(number);
         const auto found = from.extensions.find(kInstancing);
         if (found == from.extensions.end())
         {
@@ -324,12 +320,10 @@ private:
         const auto fits = [&](const std::vector<float>& given, std::size_t width)
         { return given.empty() || given.size() == count * width; };
         if (count == 0 || !fits(moves, 3) || !fits(turns, 4) || !fits(sizes, 3))
-            throw GltfError(fmt::format(
-                "the instances of node {} should have places, turns or scales, as many of "
-                "each",
-                number));
-        if ((_instances += count) > kMostNodes)
-            throw GltfError(fmt::format("more than {} instances", kMostNodes));
+            failGltf("the instances of node {} should have places, turns or scales, as many of "
+                     "each",
+                     number);
+        if ((_instances += count) > kMostNodes) failGltf("more than {} instances", kMostNodes);
         for (std::size_t i = 0; i < count; ++i)
         {
             tinygltf::Node one;
@@ -348,10 +342,9 @@ private:
     // it is felt as its node and those above it are.
     void addSkinned(int number)
     {
-        const tinygltf::Node& from = _from.model.nodes[static_cast<std::size_t>(number)];
-        if (static_cast<std::size_t>(from.skin) >= _from.model.skins.size())
-            throw GltfError(
-                fmt::format("node {} has the skin {}, which is none", number, from.skin));
+        const tinygltf::Node& from = nodeAt(number);
+        if (!gltfEntry(_from.model.skins, from.skin))
+            failGltf("node {} has the skin {}, which is none", number, from.skin);
         if (from.extensions.count(kInstancing) > 0)
             _from.messages.say(nameForMessages(number) +
                                ": of a mesh with a skin there is one instance");
@@ -359,7 +352,7 @@ private:
         for (const GltfPart& part : _meshes(from.mesh, from.weights))
         {
             if (++_skinned > kMostSkinnedParts)
-                throw GltfError(fmt::format("more than {} skinned meshes", kMostSkinnedParts));
+                failGltf("more than {} skinned meshes", kMostSkinnedParts);
             geode->addDrawable(part.joints.empty()
                                    ? part.geometry
                                    : _skins.follow(part, from.skin, _names, places()));
@@ -374,27 +367,26 @@ private:
         for (int above = _parents[static_cast<std::size_t>(number)]; above >= 0;
              above = _parents[static_cast<std::size_t>(above)])
             if (!group->getUserDataContainer())
-                addGltfTags(_from.model.nodes[static_cast<std::size_t>(above)].extras,
-                            nameForMessages(above),
-                            *group,
-                            _from.messages);
+                addGltfTags(nodeAt(above).extras, nameForMessages(above), *group, _from.messages);
         _skinnedNodes.push_back(group);
+    }
+
+    const tinygltf::Node& nodeAt(int number) const
+    {
+        return _from.model.nodes[static_cast<std::size_t>(number)];
     }
 
     std::string nameForMessages(int number) const
     {
-        return "node \"" + printable(_from.model.nodes[static_cast<std::size_t>(number)].name) +
-               "\"";
+        return "node \"" + printable(nodeAt(number).name) + "\"";
     }
 
     /// The extras of a node's mesh; null: it has none.
     const tinygltf::Value& meshExtras(int number) const
     {
         static const tinygltf::Value none;
-        const int mesh = _from.model.nodes[static_cast<std::size_t>(number)].mesh;
-        const bool isThere =
-            mesh >= 0 && static_cast<std::size_t>(mesh) < _from.model.meshes.size();
-        return isThere ? _from.model.meshes[static_cast<std::size_t>(mesh)].extras : none;
+        const tinygltf::Mesh* mesh = gltfEntry(_from.model.meshes, nodeAt(number).mesh);
+        return mesh ? mesh->extras : none;
     }
 
     /// Where a node is in the model at rest, of all nodes.
@@ -404,8 +396,7 @@ private:
         _places.resize(_from.model.nodes.size());
         for (std::size_t i = 0; i < _places.size(); ++i)
             for (int at = static_cast<int>(i); at >= 0; at = _parents[static_cast<std::size_t>(at)])
-                _places[i] =
-                    _places[i] * Place(_from.model.nodes[static_cast<std::size_t>(at)], at).matrix;
+                _places[i] = _places[i] * Place(nodeAt(at), at).matrix;
         return _places;
     }
 
@@ -430,7 +421,7 @@ int sceneOf(const tinygltf::Model& model, GltfMessages& messages)
         messages.say(fmt::format("of its {} scenes one is read", model.scenes.size()));
     if (model.defaultScene < 0) return 0;
     if (static_cast<std::size_t>(model.defaultScene) >= model.scenes.size())
-        throw GltfError(fmt::format("there is no scene {}", model.defaultScene));
+        failGltf("there is no scene {}", model.defaultScene);
     return model.defaultScene;
 }
 

@@ -29,28 +29,21 @@ namespace osgMidair
 namespace
 {
 
-/// Makes \a disc a square of four vertices with \a texture, whose shape is in the texture. The
-/// caller sets the vertices.
-void setUpSliceDisc(osg::Geometry& disc, osg::Texture2D* texture)
+/// Makes a square with \a texture, in which its shape is. The caller sets the vertices.
+osg::ref_ptr<osg::Geometry> makeSliceDisc(osg::Texture2D* texture)
 {
-    disc.setDataVariance(osg::Object::DYNAMIC);
-    disc.setUseDisplayList(false);
-    disc.setUseVertexBufferObjects(true);
-    disc.setVertexArray(new osg::Vec3Array(4));
-    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
-    for (const osg::Vec2& corner :
-         {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
-        // The centres of the outermost texels lie on the rim.
-        coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
-                               kSlicePixels);
-    disc.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-    const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
-    disc.setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
-    disc.addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
-    osg::StateSet* state = disc.getOrCreateStateSet();
+    // The centres of the outermost texels lie on the rim.
+    constexpr float kFirst = 0.5F / kSlicePixels;
+    osg::ref_ptr<osg::Geometry> disc = osg::createTexturedQuadGeometry(
+        {}, osg::X_AXIS, osg::Y_AXIS, kFirst, kFirst, 1.0F - kFirst, 1.0F - kFirst);
+    disc->setDataVariance(osg::Object::DYNAMIC);
+    disc->setUseDisplayList(false);
+    disc->setUseVertexBufferObjects(true);
+    osg::StateSet* state = disc->getOrCreateStateSet();
     state->setTextureAttributeAndModes(0, texture);
     // The slice of a flat object is in its plane; the offset keeps the object in front.
     state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+    return disc;
 }
 
 const OverlayNumber kFieldSliceRadius =
@@ -121,14 +114,13 @@ class FieldSliceOverlay::Part : public OverlayPart
 public:
     explicit Part(FieldSliceOverlay& owner) :
         _owner(owner),
-        _disc(new osg::Geometry),
         _image(new osg::Image),
         _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
     {
         _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
         _image->setDataVariance(DYNAMIC);
         _texture = makeTexture(_image, true);
-        setUpSliceDisc(*_disc, _texture);
+        _disc = makeSliceDisc(_texture);
         drawTranslucent(*_disc, SLICE_BIN);
         _disc->setDrawCallback(probeRenderer(_renderer));
     }
@@ -226,12 +218,12 @@ private:
     void place(const SliceRequest& request)
     {
         auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
+        const auto& places = static_cast<const osg::Vec2Array&>(*_disc->getTexCoordArray(0));
         const Eigen::Vector3d u = request.u * request.radius_m;
         const Eigen::Vector3d v = request.v * request.radius_m;
-        corners[0] = osgVec(request.centre - u - v);
-        corners[1] = osgVec(request.centre + u - v);
-        corners[2] = osgVec(request.centre - u + v);
-        corners[3] = osgVec(request.centre + u + v);
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            corners[i] = osgVec(request.centre + (places[i].x() < 0.5F ? -u : u) +
+                                (places[i].y() < 0.5F ? -v : v));
         corners.dirty();
         _disc->dirtyBound();
         if (_owner.getNumChildren() == 0) _owner.addChild(_disc);

@@ -125,13 +125,7 @@ public:
     /// A touch that goes on, or has ended and fades.
     struct Mark
     {
-        std::uint64_t object = 0;
-        int hand = 0;
-        int finger = 0;
-        int bone = 0;
-        osg::Vec3 place;
-        double radius_m = 0.0;
-        double force_N = 0.0;
+        midair::bridge::HandContact contact; ///< as it was last
         double seen_s = 0.0;
         osg::ref_ptr<osgText::Text> label;
     };
@@ -159,10 +153,11 @@ public:
             if (!contact.touching) continue;
             auto mark = std::find_if(marks.begin(),
                                      marks.end(),
-                                     [&](const Mark& m) {
-                                         return m.object == contact.object &&
-                                                m.hand == contact.hand &&
-                                                m.finger == contact.finger;
+                                     [&](const Mark& m)
+                                     {
+                                         return m.contact.object == contact.object &&
+                                                m.contact.hand == contact.hand &&
+                                                m.contact.finger == contact.finger;
                                      });
             if (mark == marks.end())
             {
@@ -176,14 +171,7 @@ public:
                 drawTranslucent(*mark->label, POINT_BIN);
                 _owner.addChild(mark->label);
             }
-            mark->object = contact.object;
-            mark->hand = contact.hand;
-            mark->finger = contact.finger;
-            mark->bone = contact.bone;
-            mark->place = osgVec(contact.position);
-            mark->radius_m =
-                std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
-            mark->force_N = contact.force_N;
+            mark->contact = contact;
             mark->seen_s = time_s;
         }
         drawBones(hands);
@@ -210,10 +198,12 @@ private:
         coordinates.clear();
         for (const midair::bridge::HandCapsule& capsule : hands)
         {
-            const bool touches = std::any_of(
-                marks.begin(),
-                marks.end(),
-                [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
+            const bool touches = std::any_of(marks.begin(),
+                                             marks.end(),
+                                             [&](const Mark& m) {
+                                                 return m.contact.hand == capsule.hand &&
+                                                        m.contact.bone == capsule.bone;
+                                             });
             const osg::Vec3 a = osgVec(capsule.shape.a);
             const osg::Vec3 b = osgVec(capsule.shape.b);
             const auto radius = static_cast<float>(capsule.shape.radius_m);
@@ -250,15 +240,17 @@ private:
         {
             const Mark& mark = marks[i];
             const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
-            const auto radius = static_cast<float>(mark.radius_m);
-            setDisc(
-                *rings, i, mark.place, bytes(kTouching, opacity), osg::Vec3(0.0F, 0.0F, radius));
+            const osg::Vec3 place = osgVec(mark.contact.position);
+            const auto radius = static_cast<float>(
+                std::clamp(std::sqrt(mark.contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3));
+            setDisc(*rings, i, place, bytes(kTouching, opacity), osg::Vec3(0.0F, 0.0F, radius));
             std::string force;
-            if (mark.force_N > 0.0) force = fmt::format("  {:.2f} mN", 1e3 * mark.force_N);
-            const std::string label = midair::bridge::boneName(mark.bone) + force;
+            if (mark.contact.force_N > 0.0)
+                force = fmt::format("  {:.2f} mN", 1e3 * mark.contact.force_N);
+            const std::string label = midair::bridge::boneName(mark.contact.bone) + force;
             if (mark.label->getText().createUTF8EncodedString() != label)
                 mark.label->setText(label, osgText::String::ENCODING_UTF8);
-            mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
+            mark.label->setPosition(place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
             mark.label->setColor(osg::Vec4(kTouching, opacity));
             const float height = kLabel * unit_pixels;
             if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);

@@ -201,9 +201,9 @@ void CollectHapticSurfacesVisitor::lookAlong(
 std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
 {
     std::string text;
-    const auto index = static_cast<std::size_t>(&instance - _instances.data());
-    for (std::size_t i = _pathStarts[index]; _paths[i]; ++i)
-        text += (text.empty() ? "" : "/") + midair::bridge::quoted(*_paths[i]);
+    lookAlong(instance,
+              [&text](const osg::Node& node)
+              { text += (text.empty() ? "" : "/") + midair::bridge::quoted(node); });
     return text;
 }
 
