@@ -4,9 +4,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 
-#include <functional>
 #include <string>
-#include <utility>
 
 namespace osgMidair
 {
@@ -31,9 +29,9 @@ public:
 
     /// Notes a visit of \a root, and returns its engine. \a isInPlace: as of
     /// HapticEngine::setPlace(); \a unmarked: how all is felt where nothing is marked, may be null.
-    osg::ref_ptr<HapticEngine> playing(osg::Node& root,
-                                       std::function<bool(const osg::Node&)> isInPlace,
-                                       const HapticProperty* unmarked = nullptr)
+    template<typename Place>
+    osg::ref_ptr<HapticEngine>
+    playing(osg::Node& root, const Place& isInPlace, const HapticProperty* unmarked = nullptr)
     {
         osg::ref_ptr<HapticEngine> engine = get();
         if (!engine || engine->root() != &root)
@@ -41,7 +39,7 @@ public:
             osg::ref_ptr<HapticEngine> old = new HapticEngine(root, _settings, _kind);
             if (unmarked) old->setUnmarkedProperty(*unmarked);
             old->setDeviceCallback(_deviceCallback);
-            old->setPlace(std::move(isInPlace));
+            old->setPlace(isInPlace);
             const midair::base::Lock lock(_mutex);
             old->setMuted(_engine ? _engine->isMuted() : _isMutedAtFirst);
             engine = old;
