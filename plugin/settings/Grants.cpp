@@ -160,22 +160,6 @@ void lookBeside(const std::string& folder, HapticSettings& settings)
     }
 }
 
-/// Collects the messages about one scene.
-struct Grants::Told
-{
-    const std::string& scene;
-    std::vector<midair::base::Message>& messages;
-
-    void refuse(MessageCode code,
-                const std::string& what,
-                const std::string& value,
-                const std::string& why) const
-    {
-        messages.push_back(
-            {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
-    }
-};
-
 Grants::Grants(Names names, bool trustsScenes) :
     _names(std::move(names)),
     _trustsScenes(trustsScenes)
@@ -267,17 +251,22 @@ HapticSettings Grants::apply(HapticSettings settings,
                              const std::string& scene,
                              std::vector<midair::base::Message>& messages) const
 {
-    const Told told{scene, messages};
-    applyDevice(settings, told);
-    applyArray(settings, told);
-    applyHands(settings, told);
-    applyThermometer(settings, told);
+    const Refuse refuse =
+        [&](MessageCode code, const char* what, const std::string& value, const std::string& why)
+    {
+        messages.push_back(
+            {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
+    };
+    applyDevice(settings, refuse);
+    applyArray(settings, refuse);
+    applyHands(settings, refuse);
+    applyThermometer(settings, refuse);
     return settings;
 }
 
 // A reading is a number within a range, so a file beside the scene does no harm; other files may
 // tell what is in them by what is said of them.
-void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
+void Grants::applyThermometer(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.temperatureSource;
     if (asked.empty()) return;
@@ -290,17 +279,17 @@ void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
     const std::string why = findBesideScene(settings.wishes, settings.temperatureSource);
     if (why.empty()) return;
     settings.temperatureSource.clear();
-    told.refuse(MessageCode::GRANTS_REFUSED,
-                "the thermometer",
-                asked,
-                why +
-                    "; the temperature is the one that is set. To grant it: "
-                    "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
-                    "in " +
-                    grantsFile());
+    refuse(MessageCode::GRANTS_REFUSED,
+           "the thermometer",
+           asked,
+           why +
+               "; the temperature is the one that is set. To grant it: "
+               "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
+               "in " +
+               grantsFile());
 }
 
-void Grants::applyDevice(HapticSettings& settings, const Told& told) const
+void Grants::applyDevice(HapticSettings& settings, const Refuse& refuse) const
 {
     const bool wish = isWish(settings, "device", settings.device);
     if (const std::string* granted = find(settings.device))
@@ -318,16 +307,16 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
             // Not a valid URI: never granted.
         }
         settings.device = "sim:";
-        told.refuse(MessageCode::GRANTS_REFUSED,
-                    "the device",
-                    asked,
-                    "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
-                    "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
-                        grantsFile());
+        refuse(MessageCode::GRANTS_REFUSED,
+               "the device",
+               asked,
+               "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
+               "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
+                   grantsFile());
     }
 }
 
-void Grants::applyArray(HapticSettings& settings, const Told& told) const
+void Grants::applyArray(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.array;
     const bool wish = isWish(settings, "array", asked);
@@ -342,16 +331,16 @@ void Grants::applyArray(HapticSettings& settings, const Told& told) const
     const std::string why = wish ? findBesideScene(settings.wishes, settings.array) : "";
     if (why.empty()) return;
     settings.array.clear();
-    told.refuse(MessageCode::ARRAY_REFUSED,
-                "the array",
-                asked,
-                why +
-                    "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
-                    "name for it in " +
-                    grantsFile());
+    refuse(MessageCode::ARRAY_REFUSED,
+           "the array",
+           asked,
+           why +
+               "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
+               "name for it in " +
+               grantsFile());
 }
 
-void Grants::applyHands(HapticSettings& settings, const Told& told) const
+void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.hands;
     const bool wish = isWish(settings, "hands", asked);
@@ -377,13 +366,13 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
     else if (_trustsScenes && !reachesFurther(asked))
         return;
     settings.hands.clear();
-    told.refuse(MessageCode::GRANTS_REFUSED,
-                "the hands",
-                asked,
-                why +
-                    ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
-                    "name for them in " +
-                    grantsFile());
+    refuse(MessageCode::GRANTS_REFUSED,
+           "the hands",
+           asked,
+           why +
+               ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
+               "name for them in " +
+               grantsFile());
 }
 
 } // namespace osgMidair
