@@ -6,6 +6,7 @@
 #include "device/opening/MultiDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/playing/FieldPlayer.h"
+#include "engine-bridge/scene/GeometryReader.h"
 #include "haptics/base/Bytes.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
@@ -53,24 +54,49 @@ namespace
 class BakingDevice : public midair::device::ArrayDevice
 {
 public:
-    explicit BakingDevice(int transducers);
+    explicit BakingDevice(int transducers) : _held(transducers) {}
 
-    bool send(const midair::device::DriveSignal& signal) override;
-    bool sendSequence(const midair::device::DriveSequence& sequence) override;
+    bool send(const midair::device::DriveSignal& signal) override
+    {
+        if (!signal.fits(_held.transducers()))
+        {
+            _counters.countRefused();
+            return false;
+        }
+        _held.replace(signal);
+        _counters.countPlayed(midair::base::steadySeconds());
+        return true;
+    }
+
+    bool sendSequence(const midair::device::DriveSequence& sequence) override
+    {
+        if (!sequence.fits(_held.transducers()))
+        {
+            _counters.countRefused();
+            return false;
+        }
+        return send(sequence.signals.front());
+    }
+
     void silence() override { _held.clear(); }
     std::string status() const override { return "baked into a recording"; }
     midair::device::DeviceReport report() const override { return _counters.report(); }
-    midair::device::DriveAbility ability() const override;
+
+    midair::device::DriveAbility ability() const override
+    {
+        midair::device::DriveAbility ability;
+        // Whole periods of this many steps are handed over in one piece; nothing is sent step by
+        // step, as nobody listens.
+        ability.sequenceFields = 1 << 14;
+        return ability;
+    }
+
     std::vector<std::complex<float>> played() const override { return _held.activations(); }
 
 private:
     midair::device::HeldField _held;
     midair::device::FieldCounters _counters;
 };
-
-// Whole periods of this many steps are handed over in one piece; nothing is sent step by step, as
-// nobody listens.
-constexpr int kSequenceFields = 1 << 14;
 
 /// Finds what moves or looks otherwise by itself as time passes.
 class FindLive : public osg::NodeVisitor
@@ -82,8 +108,7 @@ public:
     {
         const auto add = [&](const std::string& what)
         {
-            const std::string name = node.getName().empty() ? "" : " '" + node.getName() + "'";
-            std::string told = fmt::format("{}{}: {}", node.className(), printable(name), what);
+            std::string told = printable(midair::bridge::quoted(node)) + ": " + what;
             if (std::find(found.begin(), found.end(), told) == found.end())
                 found.push_back(std::move(told));
         };
@@ -113,37 +138,6 @@ private:
         return false;
     }
 };
-
-BakingDevice::BakingDevice(int transducers) : _held(transducers) {}
-
-bool BakingDevice::send(const midair::device::DriveSignal& signal)
-{
-    if (!signal.fits(_held.transducers()))
-    {
-        _counters.countRefused();
-        return false;
-    }
-    _held.replace(signal);
-    _counters.countPlayed(midair::base::steadySeconds());
-    return true;
-}
-
-bool BakingDevice::sendSequence(const midair::device::DriveSequence& sequence)
-{
-    if (!sequence.fits(_held.transducers()))
-    {
-        _counters.countRefused();
-        return false;
-    }
-    return send(sequence.signals.front());
-}
-
-midair::device::DriveAbility BakingDevice::ability() const
-{
-    midair::device::DriveAbility ability;
-    ability.sequenceFields = kSequenceFields;
-    return ability;
-}
 
 /// Reads the limits from \a uri, or of several with commas in between: the strictest. Throws
 /// midair::device::DeviceError for what isn't understood.
@@ -272,12 +266,106 @@ struct FieldBaker::Part
 {
     Part(HapticScene& baked, int wantedThreads) : scene(&baked), threads(wantedThreads) {}
 
-    void collect(const osg::FrameStamp& stamp, const osg::Matrixd& world);
-    void open();
-    HologramOptions options();
-    void keepArray();
-    std::shared_ptr<const HologramResult> solve();
-    std::vector<DriveSignal> encoded(const HologramResult& result) const;
+    void collect(const osg::FrameStamp& stamp, const osg::Matrixd& world)
+    {
+        HapticEngine& engine = SceneAccess::engine(*scene);
+        collected = engine.collectForBaking(
+            {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
+        if (!collected.snapshot)
+            fail("the HapticScene \"" + scene->getName() +
+                 "\" is inside another one, which plays it");
+        const HapticSettings granted = engine.grantedSettings();
+        if (granted.isSilenced)
+            fail("the scene isn't played: " +
+                 (granted.whySilenced.empty() ? "isSilenced is set" : granted.whySilenced.front()));
+        limits = limitsOfDevice(granted.device);
+        if (pipeline && opened != collected.settings) pipeline.reset();
+    }
+
+    void open()
+    {
+        if (pipeline) return;
+        pipeline = SceneAccess::engine(*scene).makePipeline(options());
+        opened = collected.settings;
+        keepArray();
+    }
+
+    // The best that there is, and no device.
+    HologramOptions options()
+    {
+        HologramOptions options = SceneAccess::engine(*scene).optionsForBaking();
+        options.deviceUri = "baked:";
+        options.deviceFactory =
+            [most = limits.limits](const std::string&, const midair::device::DeviceLayout& layout)
+        {
+            return std::make_unique<midair::device::GuardedDevice>(
+                std::make_unique<BakingDevice>(layout.transducers), most, layout.transducers);
+        };
+        options.solverFactory =
+            [](const std::string& name, const midair::haptics::SolverOptions& wanted)
+        {
+            const auto make = [name](const midair::haptics::SolverOptions& each)
+            { return midair::bridge::makeAnySolver(name, each); };
+            return std::make_unique<midair::haptics::ManyStarts>(make, wanted, kStarts);
+        };
+        midair::haptics::SolverOptions& solver = options.solverOptions;
+        solver.threads = threads;
+        solver.deadline_ms = 0.0;
+        solver.maxIterations = 0;
+        solver.rmsTolerance = std::min(solver.rmsTolerance, kTolerance);
+        solver.thorough = true;
+        options.monitorInterval = 0.0;
+        options.reopen_s = 0.0;
+        return options;
+    }
+
+    void keepArray()
+    {
+        const auto array = SceneAccess::engine(*scene).array();
+        std::string text = array ? array->toJson() : "";
+        if (!arrayText.empty() && text != arrayText)
+            fail("the array has changed while it is baked for");
+        arrayText = std::move(text);
+        transducers = array ? static_cast<unsigned int>(array->size()) : 0;
+    }
+
+    // Nobody waits: what a scene at rest would get bit by bit is made to its end.
+    std::shared_ptr<const HologramResult> solve()
+    {
+        auto result = pipeline->process(*collected.snapshot);
+        for (int more = 0; more < kMostRest && pipeline->rest_s() <= 0.0; ++more)
+            if (auto better = pipeline->attend()) result = better;
+        for (const midair::base::Message& message : result->told)
+            if (std::none_of(told.begin(),
+                             told.end(),
+                             [&](const midair::base::Message& one)
+                             { return one.code == message.code && one.path == message.path; }))
+                told.push_back(message);
+        const StopReason stop = result->report().stop;
+        if (stop == StopReason::REFUSED || stop == StopReason::STOPPED || !result->deviceOpen)
+            fail(result->report().message.empty() ? midair::haptics::stopReasonName(stop)
+                                                  : result->report().message);
+        return result;
+    }
+
+    // Returns the fields' levels; none if nothing sounds.
+    std::vector<DriveSignal> encoded(const HologramResult& result) const
+    {
+        std::vector<DriveSignal> signals;
+        bool sounds = false;
+        for (const Eigen::VectorXcf& q : result.sequence.fields)
+        {
+            DriveSignal& signal = signals.emplace_back();
+            if (!midair::device::encode(q.data(), static_cast<int>(q.size()), signal) ||
+                signal.size() != static_cast<int>(transducers))
+                fail("the field isn't one finite number for each transducer");
+            sounds = sounds || std::any_of(signal.duty.begin(),
+                                           signal.duty.end(),
+                                           [](std::uint8_t level) { return level > 0; });
+        }
+        if (!sounds) signals.clear();
+        return signals;
+    }
 
     const osg::ref_ptr<HapticScene> scene;
     const int threads;
@@ -289,106 +377,6 @@ struct FieldBaker::Part
     std::unique_ptr<HologramPipeline> pipeline;
     std::vector<midair::base::Message> told; ///< of pipelines
 };
-
-void FieldBaker::Part::collect(const osg::FrameStamp& stamp, const osg::Matrixd& world)
-{
-    HapticEngine& engine = SceneAccess::engine(*scene);
-    collected = engine.collectForBaking(
-        {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
-    if (!collected.snapshot)
-        fail("the HapticScene \"" + scene->getName() + "\" is inside another one, which plays it");
-    const HapticSettings granted = engine.grantedSettings();
-    if (granted.isSilenced)
-        fail("the scene isn't played: " +
-             (granted.whySilenced.empty() ? "isSilenced is set" : granted.whySilenced.front()));
-    limits = limitsOfDevice(granted.device);
-    if (pipeline && opened != collected.settings) pipeline.reset();
-}
-
-// The best that there is, and no device.
-HologramOptions FieldBaker::Part::options()
-{
-    HologramOptions options = SceneAccess::engine(*scene).optionsForBaking();
-    options.deviceUri = "baked:";
-    options.deviceFactory =
-        [most = limits.limits](const std::string&, const midair::device::DeviceLayout& layout)
-    {
-        return std::make_unique<midair::device::GuardedDevice>(
-            std::make_unique<BakingDevice>(layout.transducers), most, layout.transducers);
-    };
-    options.solverFactory =
-        [](const std::string& name, const midair::haptics::SolverOptions& wanted)
-    {
-        const auto make = [name](const midair::haptics::SolverOptions& each)
-        { return midair::bridge::makeAnySolver(name, each); };
-        return std::make_unique<midair::haptics::ManyStarts>(make, wanted, kStarts);
-    };
-    midair::haptics::SolverOptions& solver = options.solverOptions;
-    solver.threads = threads;
-    solver.deadline_ms = 0.0;
-    solver.maxIterations = 0;
-    solver.rmsTolerance = std::min(solver.rmsTolerance, kTolerance);
-    solver.thorough = true;
-    options.monitorInterval = 0.0;
-    options.reopen_s = 0.0;
-    return options;
-}
-
-void FieldBaker::Part::open()
-{
-    if (pipeline) return;
-    pipeline = SceneAccess::engine(*scene).makePipeline(options());
-    opened = collected.settings;
-    keepArray();
-}
-
-void FieldBaker::Part::keepArray()
-{
-    const auto array = SceneAccess::engine(*scene).array();
-    std::string text = array ? array->toJson() : "";
-    if (!arrayText.empty() && text != arrayText)
-        fail("the array has changed while it is baked for");
-    arrayText = std::move(text);
-    transducers = array ? static_cast<unsigned int>(array->size()) : 0;
-}
-
-// Nobody waits: what a scene at rest would get bit by bit is made to its end.
-std::shared_ptr<const HologramResult> FieldBaker::Part::solve()
-{
-    auto result = pipeline->process(*collected.snapshot);
-    for (int more = 0; more < kMostRest && pipeline->rest_s() <= 0.0; ++more)
-        if (auto better = pipeline->attend()) result = better;
-    for (const midair::base::Message& message : result->told)
-        if (std::none_of(told.begin(),
-                         told.end(),
-                         [&](const midair::base::Message& one)
-                         { return one.code == message.code && one.path == message.path; }))
-            told.push_back(message);
-    const StopReason stop = result->report().stop;
-    if (stop == StopReason::REFUSED || stop == StopReason::STOPPED || !result->deviceOpen)
-        fail(result->report().message.empty() ? midair::haptics::stopReasonName(stop)
-                                              : result->report().message);
-    return result;
-}
-
-// Returns the fields' levels; none if nothing sounds.
-std::vector<DriveSignal> FieldBaker::Part::encoded(const HologramResult& result) const
-{
-    std::vector<DriveSignal> signals;
-    bool sounds = false;
-    for (const Eigen::VectorXcf& q : result.sequence.fields)
-    {
-        DriveSignal& signal = signals.emplace_back();
-        if (!midair::device::encode(q.data(), static_cast<int>(q.size()), signal) ||
-            signal.size() != static_cast<int>(transducers))
-            fail("the field isn't one finite number for each transducer");
-        sounds = sounds || std::any_of(signal.duty.begin(),
-                                       signal.duty.end(),
-                                       [](std::uint8_t level) { return level > 0; });
-    }
-    if (!sounds) signals.clear();
-    return signals;
-}
 
 FieldBaker::FieldBaker(HapticScene& scene, int threads) :
     _part(std::make_unique<Part>(scene, threads))

@@ -37,25 +37,6 @@ class ViewerBase;
 namespace osgMidair
 {
 
-/// Makes the public form of a result of which the origins are FeltNodes.
-osg::ref_ptr<const HapticField>
-fieldOf(std::shared_ptr<const midair::bridge::HologramResult> result);
-
-/// Keeps the public form of the newest result, so that those who ask for the same get the same. All
-/// members may be called from any thread.
-class NewestField
-{
-public:
-    /// Returns the field of \a result; null if that is null or has no field.
-    osg::ref_ptr<const HapticField>
-    get(const std::shared_ptr<const midair::bridge::HologramResult>& result) const;
-
-private:
-    mutable midair::base::Mutex _mutex;
-    mutable std::shared_ptr<const midair::bridge::HologramResult> _result MIDAIR_GUARDED_BY(_mutex);
-    mutable osg::ref_ptr<const HapticField> _field MIDAIR_GUARDED_BY(_mutex);
-};
-
 class HapticScene;
 
 /// Does the work of a HapticScene that knows OSG: collects the scene below a root into snapshots,
@@ -234,7 +215,8 @@ public:
         return _player.latestResult();
     }
     /// The public form of the newest result; null before the first field.
-    osg::ref_ptr<const HapticField> field() const { return _newest.get(latestResult()); }
+    /// Those who ask for the same get the same.
+    osg::ref_ptr<const HapticField> field() const;
     HapticStatistics statistics() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
     midair::bridge::PlayedDrives playedOfLate(double duration_s) const
@@ -331,6 +313,14 @@ private:
         std::vector<Touch> touches MIDAIR_GUARDED_BY(mutex);
     };
 
+    /// The result that was asked for last, and its public form.
+    struct Newest
+    {
+        midair::base::Mutex mutex;
+        std::shared_ptr<const midair::bridge::HologramResult> result MIDAIR_GUARDED_BY(mutex);
+        osg::ref_ptr<const HapticField> field MIDAIR_GUARDED_BY(mutex);
+    };
+
     std::string name() const;
     bool isPlayedByOuterOwner();
     bool takePlace(bool isEnabled);
@@ -359,8 +349,8 @@ private:
     TouchTeller _touches;
     Rest _rest;
     Told _told;
-    NewestField _newest;
     Shown _shown;
+    mutable Newest _newest;
     midair::bridge::ScenePlayer _player; ///< last: its messages name what is above
 };
 

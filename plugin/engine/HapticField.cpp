@@ -227,22 +227,18 @@ double HapticField::getReach() const
     return midair::haptics::Workspace(*_data->result->array, getWavelength(), {}).reach_m();
 }
 
-osg::ref_ptr<const HapticField> fieldOf(std::shared_ptr<const HologramResult> result)
+// The origins of a result are FeltNodes.
+osg::ref_ptr<const HapticField> HapticEngine::field() const
 {
-    return new HapticField(std::make_unique<const HapticField::Data>(std::move(result)));
-}
-
-osg::ref_ptr<const HapticField>
-NewestField::get(const std::shared_ptr<const HologramResult>& result) const
-{
+    const auto result = latestResult();
     if (!result || !result->array || result->sequence.fields.empty()) return nullptr;
-    const midair::base::Lock lock(_mutex);
-    if (_result != result)
+    const midair::base::Lock lock(_newest.mutex);
+    if (_newest.result != result)
     {
-        _field = fieldOf(result);
-        _result = result;
+        _newest.field = new HapticField(std::make_unique<const HapticField::Data>(result));
+        _newest.result = result;
     }
-    return _field;
+    return _newest.field;
 }
 
 } // namespace osgMidair

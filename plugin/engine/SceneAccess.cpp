@@ -1,5 +1,6 @@
 #include "plugin/engine/SceneAccess.h"
 
+#include "plugin/engine/OwnedEngine.h"
 #include "plugin/engine/SceneOwners.h"
 
 #include <osgMidair/HapticCallback>
@@ -32,24 +33,14 @@ SceneAccess::Result SceneAccess::latestResult(const HapticScene& scene)
 
 SceneAccess::Result SceneAccess::latestResult(const HapticCallback& callback)
 {
-    const osg::ref_ptr<HapticEngine> engine = callback.engine();
+    const osg::ref_ptr<HapticEngine> engine = callback._engine->get();
     return engine ? engine->latestResult() : nullptr;
 }
 
 SceneAccess::Result SceneAccess::latestResult(const HapticDevice& device)
 {
-    const osg::ref_ptr<HapticEngine> engine = device.engine();
+    const osg::ref_ptr<HapticEngine> engine = device._engine->get();
     return engine ? engine->latestResult() : nullptr;
-}
-
-std::shared_ptr<const midair::haptics::TransducerArray> SceneAccess::array(const HapticScene& scene)
-{
-    return scene._engine->array();
-}
-
-midair::haptics::Medium SceneAccess::medium(const HapticScene& scene)
-{
-    return scene._engine->medium();
 }
 
 } // namespace osgMidair

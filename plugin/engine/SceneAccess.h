@@ -1,8 +1,6 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/array/Medium.h"
-#include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/engine/HapticEngine.h"
 
@@ -45,12 +43,6 @@ public:
     static Result latestResult(const HapticScene& scene);
     static Result latestResult(const HapticCallback& callback);
     static Result latestResult(const HapticDevice& device);
-
-    /// Returns the array that the setting names; null until the hologram thread has read it, or if
-    /// it can't be read. From any thread.
-    static std::shared_ptr<const midair::haptics::TransducerArray> array(const HapticScene& scene);
-    /// Returns the air of the newest settings. From any thread.
-    static midair::haptics::Medium medium(const HapticScene& scene);
 };
 
 } // namespace osgMidair

@@ -15,28 +15,22 @@ namespace osgMidair
 namespace
 {
 
-/// Finds overlays below a node, switched off ones included.
-class FindOverlays : public osg::NodeVisitor
+/// Returns the overlays below \a root, switched off ones included; null: there are none.
+HapticOverlays* findOverlays(osg::Node& root)
 {
-public:
-    FindOverlays() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
-
-    void apply(osg::Group& group) override
-    {
-        if (!found) found = dynamic_cast<HapticOverlays*>(&group);
-        if (!found) traverse(group);
-    }
-
+    if (auto* overlays = dynamic_cast<HapticOverlays*>(&root)) return overlays;
+    osg::Group* group = root.asGroup();
     HapticOverlays* found = nullptr;
-};
+    for (unsigned int i = 0; group && !found && i < group->getNumChildren(); ++i)
+        found = findOverlays(*group->getChild(i));
+    return found;
+}
 
 /// Returns the overlays below \a root. If there are none, adds some that show nothing but what
 /// they always do (that the array is muted); null if \a root can have no children.
 HapticOverlays* overlaysOf(osg::Node& root)
 {
-    FindOverlays finder;
-    root.accept(finder);
-    if (finder.found) return finder.found;
+    if (HapticOverlays* found = findOverlays(root)) return found;
     osg::Group* group = root.asGroup();
     if (!group)
     {
@@ -48,13 +42,6 @@ HapticOverlays* overlaysOf(osg::Node& root)
     overlays->setShowAll(false);
     group->addChild(overlays);
     return overlays;
-}
-
-bool hasOverlays(osg::Node& root)
-{
-    FindOverlays finder;
-    root.accept(finder);
-    return finder.found != nullptr;
 }
 
 } // namespace
@@ -94,7 +81,7 @@ bool SceneKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdap
         return true;
     }
     // Existing overlays handle these keys themselves.
-    if (!HapticOverlays::hasKey(key) || !root || hasOverlays(*root)) return false;
+    if (!HapticOverlays::hasKey(key) || !root || findOverlays(*root)) return false;
     HapticOverlays* overlays = overlaysOf(*root);
     return overlays && OverlayKeys(overlays).handle(event, action);
 }

@@ -115,6 +115,24 @@ JoinedEngines& joinedEngines()
     return *all;
 }
 
+/// Returns the engines that the viewer of \a engine shows and that joined before it, or after it.
+std::vector<osg::ref_ptr<HapticEngine>> shownBeside(const HapticEngine& engine, bool isBefore)
+{
+    std::vector<osg::ref_ptr<HapticEngine>> found; // they die outside the lock
+    const midair::base::Lock lock(joinedEngines().mutex);
+    std::vector<JoinedEngine>& all = joinedEngines().entries;
+    const auto own = joinedEngines().find(engine);
+    if (own == all.end() || !own->viewer) return found;
+    for (auto entry = isBefore ? all.begin() : std::next(own);
+         entry != (isBefore ? own : all.end());
+         ++entry)
+    {
+        osg::ref_ptr<HapticEngine> other;
+        if (entry->viewer == own->viewer && entry->alive.lock(other)) found.push_back(other);
+    }
+    return found;
+}
+
 } // namespace
 
 SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engine) :
@@ -214,35 +232,14 @@ void JoinedScene::follow(const osgViewer::ViewerBase& viewer)
 
 osg::ref_ptr<HapticEngine> JoinedScene::host() const
 {
-    std::vector<osg::ref_ptr<HapticEngine>> older; // die outside the lock
-    {
-        const midair::base::Lock lock(joinedEngines().mutex);
-        const auto own = joinedEngines().find(_engine);
-        if (own == joinedEngines().entries.end() || !own->viewer) return nullptr;
-        for (auto entry = joinedEngines().entries.begin(); entry != own; ++entry)
-        {
-            osg::ref_ptr<HapticEngine> engine;
-            if (entry->viewer == own->viewer && entry->alive.lock(engine)) older.push_back(engine);
-        }
-    }
-    const auto first = std::find_if(
-        older.begin(), older.end(), [this](const auto& other) { return other->suits(_engine); });
-    return first == older.end() ? nullptr : *first;
+    for (const osg::ref_ptr<HapticEngine>& older : shownBeside(_engine, true))
+        if (older->suits(_engine)) return older;
+    return nullptr;
 }
 
 void JoinedScene::findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const
 {
-    guests.clear();
-    {
-        const midair::base::Lock lock(joinedEngines().mutex);
-        const auto own = joinedEngines().find(_engine);
-        if (own == joinedEngines().entries.end() || !own->viewer) return;
-        for (auto entry = std::next(own); entry != joinedEngines().entries.end(); ++entry)
-        {
-            osg::ref_ptr<HapticEngine> engine;
-            if (entry->viewer == own->viewer && entry->alive.lock(engine)) guests.push_back(engine);
-        }
-    }
+    guests = shownBeside(_engine, false);
     guests.erase(std::remove_if(guests.begin(),
                                 guests.end(),
                                 [this](const auto& other)

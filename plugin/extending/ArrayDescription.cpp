@@ -21,21 +21,10 @@ constexpr std::size_t kMostTransducers = 65536; // those of the files, too
 constexpr double kFarthest_m = 10.0;
 constexpr double kMostFactor = 1000.0;
 
-midair::haptics::Directivity modelOf(ArrayDescription::Directivity directivity)
-{
-    using Model = midair::haptics::Directivity;
-    return directivity == ArrayDescription::T4010A1_HARMONICS ? Model::T4010A1_HARMONICS
-           : directivity == ArrayDescription::POINT           ? Model::POINT
-                                                              : Model::T4010A1_TABLE;
-}
-
-ArrayDescription::Directivity directivityOf(midair::haptics::Directivity model)
-{
-    using Model = midair::haptics::Directivity;
-    return model == Model::T4010A1_HARMONICS ? ArrayDescription::T4010A1_HARMONICS
-           : model == Model::POINT           ? ArrayDescription::POINT
-                                             : ArrayDescription::T4010A1_TABLE;
-}
+static_assert(int(ArrayDescription::POINT) == int(midair::haptics::Directivity::POINT) &&
+                  int(ArrayDescription::T4010A1_TABLE) ==
+                      int(midair::haptics::Directivity::T4010A1_TABLE),
+              "one order of directivities for both");
 
 // Each comparison is written so that NaN fails it.
 std::string wrong(const Transducer& one, int boardBefore)
@@ -111,7 +100,7 @@ TransducerArray arrayOf(const ArrayDescription& description)
     array.frequency_Hz = description.frequency_Hz;
     array.sourceAmplitude_Pa_m = description.sourceAmplitude_Pa_m;
     array.exposureAmplitude_Pa_m = description.exposureAmplitude_Pa_m;
-    array.directivity = modelOf(description.directivity);
+    array.directivity = static_cast<midair::haptics::Directivity>(description.directivity);
     array.ringing_s = description.ringing_s;
     array.drive.phaseLevels = description.phaseLevels;
     array.drive.amplitudeLevels = description.amplitudeLevels;
@@ -144,7 +133,7 @@ ArrayDescription describe(const TransducerArray& array)
     description.frequency_Hz = array.frequency_Hz;
     description.sourceAmplitude_Pa_m = array.sourceAmplitude_Pa_m;
     description.exposureAmplitude_Pa_m = array.exposureAmplitude_Pa_m;
-    description.directivity = directivityOf(array.directivity);
+    description.directivity = static_cast<ArrayDescription::Directivity>(array.directivity);
     description.ringing_s = array.ringing_s;
     description.phaseLevels = array.drive.phaseLevels;
     description.amplitudeLevels = array.drive.amplitudeLevels;
@@ -211,30 +200,12 @@ bool ArrayDescription::load(const std::string& nameOrPath,
                             ArrayDescription& description,
                             std::string& error)
 {
-    try
-    {
-        description = describe(TransducerArray::load(nameOrPath));
-        return true;
-    }
-    catch (const midair::base::InputError& wrong)
-    {
-        error = wrong.what();
-        return false;
-    }
+    return succeeds([&] { description = describe(TransducerArray::load(nameOrPath)); }, error);
 }
 
 bool ArrayDescription::save(const std::string& path, std::string& error) const
 {
-    try
-    {
-        arrayOf(*this).save(path);
-        return true;
-    }
-    catch (const midair::base::InputError& wrong)
-    {
-        error = wrong.what();
-        return false;
-    }
+    return succeeds([&] { arrayOf(*this).save(path); }, error);
 }
 
 } // namespace osgMidair

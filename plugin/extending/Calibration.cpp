@@ -3,6 +3,7 @@
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
+#include "plugin/extending/ArrayConversion.h"
 
 #include <osgMidair/Calibration>
 
@@ -26,27 +27,16 @@ Eigen::Matrix3Xd columns(const std::vector<osg::Vec3d>& points)
     return all;
 }
 
+/// The kinds are in the same order, behind WRONG_INPUT, which the bridge throws.
 CalibrationWarning::Problem problemOf(midair::bridge::CalibrationProblem problem)
 {
     using Problem = midair::bridge::CalibrationProblem;
-    switch (problem)
-    {
-    case Problem::TOO_FEW_POINTS:
-        return CalibrationWarning::TOO_FEW_POINTS;
-    case Problem::COLLINEAR:
-        return CalibrationWarning::COLLINEAR;
-    case Problem::WRONG_HANDEDNESS:
-        return CalibrationWarning::WRONG_HANDEDNESS;
-    case Problem::WRONG_UNIT:
-        return CalibrationWarning::WRONG_UNIT;
-    case Problem::FEW_POINTS:
-        return CalibrationWarning::FEW_POINTS;
-    case Problem::COPLANAR:
-        return CalibrationWarning::COPLANAR;
-    case Problem::OUTLIERS:
-        return CalibrationWarning::OUTLIERS;
-    }
-    return CalibrationWarning::WRONG_INPUT;
+    constexpr auto same = [](Problem one)
+    { return static_cast<CalibrationWarning::Problem>(static_cast<int>(one) + 1); };
+    static_assert(same(Problem::TOO_FEW_POINTS) == CalibrationWarning::TOO_FEW_POINTS);
+    static_assert(same(Problem::WRONG_UNIT) == CalibrationWarning::WRONG_UNIT);
+    static_assert(same(Problem::OUTLIERS) == CalibrationWarning::OUTLIERS);
+    return same(problem);
 }
 
 constexpr std::size_t kMostBytes = std::size_t(16) << 20;
@@ -89,36 +79,24 @@ CalibrationReport refused(const std::string& why)
 
 bool readPointPairs(const std::string& file, PointPairs& pairs, std::string& error)
 {
-    try
+    midair::bridge::PointPairs read;
+    if (!succeeds([&] { read = file == "-" ? pairsOfStdin() : pairsOf(file); }, error))
+        return false;
+    pairs.world.clear();
+    pairs.array.clear();
+    for (int k = 0; k < read.size(); ++k)
     {
-        const midair::bridge::PointPairs read = file == "-" ? pairsOfStdin() : pairsOf(file);
-        pairs.world.clear();
-        pairs.array.clear();
-        for (int k = 0; k < read.size(); ++k)
-        {
-            pairs.world.push_back(midair::bridge::toOsg(Eigen::Vector3d(read.world.col(k))));
-            pairs.array.push_back(midair::bridge::toOsg(Eigen::Vector3d(read.array.col(k))));
-        }
-        return true;
+        pairs.world.push_back(midair::bridge::toOsg(Eigen::Vector3d(read.world.col(k))));
+        pairs.array.push_back(midair::bridge::toOsg(Eigen::Vector3d(read.array.col(k))));
     }
-    catch (const midair::base::InputError& problem)
-    {
-        error = problem.what();
-    }
-    return false;
+    return true;
 }
 
 double unitInMetres(const std::string& nameOrNumber, std::string& error)
 {
-    try
-    {
-        return midair::bridge::unitInMetres(nameOrNumber);
-    }
-    catch (const midair::base::InputError& problem)
-    {
-        error = problem.what();
-    }
-    return 0.0;
+    double metres = 0.0;
+    succeeds([&] { metres = midair::bridge::unitInMetres(nameOrNumber); }, error);
+    return metres;
 }
 
 bool CalibrationReport::has(CalibrationWarning::Problem problem) const
@@ -138,20 +116,19 @@ CalibrationReport calibrate(const std::vector<osg::Vec3d>& world,
                                    world.size(),
                                    array.size()));
     midair::bridge::CalibrationReport found;
-    try
-    {
-        midair::bridge::CalibrationOptions given;
-        given.edge_m = options.edge_m;
-        given.outlierSigmas = options.outlierSigmas;
-        given.scaleTolerance = options.scaleTolerance;
-        given.trials = options.trials;
-        given.seed = options.seed;
-        found = midair::bridge::calibrate({columns(world), columns(array)}, given);
-    }
-    catch (const midair::base::InputError& error)
-    {
-        return refused(error.what());
-    }
+    midair::bridge::CalibrationOptions given;
+    given.edge_m = options.edge_m;
+    given.outlierSigmas = options.outlierSigmas;
+    given.scaleTolerance = options.scaleTolerance;
+    given.trials = options.trials;
+    given.seed = options.seed;
+    std::string error;
+    if (!succeeds(
+            [&] {
+                found = midair::bridge::calibrate({columns(world), columns(array)}, given);
+            },
+            error))
+        return refused(error);
     CalibrationReport report;
     report.usable = found.usable;
     if (found.usable) report.worldToArray = midair::bridge::toOsg(found.worldToArray.matrix());

@@ -61,16 +61,9 @@ bool readDead(std::vector<unsigned int> given,
 
 } // namespace
 
-struct Recorder::Part
+struct Recorder::Part : midair::device::RecordingDevice
 {
-    Part(const std::string& file, int transducers, bool overwrite) :
-        device(file,
-               transducers,
-               overwrite ? midair::device::recording::Before::OVERWRITTEN
-                         : midair::device::recording::Before::REPLACED)
-    {
-    }
-    midair::device::RecordingDevice device;
+    using RecordingDevice::RecordingDevice;
 };
 
 Recorder::Recorder(std::unique_ptr<Part> part) : osg::Referenced(true), _part(std::move(part)) {}
@@ -86,21 +79,21 @@ osg::ref_ptr<Recorder> Recorder::open(const std::string& file,
              .within("transducers", transducers, 1, recording::kMostTransducers)
              .passed(&error))
         return nullptr;
-    try
+    std::unique_ptr<Part> part;
+    const auto open = [&]
     {
-        return new Recorder(std::make_unique<Part>(file, static_cast<int>(transducers), overwrite));
-    }
-    catch (const DeviceError& wrong)
-    {
-        error = wrong.what();
-        return nullptr;
-    }
+        part = std::make_unique<Part>(file,
+                                      static_cast<int>(transducers),
+                                      overwrite ? recording::Before::OVERWRITTEN
+                                                : recording::Before::REPLACED);
+    };
+    return succeeds(open, error) ? new Recorder(std::move(part)) : nullptr;
 }
 
 bool Recorder::record(const std::vector<std::complex<float>>& activations)
 {
     DriveSignal signal;
-    return encode(activations, signal) && _part->device.send(signal);
+    return encode(activations, signal) && _part->send(signal);
 }
 
 bool Recorder::record(const HapticField& field)
@@ -110,17 +103,17 @@ bool Recorder::record(const HapticField& field)
     sequence.rate_Hz = field.getFieldRate();
     for (unsigned int k = 0; k < field.getNumFields(); ++k)
         if (!encode(field.getActivations(k), sequence.signals.emplace_back())) return false;
-    return _part->device.sendSequence(sequence);
+    return _part->sendSequence(sequence);
 }
 
 void Recorder::silence()
 {
-    _part->device.silence();
+    _part->silence();
 }
 
 std::string Recorder::getStatus() const
 {
-    return _part->device.status();
+    return _part->status();
 }
 
 struct RecordingReader::Part
@@ -182,15 +175,9 @@ const std::string& RecordingReader::getError() const
     return _part->error;
 }
 
-struct Player::Part
+struct Player::Part : midair::device::PlayingDevice
 {
-    Part(recording::Show show,
-         const midair::device::PlayingDevice::Options& options,
-         std::unique_ptr<midair::device::ArrayDevice> device) :
-        playing(std::move(show), options, std::move(device))
-    {
-    }
-    midair::device::PlayingDevice playing;
+    using PlayingDevice::PlayingDevice;
 };
 
 void PlayerOptions::useArray(const ArrayDescription& array)
@@ -220,7 +207,8 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
     if (!head) return nullptr;
     std::vector<int> dead;
     if (!readDead(options.dead, head->getNumTransducers(), dead, error)) return nullptr;
-    try
+    std::unique_ptr<Part> part;
+    const auto open = [&]
     {
         const int transducers = static_cast<int>(head->getNumTransducers());
         if (midair::device::playsByItself(device))
@@ -242,51 +230,43 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
             osg::notify(osg::NOTICE)
                 << "osgMidair: recording \"" << file << "\": " << dead.size() << " of "
                 << transducers << " transducers are dead and left out" << std::endl;
-        return new Player(std::make_unique<Part>(
+        part = std::make_unique<Part>(
             std::move(show),
             midair::device::PlayingDevice::Options{options.speed, options.loop, std::move(dead)},
-            std::move(opened)));
-    }
-    catch (const DeviceError& wrong)
-    {
-        error = wrong.what();
-    }
-    catch (const midair::base::InputError& wrong)
-    {
-        error = wrong.what();
-    }
-    return nullptr;
+            std::move(opened));
+    };
+    return succeeds(open, error) ? new Player(std::move(part)) : nullptr;
 }
 
 bool Player::isFinished() const
 {
-    _part->playing.keepAlive();
-    return _part->playing.finished();
+    _part->keepAlive();
+    return _part->finished();
 }
 
 void Player::keepAlive()
 {
-    _part->playing.keepAlive();
+    _part->keepAlive();
 }
 
 void Player::stop()
 {
-    _part->playing.silence();
+    _part->silence();
 }
 
 void Player::setMuted(bool muted)
 {
-    _part->playing.setMuted(muted);
+    _part->setMuted(muted);
 }
 
 std::vector<std::complex<float>> Player::getActivations() const
 {
-    return _part->playing.played();
+    return _part->played();
 }
 
 std::string Player::getStatus() const
 {
-    return _part->playing.status();
+    return _part->status();
 }
 
 } // namespace osgMidair

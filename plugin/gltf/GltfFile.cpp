@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <type_traits>
@@ -35,8 +37,22 @@ constexpr std::array<const char*, 4> kKnown = {"EXT_mesh_gpu_instancing",
 constexpr std::array<const char*, 6> kDrawnAlone = {
     "KHR_materials_", "KHR_lights_", "KHR_texture_", "EXT_texture_", "EXT_lights_", "KHR_xmp"};
 
+/// \{ Limits of a glTF file.
+constexpr std::size_t kMostGltfBytes = std::size_t(256) << 20; ///< of it, and of each file it names
+constexpr std::size_t kMostGltfBytesInAll = std::size_t(512) << 20; ///< of all these
+constexpr std::size_t kMostGltfValues = 2000000; ///< brackets and commas of its JSON
+constexpr int kDeepestGltfJson = 32;
+constexpr std::size_t kMostGltfBuffers = 64;
+/// \}
+
 constexpr std::size_t kHeader = 12;
 constexpr std::size_t kChunkHeader = 8;
+
+/// True if \a file is a .glb by its first bytes.
+bool isGlb(const std::string& file)
+{
+    return file.compare(0, 4, "glTF") == 0;
+}
 
 std::uint32_t littleEndian(const std::string& bytes, std::size_t at)
 {
@@ -52,7 +68,7 @@ std::string_view jsonOf(const std::string& file)
     if (file.size() < kHeader + kChunkHeader) throw GltfError("its header is cut off");
     const std::size_t length = littleEndian(file, kHeader);
     if (length > file.size() - kHeader - kChunkHeader)
-        throw GltfError(fmt::format("its JSON should have {} bytes, and is cut off", length));
+        failGltf("its JSON should have {} bytes, and is cut off", length);
     return std::string_view(file).substr(kHeader + kChunkHeader, length);
 }
 
@@ -73,10 +89,8 @@ void countValues(std::string_view json)
         if (c == '{' || c == '[') ++depth;
         if (c == '}' || c == ']') --depth;
         if (c == '{' || c == '[' || c == ',') ++values;
-        if (depth > kDeepestGltfJson)
-            throw GltfError(fmt::format("its JSON is more than {} deep", kDeepestGltfJson));
-        if (values > kMostGltfValues)
-            throw GltfError(fmt::format("its JSON has more than {} values", kMostGltfValues));
+        if (depth > kDeepestGltfJson) failGltf("its JSON is more than {} deep", kDeepestGltfJson);
+        if (values > kMostGltfValues) failGltf("its JSON has more than {} values", kMostGltfValues);
     }
 }
 
@@ -85,17 +99,16 @@ const Json& arrayOf(const Json& gltf, const char* key)
     static const Json none = Json::array();
     const auto found = gltf.find(key);
     if (found == gltf.end()) return none;
-    if (!found->is_array()) throw GltfError(fmt::format("\"{}\" should be an array", key));
+    if (!found->is_array()) failGltf("\"{}\" should be an array", key);
     return *found;
 }
 
 std::uint64_t unsignedOf(const Json& object, const char* key)
 {
-    if (!object.is_object()) throw GltfError(fmt::format("what has a \"{}\" is no object", key));
+    if (!object.is_object()) failGltf("what has a \"{}\" is no object", key);
     const auto found = object.find(key);
     if (found == object.end()) return 0;
-    if (!found->is_number_unsigned())
-        throw GltfError(fmt::format("\"{}\" should be a whole number, 0 or more", key));
+    if (!found->is_number_unsigned()) failGltf("\"{}\" should be a whole number, 0 or more", key);
     return found->get<std::uint64_t>();
 }
 
@@ -104,17 +117,15 @@ void screenBuffers(const Json& gltf, bool isBinary)
 {
     const Json& buffers = arrayOf(gltf, "buffers");
     if (buffers.size() > kMostGltfBuffers)
-        throw GltfError(
-            fmt::format("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers));
+        failGltf("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers);
     for (std::size_t i = 0; i < buffers.size(); ++i)
     {
         if (unsignedOf(buffers[i], "byteLength") > kMostGltfBytes)
-            throw GltfError(fmt::format("buffer {} has more than {} bytes", i, kMostGltfBytes));
+            failGltf("buffer {} has more than {} bytes", i, kMostGltfBytes);
         const auto uri = buffers[i].find("uri");
         const bool isNamed = uri != buffers[i].end() && uri->is_string() && *uri != "";
         if (!isNamed && !(isBinary && i == 0))
-            throw GltfError(
-                fmt::format("buffer {} has no uri; only the first one of a .glb may have none", i));
+            failGltf("buffer {} has no uri; only the first one of a .glb may have none", i);
     }
 }
 
@@ -126,17 +137,17 @@ void screenImages(const Json& gltf)
     const Json& images = arrayOf(gltf, "images");
     for (std::size_t i = 0; i < images.size(); ++i)
     {
-        if (!images[i].is_object()) throw GltfError(fmt::format("image {} is no object", i));
+        if (!images[i].is_object()) failGltf("image {} is no object", i);
         if (!images[i].contains("bufferView")) continue;
         const std::uint64_t view = unsignedOf(images[i], "bufferView");
-        if (view >= views.size()) throw GltfError(fmt::format("image {} is in no buffer view", i));
+        if (view >= views.size()) failGltf("image {} is in no buffer view", i);
         const std::uint64_t buffer = unsignedOf(views[view], "buffer");
         const std::uint64_t begin = unsignedOf(views[view], "byteOffset");
         const std::uint64_t length = unsignedOf(views[view], "byteLength");
         const std::uint64_t room =
             buffer < buffers.size() ? unsignedOf(buffers[buffer], "byteLength") : 0;
         if (length == 0 || begin >= room || length > room - begin)
-            throw GltfError(fmt::format("image {} is not within its buffer", i));
+            failGltf("image {} is not within its buffer", i);
     }
 }
 
@@ -148,11 +159,11 @@ void screenNumbers(const Json& extras, const std::string& owner)
         if (value.is_structured())
             screenNumbers(value, owner);
         else if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
-            throw GltfError(fmt::format("the extra \"{}\" of {} is {}, should be within {:.0f}",
-                                        name,
-                                        owner,
-                                        value.dump(),
-                                        kLargest));
+            failGltf("the extra \"{}\" of {} is {}, should be within {:.0f}",
+                     name,
+                     owner,
+                     value.dump(),
+                     kLargest);
 }
 
 // Tags count on nodes, meshes and the scene. Elsewhere they aren't followed.
@@ -215,6 +226,23 @@ void screenExtensions(const Json& gltf, GltfMessages& messages)
     }
 }
 
+/// Looks at the JSON of \a file, the bytes of a .gltf or .glb, before tinygltf does: throws
+/// GltfError for what would make that take more memory or stack than there is, or look beyond a
+/// buffer, and for what needs an extension that the kit doesn't know. \a messages get the
+/// extensions and the haptic extras that aren't followed.
+void screenGltf(const std::string& file, GltfMessages& messages)
+{
+    const std::string_view text = jsonOf(file);
+    countValues(text);
+    const Json gltf = Json::parse(text, nullptr, false);
+    if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
+    if (!gltf.is_object()) throw GltfError("its JSON should be an object");
+    screenExtensions(gltf, messages); // what follows may be wrong for these alone
+    screenBuffers(gltf, isGlb(file));
+    screenImages(gltf);
+    screenExtras(gltf, {}, messages);
+}
+
 namespace fs = std::filesystem;
 
 /// The files that a model may name: those beside it and below its folder.
@@ -239,25 +267,10 @@ struct Folder
     }
 };
 
-Folder& folderOf(void* data)
-{
-    return *static_cast<Folder*>(data);
-}
-
-bool exists(const std::string& name, void* data)
-{
-    return !folderOf(data).find(name).empty();
-}
-
-// Names are taken as they are: no "~", no variables, no commands.
-std::string expand(const std::string& name, void* /*data*/)
-{
-    return name;
-}
-
+/// Reads a file that a model names.
 bool read(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data)
 {
-    Folder& folder = folderOf(data);
+    Folder& folder = *static_cast<Folder*>(data);
     try
     {
         const std::string text = midair::base::readRegularFile(
@@ -273,43 +286,32 @@ bool read(std::vector<unsigned char>* out, std::string* error, const std::string
     }
 }
 
-bool write(std::string* /*error*/,
-           const std::string& /*name*/,
-           const std::vector<unsigned char>& /*bytes*/,
-           void* /*data*/)
+/// What tinygltf calls for files.
+tinygltf::FsCallbacks callbacksOf(Folder& files)
 {
-    return false;
+    return {[](const std::string& name, void* data)
+            { return !static_cast<Folder*>(data)->find(name).empty(); },
+            // Names are taken as they are: no "~", no variables, no commands.
+            [](const std::string& name, void*) { return name; },
+            read,
+            [](auto...) { return false; }, // nothing is written
+            &files};
 }
 
+/// What tinygltf calls for images, which are left as their files' bytes.
 bool keepImage(tinygltf::Image* image,
-               const int /*index*/,
-               std::string* /*error*/,
-               std::string* /*warning*/,
-               int /*width*/,
-               int /*height*/,
+               int,
+               std::string*,
+               std::string*,
+               int,
+               int,
                const unsigned char* bytes,
                int size,
-               void* /*data*/)
+               void*)
 {
     // One in a buffer may be said to be any number of images.
     if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
     return true;
-}
-
-/// The first line of what tinygltf says.
-std::string firstLine(const std::string& text)
-{
-    return text.substr(0, text.find('\n'));
-}
-
-void sayLines(const std::string& text, GltfMessages& messages)
-{
-    for (std::size_t begin = 0; begin < text.size();)
-    {
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        if (end > begin) messages.say(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
 }
 
 GltfError wrong(int number, const std::string& why)
@@ -388,39 +390,78 @@ T numberAt(const unsigned char* from, int componentType, bool isNormalized, int 
     throw wrong(number, "its numbers should be whole and unsigned");
 }
 
-/// Where \a count elements of \a element bytes, \a stride apart, begin in \a size bytes.
-std::size_t placeOf(std::size_t offset,
-                    std::size_t count,
-                    std::size_t stride,
-                    std::size_t element,
-                    std::size_t size,
-                    int number)
+/// The numbers of \a count elements of \a width each, which begin at \a offset in \a view, \a
+/// stride bytes apart; 0: one behind the other.
+template<typename T>
+std::vector<T> elementsOf(const GltfNumbers& numbers,
+                          const tinygltf::Accessor& accessor,
+                          int number,
+                          int view,
+                          std::size_t offset,
+                          std::size_t count,
+                          int componentType,
+                          std::size_t width,
+                          std::size_t stride = 0)
 {
+    constexpr std::size_t kLargestStride = 252; // by the specification
+    const std::size_t one = sizeOf(componentType, number);
+    const std::size_t element = one * width;
+    if (stride == 0) stride = element;
+    if (stride < element || stride > std::max(kLargestStride, element))
+        throw wrong(number, fmt::format("a stride of {} bytes doesn't fit it", stride));
+    std::size_t size = 0;
+    const unsigned char* bytes = numbers.bytesOf(view, size);
     // The count is limited, the stride too: no product overflows.
     if (count > 0 && (offset > size || (count - 1) * stride + element > size - offset))
         throw wrong(number, "it goes beyond its buffer view");
-    return offset;
+    std::vector<T> values(count * width);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = numberAt<T>(bytes + offset + i / width * stride + i % width * one,
+                                componentType,
+                                accessor.normalized,
+                                number);
+    return values;
+}
+
+/// Puts what a sparse accessor has in other places into \a values.
+template<typename T>
+void replaceSparse(const GltfNumbers& numbers,
+                   const tinygltf::Accessor& accessor,
+                   int number,
+                   std::size_t width,
+                   std::vector<T>& values)
+{
+    const auto& sparse = accessor.sparse;
+    if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count ||
+        sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
+        throw wrong(number, "what replaces some of it doesn't fit");
+    const auto count = static_cast<std::size_t>(sparse.count);
+    const auto indices =
+        elementsOf<std::uint32_t>(numbers,
+                                  accessor,
+                                  number,
+                                  sparse.indices.bufferView,
+                                  static_cast<std::size_t>(sparse.indices.byteOffset),
+                                  count,
+                                  sparse.indices.componentType,
+                                  1);
+    const auto given = elementsOf<T>(numbers,
+                                     accessor,
+                                     number,
+                                     sparse.values.bufferView,
+                                     static_cast<std::size_t>(sparse.values.byteOffset),
+                                     count,
+                                     accessor.componentType,
+                                     width);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        if (indices[i] >= accessor.count)
+            throw wrong(number, "what replaces some of it goes beyond it");
+        std::copy_n(&given[i * width], width, &values[indices[i] * width]);
+    }
 }
 
 } // namespace
-
-bool isGlb(const std::string& file)
-{
-    return file.compare(0, 4, "glTF") == 0;
-}
-
-void screenGltf(const std::string& file, GltfMessages& messages)
-{
-    const std::string_view text = jsonOf(file);
-    countValues(text);
-    const Json gltf = Json::parse(text, nullptr, false);
-    if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
-    if (!gltf.is_object()) throw GltfError("its JSON should be an object");
-    screenExtensions(gltf, messages); // what follows may be wrong for these alone
-    screenBuffers(gltf, isGlb(file));
-    screenImages(gltf);
-    screenExtras(gltf, {}, messages);
-}
 
 tinygltf::Model
 readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages& messages)
@@ -430,7 +471,7 @@ readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages&
     Folder files;
     if (!folder.empty()) files.path = fs::canonical(folder, ignored);
     tinygltf::TinyGLTF reader;
-    reader.SetFsCallbacks({exists, expand, read, write, &files});
+    reader.SetFsCallbacks(callbacksOf(files));
     reader.SetImageLoader(keepImage, nullptr);
     tinygltf::Model model;
     std::string error;
@@ -455,8 +496,11 @@ readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages&
     }
     if (!files.refused.empty())
         throw GltfError("it names " + files.refused + "; only files beside it are read");
-    if (!good) throw GltfError(error.empty() ? "it is not understood" : firstLine(error));
-    sayLines(warning, messages);
+    if (!good)
+        throw GltfError(error.empty() ? "it is not understood" : error.substr(0, error.find('\n')));
+    std::istringstream lines(warning);
+    for (std::string line; std::getline(lines, line);)
+        if (!line.empty()) messages.say(line);
     return model;
 }
 
@@ -477,9 +521,9 @@ tinygltf::Model readGltfModel(const std::string& path, GltfMessages& messages)
 
 const tinygltf::Accessor& GltfNumbers::find(int accessor) const
 {
-    if (accessor < 0 || static_cast<std::size_t>(accessor) >= _model.accessors.size())
-        throw GltfError(fmt::format("there is no accessor {}", accessor));
-    return _model.accessors[static_cast<std::size_t>(accessor)];
+    const tinygltf::Accessor* found = gltfEntry(_model.accessors, accessor);
+    if (!found) failGltf("there is no accessor {}", accessor);
+    return *found;
 }
 
 int GltfNumbers::componentsOf(int accessor) const
@@ -492,15 +536,14 @@ int GltfNumbers::componentsOf(int accessor) const
 
 const unsigned char* GltfNumbers::bytesOf(int view, std::size_t& size) const
 {
-    if (view < 0 || static_cast<std::size_t>(view) >= _model.bufferViews.size())
-        throw GltfError(fmt::format("there is no buffer view {}", view));
-    const tinygltf::BufferView& one = _model.bufferViews[static_cast<std::size_t>(view)];
-    if (one.buffer < 0 || static_cast<std::size_t>(one.buffer) >= _model.buffers.size())
-        throw GltfError(fmt::format("buffer view {} has no buffer", view));
-    const std::vector<unsigned char>& bytes =
-        _model.buffers[static_cast<std::size_t>(one.buffer)].data;
+    const tinygltf::BufferView* found = gltfEntry(_model.bufferViews, view);
+    if (!found) failGltf("there is no buffer view {}", view);
+    const tinygltf::BufferView& one = *found;
+    const tinygltf::Buffer* buffer = gltfEntry(_model.buffers, one.buffer);
+    if (!buffer) failGltf("buffer view {} has no buffer", view);
+    const std::vector<unsigned char>& bytes = buffer->data;
     if (one.byteOffset > bytes.size() || one.byteLength > bytes.size() - one.byteOffset)
-        throw GltfError(fmt::format("buffer view {} goes beyond its buffer", view));
+        failGltf("buffer view {} goes beyond its buffer", view);
     size = one.byteLength;
     return bytes.data() + one.byteOffset;
 }
@@ -520,69 +563,24 @@ std::vector<T> GltfNumbers::read(int number, int components)
                                 "possible",
                                 kMost));
     _left -= accessor.count * width;
-    std::vector<T> values(accessor.count * width, T(0));
-    if (accessor.bufferView >= 0) fill(accessor, number, components, values);
-    if (accessor.sparse.isSparse) replace(accessor, number, components, values);
-    return values;
-}
-
-template<typename T>
-void GltfNumbers::fill(const tinygltf::Accessor& accessor,
-                       int number,
-                       int components,
-                       std::vector<T>& values) const
-{
-    constexpr std::size_t kLargestStride = 252; // by the specification
-    const std::size_t one = sizeOf(accessor.componentType, number);
-    const auto width = static_cast<std::size_t>(components);
-    std::size_t size = 0;
-    const unsigned char* bytes = bytesOf(accessor.bufferView, size);
-    const std::size_t given =
-        _model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-    const std::size_t stride = given == 0 ? one * width : given;
-    if (stride < one * width || stride > std::max(kLargestStride, one * width))
-        throw wrong(number, fmt::format("a stride of {} bytes doesn't fit it", stride));
-    bytes += placeOf(accessor.byteOffset, accessor.count, stride, one * width, size, number);
-    for (std::size_t i = 0; i < accessor.count; ++i)
-        for (std::size_t k = 0; k < width; ++k)
-            values[i * width + k] = numberAt<T>(
-                bytes + i * stride + k * one, accessor.componentType, accessor.normalized, number);
-}
-
-template<typename T>
-void GltfNumbers::replace(const tinygltf::Accessor& accessor,
-                          int number,
-                          int components,
-                          std::vector<T>& values) const
-{
-    const auto& sparse = accessor.sparse;
-    if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count ||
-        sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
-        throw wrong(number, "what replaces some of it doesn't fit");
-    const auto count = static_cast<std::size_t>(sparse.count);
-    const auto width = static_cast<std::size_t>(components);
-    const std::size_t index = sizeOf(sparse.indices.componentType, number);
-    const std::size_t one = sizeOf(accessor.componentType, number);
-    std::size_t size = 0;
-    const unsigned char* indices = bytesOf(sparse.indices.bufferView, size);
-    indices += placeOf(
-        static_cast<std::size_t>(sparse.indices.byteOffset), count, index, index, size, number);
-    const unsigned char* from = bytesOf(sparse.values.bufferView, size);
-    from += placeOf(static_cast<std::size_t>(sparse.values.byteOffset),
-                    count,
-                    one * width,
-                    one * width,
-                    size,
-                    number);
-    for (std::size_t i = 0; i < count; ++i)
+    std::vector<T> values;
+    if (accessor.bufferView < 0)
+        values.resize(accessor.count * width);
+    else
     {
-        const auto at = numberAt<std::uint32_t>(
-            indices + i * index, sparse.indices.componentType, false, number);
-        if (at >= accessor.count) throw wrong(number, "what replaces some of it goes beyond it");
-        for (std::size_t k = 0; k < width; ++k)
-            values[at * width + k] = numberAt<T>(
-                from + (i * width + k) * one, accessor.componentType, accessor.normalized, number);
+        const tinygltf::BufferView* view = gltfEntry(_model.bufferViews, accessor.bufferView);
+        values = elementsOf<T>(*this,
+                               accessor,
+                               number,
+                               accessor.bufferView,
+                               accessor.byteOffset,
+                               accessor.count,
+                               accessor.componentType,
+                               width,
+                               view ? view->byteStride : 0);
     }
+    if (accessor.sparse.isSparse) replaceSparse(*this, accessor, number, width, values);
+    return values;
 }
 
 std::vector<float> GltfNumbers::floats(int accessor, int components)

@@ -11,22 +11,19 @@
 namespace osgMidair
 {
 
-/// \{ Limits of a glTF file.
-constexpr std::size_t kMostGltfBytes = std::size_t(256) << 20; ///< of it, and of each file it names
-constexpr std::size_t kMostGltfBytesInAll = std::size_t(512) << 20; ///< of all these
-constexpr std::size_t kMostGltfValues = 2000000; ///< brackets and commas of its JSON
-constexpr int kDeepestGltfJson = 32;
-constexpr std::size_t kMostGltfBuffers = 64;
-/// \}
+/// Throws GltfError with \a what unless \a isRight.
+inline void requireGltf(bool isRight, const char* what)
+{
+    if (!isRight) throw GltfError(what);
+}
 
-/// Looks at the JSON of \a file, the bytes of a .gltf or .glb, before tinygltf does: throws
-/// GltfError for what would make that take more memory or stack than there is, or look beyond a
-/// buffer, and for what needs an extension that the kit doesn't know. \a messages get the
-/// extensions and the haptic extras that aren't followed.
-void screenGltf(const std::string& file, GltfMessages& messages);
-
-/// True if \a file is a .glb by its first bytes.
-bool isGlb(const std::string& file);
+/// The entry of \a all that a file refers to by \a number; null if there is none.
+template<class T>
+const T* gltfEntry(const std::vector<T>& all, int number)
+{
+    const auto at = static_cast<std::size_t>(number);
+    return number >= 0 && at < all.size() ? &all[at] : nullptr;
+}
 
 /// Reads the file at \a path, regular and of a limited size, and what it names beside it or below
 /// its folder; a name of anything else throws. Images are left as their files' bytes, those within
@@ -61,16 +58,6 @@ private:
     const tinygltf::Accessor& find(int accessor) const;
     template<typename T>
     std::vector<T> read(int accessor, int components);
-    template<typename T>
-    void fill(const tinygltf::Accessor& accessor,
-              int number,
-              int components,
-              std::vector<T>& values) const;
-    template<typename T>
-    void replace(const tinygltf::Accessor& accessor,
-                 int number,
-                 int components,
-                 std::vector<T>& values) const;
 
     const tinygltf::Model& _model;
     std::size_t _left = kMost;

@@ -1,15 +1,24 @@
 #include "plugin/gltf/GltfMeshes.h"
 
 #include <osg/AlphaFunc>
+#include <osg/Image>
 #include <osg/Material>
+#include <osg/StateSet>
 #include <osg/Texture2D>
+#include <osg/Vec2>
+#include <osg/Vec2d>
 #include <osgDB/Registry>
 #include <osgUtil/SmoothingVisitor>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <map>
+#include <memory>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -116,8 +125,7 @@ osg::ref_ptr<Vectors> vectorsOf(const std::vector<float>& numbers)
 GLenum modeOf(int mode)
 {
     if (mode < 0) return GL_TRIANGLES;
-    if (mode > TINYGLTF_MODE_TRIANGLE_FAN)
-        throw GltfError(fmt::format("mode {} is not known", mode));
+    if (mode > TINYGLTF_MODE_TRIANGLE_FAN) failGltf("mode {} is not known", mode);
     return static_cast<GLenum>(mode); // they are OpenGL's
 }
 
@@ -126,344 +134,404 @@ bool isTriangles(GLenum mode)
     return mode == GL_TRIANGLES || mode == GL_TRIANGLE_STRIP || mode == GL_TRIANGLE_FAN;
 }
 
-void require(bool isRight, const char* what)
+/// Decodes a model's PNG and JPEG images, each once, by OSG's plugins for them. One that can't be
+/// is left out, and told.
+class GltfImages
 {
-    if (!isRight) throw GltfError(what);
-}
+public:
+    static constexpr std::size_t kMostPixels = std::size_t(64) << 20; ///< of all together
+    static constexpr std::size_t kLongestSide = 16384;
 
-} // namespace
-
-osg::ref_ptr<osg::Image> GltfImages::get(int number)
-{
-    if (number < 0 || static_cast<std::size_t>(number) >= _images.size()) return nullptr;
-    const auto at = static_cast<std::size_t>(number);
-    if (!_isDecoded[at])
+    explicit GltfImages(GltfReading& from) :
+        _from(from),
+        _isDecoded(from.model.images.size()),
+        _images(from.model.images.size())
     {
-        _isDecoded[at] = true;
-        _images[at] = decode(number);
     }
-    return _images[at];
-}
 
-osg::ref_ptr<osg::Image> GltfImages::decode(int number)
-{
-    const tinygltf::Image& image = _from.model.images[static_cast<std::size_t>(number)];
-    std::string why;
-    try
+    /// Image \a number; null if there is none.
+    osg::ref_ptr<osg::Image> get(int number)
     {
-        std::size_t size = image.image.size();
-        const unsigned char* bytes = image.image.data();
-        if (image.bufferView >= 0) bytes = _from.numbers.bytesOf(image.bufferView, size);
-        const ImageSize seen = imageSizeOf(bytes, size);
-        const bool isSmall = seen.width > 0 && seen.height > 0 && seen.width <= kLongestSide &&
-                             seen.height <= kLongestSide && seen.width * seen.height <= _left;
-        osgDB::ReaderWriter* reader = nullptr;
-        if (size == 0)
-            why = "its file can't be read";
-        else if (seen.width == 0)
-            why = "it is no PNG or JPEG";
-        else if (!isSmall)
-            why = fmt::format(
-                "{} x {} pixels are more than there is room for", seen.width, seen.height);
-        else if (reader = osgDB::Registry::instance()->getReaderWriterForExtension(seen.extension);
-                 !reader)
-            why = std::string("OSG has no plugin for ") + seen.extension;
-        if (reader)
+        if (!gltfEntry(_images, number)) return nullptr;
+        const auto at = static_cast<std::size_t>(number);
+        if (!_isDecoded[at])
         {
-            _left -= seen.width * seen.height;
-            std::istringstream in(std::string(reinterpret_cast<const char*>(bytes), size));
-            osgDB::ReaderWriter::ReadResult result = reader->readImage(in, nullptr);
-            osg::ref_ptr<osg::Image> read = result.getImage();
-            if (read && read->s() > 0)
-            {
-                read->setName(image.name);
-                return read;
-            }
-            why = "it can't be decoded";
+            _isDecoded[at] = true;
+            _images[at] = decode(number);
         }
+        return _images[at];
     }
-    catch (const GltfError& error)
+
+private:
+    osg::ref_ptr<osg::Image> decode(int number)
     {
-        why = error.what();
-    }
-    _from.messages.say(fmt::format("image {} \"{}\" is left out: {}", number, image.name, why));
-    return nullptr;
-}
-
-// As the extension's example has it: a turn by 90 degrees leads (u v) to (v -u).
-osg::Vec2 GltfCoordinates::inImage(const osg::Vec2& coordinates) const
-{
-    const double u = coordinates.x() * scale.x();
-    const double v = coordinates.y() * scale.y();
-    const double c = std::cos(rotation_rad);
-    const double s = std::sin(rotation_rad);
-    return osg::Vec2d(offset.x() + c * u + s * v, 1.0 - (offset.y() - s * u + c * v));
-}
-
-const tinygltf::Material* GltfMaterials::find(int number) const
-{
-    if (number < 0 || static_cast<std::size_t>(number) >= _from.model.materials.size())
-        return nullptr;
-    return &_from.model.materials[static_cast<std::size_t>(number)];
-}
-
-GltfCoordinates GltfMaterials::coordinatesOf(int number) const
-{
-    GltfCoordinates way;
-    const tinygltf::Material* material = find(number);
-    if (!material || material->pbrMetallicRoughness.baseColorTexture.index < 0) return way;
-    const tinygltf::TextureInfo& info = material->pbrMetallicRoughness.baseColorTexture;
-    way.set = std::max(info.texCoord, 0);
-    const auto found = info.extensions.find("KHR_texture_transform");
-    if (found == info.extensions.end()) return way;
-    const std::vector<double> offset = numbersIn(found->second, "offset", {0, 0});
-    const std::vector<double> scale = numbersIn(found->second, "scale", {1, 1});
-    way.offset.set(offset[0], offset[1]);
-    way.scale.set(scale[0], scale[1]);
-    way.rotation_rad = numbersIn(found->second, "rotation", {0})[0];
-    way.set =
-        static_cast<int>(std::max(0.0, numbersIn(found->second, "texCoord", {double(way.set)})[0]));
-    return way;
-}
-
-osg::ref_ptr<osg::StateSet> GltfMaterials::get(int number)
-{
-    const tinygltf::Material* material = find(number);
-    if (!material) return nullptr;
-    osg::ref_ptr<osg::StateSet>& state = _states[static_cast<std::size_t>(number)];
-    if (!state) state = make(*material);
-    return state;
-}
-
-osg::ref_ptr<osg::StateSet> GltfMaterials::make(const tinygltf::Material& material)
-{
-    const osg::ref_ptr<osg::StateSet> state = new osg::StateSet;
-    const osg::ref_ptr<osg::Material> drawn = new osg::Material;
-    osg::Vec4 color(1, 1, 1, 1);
-    const std::vector<double>& factor = material.pbrMetallicRoughness.baseColorFactor;
-    for (unsigned int i = 0; i < 4 && i < factor.size(); ++i)
-        color[i] = static_cast<float>(std::clamp(factor[i], 0.0, 1.0));
-    // Colours of vertices take the place of the material's.
-    drawn->setColorMode(osg::Material::AMBIENT_AND_DIFFUSE);
-    drawn->setDiffuse(osg::Material::FRONT_AND_BACK, color);
-    drawn->setAmbient(osg::Material::FRONT_AND_BACK, color);
-    drawn->setName(material.name);
-    state->setName(material.name);
-    state->setAttributeAndModes(drawn);
-    if (material.alphaMode == "BLEND")
-    {
-        state->setMode(GL_BLEND, osg::StateAttribute::ON);
-        state->setRenderingHint(osg::StateSet::TRANSPARENT_BIN);
-    }
-    if (material.alphaMode == "MASK")
-        state->setAttributeAndModes(
-            new osg::AlphaFunc(osg::AlphaFunc::GEQUAL,
-                               static_cast<float>(std::clamp(material.alphaCutoff, 0.0, 1.0))));
-    if (material.extensions.count("KHR_materials_unlit") > 0)
-        state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
-    addTexture(material.pbrMetallicRoughness.baseColorTexture, *state);
-    if (material.normalTexture.index >= 0 || material.emissiveTexture.index >= 0 ||
-        material.occlusionTexture.index >= 0 ||
-        material.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
-        _from.messages.sayOfPicture(
-            "of its materials the base colour is drawn, and no other texture");
-    return state;
-}
-
-void GltfMaterials::addTexture(const tinygltf::TextureInfo& info, osg::StateSet& state)
-{
-    if (info.index < 0 || static_cast<std::size_t>(info.index) >= _from.model.textures.size())
-        return;
-    const tinygltf::Texture& texture = _from.model.textures[static_cast<std::size_t>(info.index)];
-    const osg::ref_ptr<osg::Image> image = _images.get(texture.source);
-    if (!image) return;
-    const osg::ref_ptr<osg::Texture2D> drawn = new osg::Texture2D(image);
-    drawn->setWrap(osg::Texture::WRAP_S, osg::Texture::REPEAT);
-    drawn->setWrap(osg::Texture::WRAP_T, osg::Texture::REPEAT);
-    if (texture.sampler >= 0 &&
-        static_cast<std::size_t>(texture.sampler) < _from.model.samplers.size())
-    {
-        const tinygltf::Sampler& sampler =
-            _from.model.samplers[static_cast<std::size_t>(texture.sampler)];
-        drawn->setWrap(osg::Texture::WRAP_S, wrapOf(sampler.wrapS));
-        drawn->setWrap(osg::Texture::WRAP_T, wrapOf(sampler.wrapT));
-        if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST)
-            drawn->setFilter(osg::Texture::MAG_FILTER, osg::Texture::NEAREST);
-    }
-    state.setTextureAttributeAndModes(0, drawn);
-}
-
-std::vector<GltfPart> GltfMeshes::read(int number, const std::vector<double>& weights)
-{
-    if (number < 0 || static_cast<std::size_t>(number) >= _from.model.meshes.size())
-        throw GltfError(fmt::format("there is no mesh {}", number));
-    const tinygltf::Mesh& mesh = _from.model.meshes[static_cast<std::size_t>(number)];
-    std::vector<GltfPart> parts;
-    for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
+        const tinygltf::Image& image = _from.model.images[static_cast<std::size_t>(number)];
+        std::string why;
         try
         {
-            parts.push_back(
-                readPart(mesh.name, mesh.primitives[i], weights.empty() ? mesh.weights : weights));
+            std::size_t size = image.image.size();
+            const unsigned char* bytes = image.image.data();
+            if (image.bufferView >= 0) bytes = _from.numbers.bytesOf(image.bufferView, size);
+            const ImageSize seen = imageSizeOf(bytes, size);
+            const bool isSmall = seen.width > 0 && seen.height > 0 && seen.width <= kLongestSide &&
+                                 seen.height <= kLongestSide && seen.width * seen.height <= _left;
+            osgDB::ReaderWriter* reader = nullptr;
+            if (size == 0)
+                why = "its file can't be read";
+            else if (seen.width == 0)
+                why = "it is no PNG or JPEG";
+            else if (!isSmall)
+                why = fmt::format(
+                    "{} x {} pixels are more than there is room for", seen.width, seen.height);
+            else if (reader =
+                         osgDB::Registry::instance()->getReaderWriterForExtension(seen.extension);
+                     !reader)
+                why = std::string("OSG has no plugin for ") + seen.extension;
+            if (reader)
+            {
+                _left -= seen.width * seen.height;
+                std::istringstream in(std::string(reinterpret_cast<const char*>(bytes), size));
+                osgDB::ReaderWriter::ReadResult result = reader->readImage(in, nullptr);
+                osg::ref_ptr<osg::Image> read = result.getImage();
+                if (read && read->s() > 0)
+                {
+                    read->setName(image.name);
+                    return read;
+                }
+                why = "it can't be decoded";
+            }
         }
         catch (const GltfError& error)
         {
-            _from.messages.say(fmt::format("primitive {} of mesh {} \"{}\" is left out: {}",
-                                           i,
-                                           number,
-                                           mesh.name,
-                                           error.what()));
+            why = error.what();
         }
-    return parts;
-}
+        _from.messages.say(fmt::format("image {} \"{}\" is left out: {}", number, image.name, why));
+        return nullptr;
+    }
 
-GltfPart GltfMeshes::readPart(const std::string& name,
-                              const tinygltf::Primitive& primitive,
-                              const std::vector<double>& weights)
-{
-    require(primitive.extensions.count("KHR_draco_mesh_compression") == 0, "it is compressed");
-    GltfPart part;
-    part.geometry = new osg::Geometry;
-    osg::Geometry& geometry = *part.geometry;
-    const auto vertices = vectorsOf<osg::Vec3Array>(
-        _from.numbers.floats(attributeOf(primitive.attributes, "POSITION"), 3));
-    const std::size_t count = vertices->size();
-    require(count > 0, "it has no vertices");
-    addMorphs(primitive, weights, *vertices);
-    geometry.setName(name);
-    geometry.setUseDisplayList(false);
-    geometry.setUseVertexBufferObjects(true);
-    geometry.setVertexArray(vertices);
-    addIndices(primitive, count, geometry);
-    addColors(primitive, count, geometry);
-    addSkin(primitive, count, part);
-    addCoordinates(primitive, count, geometry);
-    if (const osg::ref_ptr<osg::StateSet> state = _materials.get(primitive.material))
-        geometry.setStateSet(state);
-    const int normals = attributeOf(primitive.attributes, "NORMAL");
-    if (normals >= 0)
-    {
-        const auto given = vectorsOf<osg::Vec3Array>(_from.numbers.floats(normals, 3));
-        require(given->size() == count, "it has not as many normals as vertices");
-        geometry.setNormalArray(given, osg::Array::BIND_PER_VERTEX);
-    }
-    else if (isTriangles(geometry.getPrimitiveSet(0)->getMode()))
-        osgUtil::SmoothingVisitor::smooth(geometry);
-    return part;
-}
+    GltfReading& _from;
+    std::size_t _left = kMostPixels;
+    std::vector<bool> _isDecoded;
+    std::vector<osg::ref_ptr<osg::Image>> _images;
+};
 
-void GltfMeshes::addCoordinates(const tinygltf::Primitive& primitive,
-                                std::size_t count,
-                                osg::Geometry& geometry)
+/// How a primitive's texture coordinates lead to its material's image.
+struct GltfCoordinates
 {
-    const GltfCoordinates way = _materials.coordinatesOf(primitive.material);
-    if (way.set < 0) return;
-    const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
-    if (places < 0)
-    {
-        _from.messages.sayOfPicture(
-            fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
-                        geometry.getName(),
-                        way.set));
-        return;
-    }
-    const auto coordinates = vectorsOf<osg::Vec2Array>(_from.numbers.floats(places, 2));
-    require(coordinates->size() == count, "it has not as many texture coordinates as vertices");
-    for (osg::Vec2& one : *coordinates)
-        one = way.inImage(one);
-    geometry.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-}
+    int set = -1; ///< 0 for TEXCOORD_0; -1: there is no texture
+    /// \{ KHR_texture_transform
+    osg::Vec2d offset;
+    osg::Vec2d scale = osg::Vec2d(1, 1);
+    double rotation_rad = 0.0;
+    /// \}
 
-// A mesh is felt as it is at rest: its weights are those that the file gives it.
-void GltfMeshes::addMorphs(const tinygltf::Primitive& primitive,
-                           const std::vector<double>& weights,
-                           osg::Vec3Array& vertices)
-{
-    if (primitive.targets.empty()) return;
-    _from.messages.say("its morph targets stay as they are at rest");
-    require(primitive.targets.size() <= kMostMorphs, "it has more than 256 morph targets");
-    for (std::size_t k = 0; k < std::min(primitive.targets.size(), weights.size()); ++k)
+    /// The place in OSG's image, which begins at the bottom; glTF's begins at the top.
+    // As the extension's example has it: a turn by 90 degrees leads (u v) to (v -u).
+    osg::Vec2 inImage(const osg::Vec2& coordinates) const
     {
-        const int moved = attributeOf(primitive.targets[k], "POSITION");
-        const auto weight = static_cast<float>(weights[k]);
-        if (moved < 0 || weight == 0.0F) continue;
-        const auto by = vectorsOf<osg::Vec3Array>(_from.numbers.floats(moved, 3));
-        require(by->size() == vertices.size(), "a morph target has not as many vertices");
-        for (std::size_t i = 0; i < vertices.size(); ++i)
-            vertices[i] += (*by)[i] * weight;
+        const double u = coordinates.x() * scale.x();
+        const double v = coordinates.y() * scale.y();
+        const double c = std::cos(rotation_rad);
+        const double s = std::sin(rotation_rad);
+        return osg::Vec2d(offset.x() + c * u + s * v, 1.0 - (offset.y() - s * u + c * v));
     }
-    for (const osg::Vec3& vertex : vertices)
-        require(std::isfinite(vertex.length2()), "its morph targets lead to no place");
-}
+};
 
-void GltfMeshes::addIndices(const tinygltf::Primitive& primitive,
-                            std::size_t count,
-                            osg::Geometry& geometry)
+/// Base colours and their textures; what else a material has isn't drawn.
+class GltfMaterials
 {
-    const GLenum mode = modeOf(primitive.mode);
-    if (primitive.indices < 0)
+public:
+    explicit GltfMaterials(GltfReading& from) :
+        _from(from),
+        _images(from),
+        _states(from.model.materials.size())
     {
-        geometry.addPrimitiveSet(new osg::DrawArrays(mode, 0, static_cast<GLsizei>(count)));
-        return;
     }
-    const std::vector<std::uint32_t> indices = _from.numbers.whole(primitive.indices, 1);
-    const osg::ref_ptr<osg::DrawElementsUInt> elements = new osg::DrawElementsUInt(mode);
-    elements->reserve(indices.size());
-    for (const std::uint32_t index : indices)
-    {
-        if (index >= count)
-            throw GltfError(fmt::format("index {} is of none of its {} vertices", index, count));
-        elements->push_back(index);
-    }
-    require(!indices.empty(), "it has no indices");
-    geometry.addPrimitiveSet(elements);
-}
 
-void GltfMeshes::addColors(const tinygltf::Primitive& primitive,
-                           std::size_t count,
-                           osg::Geometry& geometry)
-{
-    const int number = attributeOf(primitive.attributes, "COLOR_0");
-    if (number < 0)
+    /// The state of material \a number; null if there is none.
+    osg::ref_ptr<osg::StateSet> get(int number)
     {
-        const osg::ref_ptr<osg::StateSet> state = _materials.get(primitive.material);
-        const auto* material = dynamic_cast<const osg::Material*>(
-            state ? state->getAttribute(osg::StateAttribute::MATERIAL) : nullptr);
-        const osg::ref_ptr<osg::Vec4Array> one = new osg::Vec4Array(osg::Array::BIND_OVERALL);
-        one->push_back(material ? material->getDiffuse(osg::Material::FRONT)
-                                : osg::Vec4(1, 1, 1, 1));
-        geometry.setColorArray(one, osg::Array::BIND_OVERALL);
-        return;
+        const tinygltf::Material* material = find(number);
+        if (!material) return nullptr;
+        osg::ref_ptr<osg::StateSet>& state = _states[static_cast<std::size_t>(number)];
+        if (!state) state = make(*material);
+        return state;
     }
-    const int width = _from.numbers.componentsOf(number);
-    require(width == 3 || width == 4, "colours should have three or four components");
-    const std::vector<float> given = _from.numbers.floats(number, width);
-    require(given.size() == count * static_cast<std::size_t>(width),
-            "it has not as many colours as vertices");
-    const osg::ref_ptr<osg::Vec4Array> colors =
-        new osg::Vec4Array(osg::Array::BIND_PER_VERTEX, static_cast<unsigned int>(count));
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        (*colors)[i].a() = 1.0F;
-        for (int k = 0; k < width; ++k)
-            (*colors)[i][k] =
-                std::clamp(given[i * static_cast<std::size_t>(width) + static_cast<std::size_t>(k)],
-                           0.0F,
-                           1.0F);
-    }
-    geometry.setColorArray(colors, osg::Array::BIND_PER_VERTEX);
-}
 
-void GltfMeshes::addSkin(const tinygltf::Primitive& primitive, std::size_t count, GltfPart& part)
+    /// Where its base colour's texture is. Throws GltfError.
+    GltfCoordinates coordinatesOf(int number) const
+    {
+        GltfCoordinates way;
+        const tinygltf::Material* material = find(number);
+        if (!material || material->pbrMetallicRoughness.baseColorTexture.index < 0) return way;
+        const tinygltf::TextureInfo& info = material->pbrMetallicRoughness.baseColorTexture;
+        way.set = std::max(info.texCoord, 0);
+        const auto found = info.extensions.find("KHR_texture_transform");
+        if (found == info.extensions.end()) return way;
+        const std::vector<double> offset = numbersIn(found->second, "offset", {0, 0});
+        const std::vector<double> scale = numbersIn(found->second, "scale", {1, 1});
+        way.offset.set(offset[0], offset[1]);
+        way.scale.set(scale[0], scale[1]);
+        way.rotation_rad = numbersIn(found->second, "rotation", {0})[0];
+        way.set = static_cast<int>(
+            std::max(0.0, numbersIn(found->second, "texCoord", {double(way.set)})[0]));
+        return way;
+    }
+
+private:
+    const tinygltf::Material* find(int number) const
+    {
+        return gltfEntry(_from.model.materials, number);
+    }
+
+    osg::ref_ptr<osg::StateSet> make(const tinygltf::Material& material)
+    {
+        const osg::ref_ptr<osg::StateSet> state = new osg::StateSet;
+        const osg::ref_ptr<osg::Material> drawn = new osg::Material;
+        osg::Vec4 color(1, 1, 1, 1);
+        const std::vector<double>& factor = material.pbrMetallicRoughness.baseColorFactor;
+        for (unsigned int i = 0; i < 4 && i < factor.size(); ++i)
+            color[i] = static_cast<float>(std::clamp(factor[i], 0.0, 1.0));
+        // Colours of vertices take the place of the material's.
+        drawn->setColorMode(osg::Material::AMBIENT_AND_DIFFUSE);
+        drawn->setDiffuse(osg::Material::FRONT_AND_BACK, color);
+        drawn->setAmbient(osg::Material::FRONT_AND_BACK, color);
+        drawn->setName(material.name);
+        state->setName(material.name);
+        state->setAttributeAndModes(drawn);
+        if (material.alphaMode == "BLEND")
+        {
+            state->setMode(GL_BLEND, osg::StateAttribute::ON);
+            state->setRenderingHint(osg::StateSet::TRANSPARENT_BIN);
+        }
+        if (material.alphaMode == "MASK")
+            state->setAttributeAndModes(
+                new osg::AlphaFunc(osg::AlphaFunc::GEQUAL,
+                                   static_cast<float>(std::clamp(material.alphaCutoff, 0.0, 1.0))));
+        if (material.extensions.count("KHR_materials_unlit") > 0)
+            state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+        addTexture(material.pbrMetallicRoughness.baseColorTexture, *state);
+        if (material.normalTexture.index >= 0 || material.emissiveTexture.index >= 0 ||
+            material.occlusionTexture.index >= 0 ||
+            material.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
+            _from.messages.sayOfPicture(
+                "of its materials the base colour is drawn, and no other texture");
+        return state;
+    }
+
+    void addTexture(const tinygltf::TextureInfo& info, osg::StateSet& state)
+    {
+        const tinygltf::Texture* texture = gltfEntry(_from.model.textures, info.index);
+        const osg::ref_ptr<osg::Image> image = texture ? _images.get(texture->source) : nullptr;
+        if (!image) return;
+        const osg::ref_ptr<osg::Texture2D> drawn = new osg::Texture2D(image);
+        drawn->setWrap(osg::Texture::WRAP_S, osg::Texture::REPEAT);
+        drawn->setWrap(osg::Texture::WRAP_T, osg::Texture::REPEAT);
+        if (const tinygltf::Sampler* sampler = gltfEntry(_from.model.samplers, texture->sampler))
+        {
+            drawn->setWrap(osg::Texture::WRAP_S, wrapOf(sampler->wrapS));
+            drawn->setWrap(osg::Texture::WRAP_T, wrapOf(sampler->wrapT));
+            if (sampler->magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST)
+                drawn->setFilter(osg::Texture::MAG_FILTER, osg::Texture::NEAREST);
+        }
+        state.setTextureAttributeAndModes(0, drawn);
+    }
+
+    GltfReading& _from;
+    GltfImages _images;
+    std::vector<osg::ref_ptr<osg::StateSet>> _states;
+};
+
+/// Makes geometries of a model's meshes. A primitive that is wrong is left out, and told.
+class GltfMeshes
 {
-    const int joints = attributeOf(primitive.attributes, "JOINTS_0");
-    const int weights = attributeOf(primitive.attributes, "WEIGHTS_0");
-    if (joints < 0 || weights < 0) return;
-    if (attributeOf(primitive.attributes, "JOINTS_1") >= 0)
-        _from.messages.say("of its vertices' joints the first four move them");
-    part.joints = _from.numbers.whole(joints, 4);
-    part.weights = _from.numbers.floats(weights, 4);
-    require(part.joints.size() == 4 * count && part.weights.size() == 4 * count,
-            "it has not as many joints and weights as vertices");
+public:
+    explicit GltfMeshes(GltfReading& from) : _from(from), _materials(from) {}
+
+    /// The parts of mesh \a number, read anew, with the weights of its morph targets: its own ones
+    /// if \a weights are empty. Throws GltfError if there is no such mesh.
+    std::vector<GltfPart> read(int number, const std::vector<double>& weights)
+    {
+        const tinygltf::Mesh* found = gltfEntry(_from.model.meshes, number);
+        if (!found) failGltf("there is no mesh {}", number);
+        const tinygltf::Mesh& mesh = *found;
+        std::vector<GltfPart> parts;
+        for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
+            try
+            {
+                parts.push_back(readPart(
+                    mesh.name, mesh.primitives[i], weights.empty() ? mesh.weights : weights));
+            }
+            catch (const GltfError& error)
+            {
+                _from.messages.say(fmt::format("primitive {} of mesh {} \"{}\" is left out: {}",
+                                               i,
+                                               number,
+                                               mesh.name,
+                                               error.what()));
+            }
+        return parts;
+    }
+
+private:
+    GltfPart readPart(const std::string& name,
+                      const tinygltf::Primitive& primitive,
+                      const std::vector<double>& weights)
+    {
+        requireGltf(primitive.extensions.count("KHR_draco_mesh_compression") == 0,
+                    "it is compressed");
+        GltfPart part;
+        part.geometry = new osg::Geometry;
+        osg::Geometry& geometry = *part.geometry;
+        const auto vertices = vectorsOf<osg::Vec3Array>(
+            _from.numbers.floats(attributeOf(primitive.attributes, "POSITION"), 3));
+        const std::size_t count = vertices->size();
+        requireGltf(count > 0, "it has no vertices");
+        addMorphs(primitive, weights, *vertices);
+        geometry.setName(name);
+        geometry.setUseDisplayList(false);
+        geometry.setUseVertexBufferObjects(true);
+        geometry.setVertexArray(vertices);
+        addIndices(primitive, count, geometry);
+        addColors(primitive, count, geometry);
+        addSkin(primitive, count, part);
+        addCoordinates(primitive, count, geometry);
+        if (const osg::ref_ptr<osg::StateSet> state = _materials.get(primitive.material))
+            geometry.setStateSet(state);
+        const int normals = attributeOf(primitive.attributes, "NORMAL");
+        if (normals >= 0)
+        {
+            const auto given = vectorsOf<osg::Vec3Array>(_from.numbers.floats(normals, 3));
+            requireGltf(given->size() == count, "it has not as many normals as vertices");
+            geometry.setNormalArray(given, osg::Array::BIND_PER_VERTEX);
+        }
+        else if (isTriangles(geometry.getPrimitiveSet(0)->getMode()))
+            osgUtil::SmoothingVisitor::smooth(geometry);
+        return part;
+    }
+
+    // A mesh is felt as it is at rest: its weights are those that the file gives it.
+    void addMorphs(const tinygltf::Primitive& primitive,
+                   const std::vector<double>& weights,
+                   osg::Vec3Array& vertices)
+    {
+        if (primitive.targets.empty()) return;
+        _from.messages.say("its morph targets stay as they are at rest");
+        requireGltf(primitive.targets.size() <= kMostMorphs, "it has more than 256 morph targets");
+        for (std::size_t k = 0; k < std::min(primitive.targets.size(), weights.size()); ++k)
+        {
+            const int moved = attributeOf(primitive.targets[k], "POSITION");
+            const auto weight = static_cast<float>(weights[k]);
+            if (moved < 0 || weight == 0.0F) continue;
+            const auto by = vectorsOf<osg::Vec3Array>(_from.numbers.floats(moved, 3));
+            requireGltf(by->size() == vertices.size(), "a morph target has not as many vertices");
+            for (std::size_t i = 0; i < vertices.size(); ++i)
+                vertices[i] += (*by)[i] * weight;
+        }
+        for (const osg::Vec3& vertex : vertices)
+            requireGltf(std::isfinite(vertex.length2()), "its morph targets lead to no place");
+    }
+
+    void
+    addCoordinates(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry)
+    {
+        const GltfCoordinates way = _materials.coordinatesOf(primitive.material);
+        if (way.set < 0) return;
+        const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
+        if (places < 0)
+        {
+            _from.messages.sayOfPicture(
+                fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
+                            geometry.getName(),
+                            way.set));
+            return;
+        }
+        const auto coordinates = vectorsOf<osg::Vec2Array>(_from.numbers.floats(places, 2));
+        requireGltf(coordinates->size() == count,
+                    "it has not as many texture coordinates as vertices");
+        for (osg::Vec2& one : *coordinates)
+            one = way.inImage(one);
+        geometry.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
+    }
+
+    void addColors(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry)
+    {
+        const int number = attributeOf(primitive.attributes, "COLOR_0");
+        if (number < 0)
+        {
+            const osg::ref_ptr<osg::StateSet> state = _materials.get(primitive.material);
+            const auto* material = dynamic_cast<const osg::Material*>(
+                state ? state->getAttribute(osg::StateAttribute::MATERIAL) : nullptr);
+            const osg::ref_ptr<osg::Vec4Array> one = new osg::Vec4Array(osg::Array::BIND_OVERALL);
+            one->push_back(material ? material->getDiffuse(osg::Material::FRONT)
+                                    : osg::Vec4(1, 1, 1, 1));
+            geometry.setColorArray(one, osg::Array::BIND_OVERALL);
+            return;
+        }
+        const int width = _from.numbers.componentsOf(number);
+        requireGltf(width == 3 || width == 4, "colours should have three or four components");
+        const std::vector<float> given = _from.numbers.floats(number, width);
+        requireGltf(given.size() == count * static_cast<std::size_t>(width),
+                    "it has not as many colours as vertices");
+        const osg::ref_ptr<osg::Vec4Array> colors =
+            new osg::Vec4Array(osg::Array::BIND_PER_VERTEX, static_cast<unsigned int>(count));
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            (*colors)[i].a() = 1.0F;
+            for (int k = 0; k < width; ++k)
+                (*colors)[i][k] = std::clamp(
+                    given[i * static_cast<std::size_t>(width) + static_cast<std::size_t>(k)],
+                    0.0F,
+                    1.0F);
+        }
+        geometry.setColorArray(colors, osg::Array::BIND_PER_VERTEX);
+    }
+
+    void
+    addIndices(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry)
+    {
+        const GLenum mode = modeOf(primitive.mode);
+        if (primitive.indices < 0)
+        {
+            geometry.addPrimitiveSet(new osg::DrawArrays(mode, 0, static_cast<GLsizei>(count)));
+            return;
+        }
+        const std::vector<std::uint32_t> indices = _from.numbers.whole(primitive.indices, 1);
+        const osg::ref_ptr<osg::DrawElementsUInt> elements = new osg::DrawElementsUInt(mode);
+        elements->reserve(indices.size());
+        for (const std::uint32_t index : indices)
+        {
+            if (index >= count) failGltf("index {} is of none of its {} vertices", index, count);
+            elements->push_back(index);
+        }
+        requireGltf(!indices.empty(), "it has no indices");
+        geometry.addPrimitiveSet(elements);
+    }
+
+    void addSkin(const tinygltf::Primitive& primitive, std::size_t count, GltfPart& part)
+    {
+        const int joints = attributeOf(primitive.attributes, "JOINTS_0");
+        const int weights = attributeOf(primitive.attributes, "WEIGHTS_0");
+        if (joints < 0 || weights < 0) return;
+        if (attributeOf(primitive.attributes, "JOINTS_1") >= 0)
+            _from.messages.say("of its vertices' joints the first four move them");
+        part.joints = _from.numbers.whole(joints, 4);
+        part.weights = _from.numbers.floats(weights, 4);
+        requireGltf(part.joints.size() == 4 * count && part.weights.size() == 4 * count,
+                    "it has not as many joints and weights as vertices");
+    }
+
+    GltfReading& _from;
+    GltfMaterials _materials;
+};
+
+} // namespace
+
+GltfMeshReader gltfMeshes(GltfReading& from)
+{
+    return [meshes = std::make_shared<GltfMeshes>(from)](int number,
+                                                         const std::vector<double>& weights)
+    { return meshes->read(number, weights); };
 }
 
 } // namespace osgMidair

@@ -30,11 +30,6 @@ struct Keys
     std::size_t size() const { return times_s.size(); }
 };
 
-void requireInMotion(bool isRight, const char* what)
-{
-    if (!isRight) throw GltfError(what);
-}
-
 // Each key of a spline is an in-tangent, a value and an out-tangent (glTF 2.0, appendix C.5):
 // p(t) = (2 t^3 - 3 t^2 + 1) v_0 + d (t^3 - 2 t^2 + t) b_0 + (3 t^2 - 2 t^3) v_1 + d (t^3 - t^2)
 // a_1
@@ -73,13 +68,12 @@ Keys readKeys(const tinygltf::AnimationSampler& sampler, std::size_t width, Gltf
     keys.times_s = numbers.floats(sampler.input, 1);
     keys.values = numbers.floats(sampler.output, static_cast<int>(width));
     const bool isSpline = sampler.interpolation == "CUBICSPLINE";
-    requireInMotion(!keys.times_s.empty(), "it has no keys");
-    requireInMotion(keys.values.size() == (isSpline ? 3 : 1) * width * keys.size(),
-                    "it has not as many values as times");
+    requireGltf(!keys.times_s.empty(), "it has no keys");
+    requireGltf(keys.values.size() == (isSpline ? 3 : 1) * width * keys.size(),
+                "it has not as many values as times");
     for (std::size_t i = 0; i < keys.size(); ++i)
-        requireInMotion(keys.times_s[i] >= 0.0F &&
-                            (i == 0 || keys.times_s[i] > keys.times_s[i - 1]),
-                        "its times don't rise");
+        requireGltf(keys.times_s[i] >= 0.0F && (i == 0 || keys.times_s[i] > keys.times_s[i - 1]),
+                    "its times don't rise");
     return isSpline ? straightened(keys) : keys;
 }
 
@@ -93,7 +87,7 @@ osg::Quat valueOf(const Keys& keys, std::size_t i, osg::Quat* /*kind*/)
 {
     const float* v = &keys.values[4 * i];
     const osg::Quat turn(v[0], v[1], v[2], v[3]);
-    requireInMotion(turn.length() > 1e-3, "a rotation of it is none");
+    requireGltf(turn.length() > 1e-3, "a rotation of it is none");
     return turn / turn.length();
 }
 
@@ -112,9 +106,9 @@ osg::ref_ptr<osgAnimation::Channel> readChannel(const tinygltf::Animation& anima
                                                 const tinygltf::AnimationChannel& one,
                                                 GltfNumbers& numbers)
 {
-    requireInMotion(one.sampler >= 0 &&
-                        static_cast<std::size_t>(one.sampler) < animation.samplers.size(),
-                    "it has no sampler");
+    requireGltf(one.sampler >= 0 &&
+                    static_cast<std::size_t>(one.sampler) < animation.samplers.size(),
+                "it has no sampler");
     const tinygltf::AnimationSampler& sampler =
         animation.samplers[static_cast<std::size_t>(one.sampler)];
     const bool isTurn = one.target_path == kGltfRotation;
@@ -209,8 +203,7 @@ void GltfSkins::readSkin(const tinygltf::Skin& skin)
     {
         const int joint = skin.joints[i];
         if (joint < 0 || static_cast<std::size_t>(joint) >= _isBone.size())
-            throw GltfError(
-                fmt::format("skin \"{}\" has a joint {}, which is no node", skin.name, joint));
+            failGltf("skin \"{}\" has a joint {}, which is no node", skin.name, joint);
         const auto node = static_cast<std::size_t>(joint);
         osg::Matrixd inverse;
         // Column by column for column vectors is row by row for OSG's row vectors.

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -17,6 +20,13 @@ class GltfError : public std::runtime_error
 public:
     using std::runtime_error::runtime_error;
 };
+
+/// Throws a GltfError.
+template<typename... Values>
+[[noreturn]] void failGltf(fmt::format_string<Values...> what, Values&&... values)
+{
+    throw GltfError(fmt::format(what, std::forward<Values>(values)...));
+}
 
 /// What is told of one file, each once, up to kMost: what concerns how it is felt, and what is only
 /// drawn in another way.

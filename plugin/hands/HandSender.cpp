@@ -2,11 +2,12 @@
 #include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
 #include "haptics/base/text/Number.h"
+#include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
 
 #include <osgMidair/HandSender>
 
-#include <stdexcept>
+#include <memory>
 
 namespace osgMidair
 {
@@ -30,19 +31,16 @@ HandSender::~HandSender() = default;
 osg::ref_ptr<HandSender> HandSender::open(const std::string& uri, std::string& error)
 {
     error.clear();
-    try
+    std::unique_ptr<Part> part;
+    const auto open = [&]
     {
         midair::device::DeviceUri to(uri, "receiver of hands");
         if (to.scheme() != "osc") throw to.error("should be osc:?address=..&port=..");
         const midair::bridge::OscOptions options = midair::bridge::takeOscOptions(to);
         to.rejectUnknown();
-        return new HandSender(std::make_unique<Part>(options));
-    }
-    catch (const std::runtime_error& wrong) // DeviceError, InputError
-    {
-        error = wrong.what();
-    }
-    return nullptr;
+        part = std::make_unique<Part>(options);
+    };
+    return succeeds(open, error) ? new HandSender(std::move(part)) : nullptr;
 }
 
 osg::ref_ptr<HandSender> HandSender::into(int socket)

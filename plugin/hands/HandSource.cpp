@@ -1,6 +1,8 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 
@@ -76,27 +78,39 @@ bool KitHands::frameAt(double time_s, bridge::HandFrame& frame)
     return any;
 }
 
+struct InjectedHands::Injected
+{
+    midair::base::Mutex mutex;
+    std::vector<Hand> hands MIDAIR_GUARDED_BY(mutex);
+    double set_s MIDAIR_GUARDED_BY(mutex) = 0.0; ///< steady clock
+    unsigned int set MIDAIR_GUARDED_BY(mutex) = 0;
+};
+
+InjectedHands::InjectedHands() : _injected(std::make_unique<Injected>()) {}
+
+InjectedHands::~InjectedHands() = default;
+
 void InjectedHands::setHands(const std::vector<Hand>& hands)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _hands = hands;
-    _set_s = midair::base::steadySeconds();
-    ++_set;
+    const midair::base::Lock lock(_injected->mutex);
+    _injected->hands = hands;
+    _injected->set_s = midair::base::steadySeconds();
+    ++_injected->set;
 }
 
 bool InjectedHands::getHands(double /*time*/, std::vector<Hand>& hands)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    hands = _hands;
+    const midair::base::Lock lock(_injected->mutex);
+    hands = _injected->hands;
     for (Hand& hand : hands)
-        hand.age += midair::base::steadySeconds() - _set_s;
+        hand.age += midair::base::steadySeconds() - _injected->set_s;
     return !hands.empty();
 }
 
 std::string InjectedHands::getStatus() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return fmt::format("hands set by the application, {} times so far", _set);
+    const midair::base::Lock lock(_injected->mutex);
+    return fmt::format("hands set by the application, {} times so far", _injected->set);
 }
 
 bool registerHandSource(const std::string& name, HandSourceFactory make, std::string& error)
@@ -121,18 +135,10 @@ std::shared_ptr<bridge::HandSource> openSceneHands(const std::string& uri)
 
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
-    try
-    {
-        const std::shared_ptr<bridge::HandSource> source = openSceneHands(uri);
-        if (!source) return nullptr;
-        if (HandSource* own = KitHands::of(source.get())) return own;
-        return new BridgedHands(source);
-    }
-    catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
-    {
-        error = wrong.what();
-    }
-    return nullptr;
+    std::shared_ptr<bridge::HandSource> source;
+    if (!succeeds([&] { source = openSceneHands(uri); }, error) || !source) return nullptr;
+    if (HandSource* own = KitHands::of(source.get())) return own;
+    return new BridgedHands(source);
 }
 
 Hand openHand(int id, const osg::Vec3d& tip, const osg::Quat& orientation)

@@ -36,6 +36,24 @@ private:
 constexpr double kWheelStep_m = 2e-3;
 constexpr int kKey = 't';
 
+/// Where a camera looks, of unit length, in the world.
+struct Look
+{
+    osg::Vec3d ahead;
+    osg::Vec3d up;
+};
+
+Look lookOf(const osg::Camera& camera)
+{
+    osg::Vec3d eye;
+    osg::Vec3d centre;
+    Look look;
+    camera.getViewMatrixAsLookAt(eye, centre, look.up);
+    look.ahead = centre - eye;
+    look.ahead.normalize();
+    return look;
+}
+
 /// Returns the orientation with the fingers along \a ahead and the back of the hand towards \a up.
 osg::Quat turned(const osg::Vec3d& ahead, const osg::Vec3d& up)
 {
@@ -101,12 +119,7 @@ void MouseHand::follow(const osgGA::GUIEventAdapter& event, const osg::Camera& c
         osg::Vec3d(event.getXnormalized(), event.getYnormalized(), -1.0) * toWorld;
     const osg::Vec3d far =
         osg::Vec3d(event.getXnormalized(), event.getYnormalized(), 1.0) * toWorld;
-    osg::Vec3d eye;
-    osg::Vec3d centre;
-    osg::Vec3d up;
-    camera.getViewMatrixAsLookAt(eye, centre, up);
-    osg::Vec3d ahead = centre - eye;
-    ahead.normalize();
+    const auto [ahead, up] = lookOf(camera);
     const double along = (far - near) * ahead;
     if (!(std::abs(along) > 0.0)) return;
     const osg::Vec3d tip = near + (far - near) * (((_depthPoint - near) * ahead) / along);
@@ -130,14 +143,8 @@ bool MouseHand::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdap
     const bool wheel = type == Event::SCROLL && (event.getModKeyMask() & Event::MODKEY_CTRL);
     if (wheel)
     {
-        osg::Vec3d eye;
-        osg::Vec3d centre;
-        osg::Vec3d up;
-        camera.getViewMatrixAsLookAt(eye, centre, up);
-        osg::Vec3d ahead = centre - eye;
-        ahead.normalize();
         const double sign = event.getScrollingMotion() == Event::SCROLL_UP ? 1.0 : -1.0;
-        _depthPoint += ahead * (sign * kWheelStep_m / _metresPerUnit);
+        _depthPoint += lookOf(camera).ahead * (sign * kWheelStep_m / _metresPerUnit);
     }
     if (_shown && (wheel || type == Event::MOVE || type == Event::DRAG)) follow(event, camera);
     return wheel;

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/surface/ObjReader.h"
 #include "plugin/gltf/GltfScene.h"
 #include "plugin/loader/PlyCheck.h"
@@ -23,7 +24,6 @@
 #include <cerrno>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <set>
 #include <sstream>
 
@@ -81,18 +81,22 @@ std::string tried(const std::string& file, const std::string& options)
 /// OSG's \a options, which may end it, and returns why this one should not; empty: it may.
 std::string whyNotToRead(const std::string& file, const std::string& options)
 {
-    static std::mutex mutex;
-    static std::map<std::string, struct stat> files;
+    struct Tried
+    {
+        midair::base::Mutex mutex;
+        std::map<std::string, struct stat> files MIDAIR_GUARDED_BY(mutex);
+    };
+    static Tried all;
     struct stat now = {};
     if (::stat(file.c_str(), &now) == 0)
     {
-        const std::lock_guard<std::mutex> lock(mutex);
-        const auto then = files.find(file);
-        if (then != files.end() && isSame(then->second, now)) return {};
+        const midair::base::Lock lock(all.mutex);
+        const auto then = all.files.find(file);
+        if (then != all.files.end() && isSame(then->second, now)) return {};
     }
     std::string why = tried(file, options);
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (why.empty()) files[file] = now;
+    const midair::base::Lock lock(all.mutex);
+    if (why.empty()) all.files[file] = now;
     return why;
 }
 
@@ -146,11 +150,15 @@ private:
 void tell(osg::NotifySeverity severity, const std::string& text)
 {
     constexpr std::size_t kMostTold = 1000;
-    static std::mutex mutex;
-    static std::set<std::string> told;
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (told.size() >= kMostTold) told.clear();
-    if (!told.insert(text).second) return;
+    struct Told
+    {
+        midair::base::Mutex mutex;
+        std::set<std::string> texts MIDAIR_GUARDED_BY(mutex);
+    };
+    static Told told;
+    const midair::base::Lock lock(told.mutex);
+    if (told.texts.size() >= kMostTold) told.texts.clear();
+    if (!told.texts.insert(text).second) return;
     osg::notify(severity) << "osgMidair: " << printable(text) << std::endl;
 }
 

@@ -9,6 +9,7 @@
 #include <locale>
 #include <sstream>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -54,16 +55,17 @@ struct PlyElement
     std::vector<PlyProperty> properties;
 };
 
-[[noreturn]] void failPly(const std::string& what)
+template<typename... Values>
+[[noreturn]] void failPly(fmt::format_string<Values...> what, Values&&... values)
 {
-    throw midair::base::InputError(what);
+    throw midair::base::InputError(fmt::format(what, std::forward<Values>(values)...));
 }
 
 const PlyType* plyType(const std::string& name)
 {
     for (const PlyType& type : kPlyTypes)
         if (name == type.name || name == type.otherName) return &type;
-    failPly("the header has a property of the unknown type \"" + name.substr(0, 40) + "\"");
+    failPly("the header has a property of the unknown type \"{}\"", name.substr(0, 40));
 }
 
 /// Goes through a file as its header says.
@@ -89,7 +91,7 @@ private:
         _at = end + 1;
         ++_line;
         if (line.size() > kMostPlyLine)
-            failPly(fmt::format("line {} has more than {} characters", _line, kMostPlyLine));
+            failPly("line {} has more than {} characters", _line, kMostPlyLine);
         return line;
     }
 
@@ -118,7 +120,7 @@ private:
         _isText = name == "ascii";
         _isTurned = name == "binary_big_endian";
         if (!_isText && !_isTurned && name != "binary_little_endian")
-            failPly("its format is \"" + name.substr(0, 40) + "\"");
+            failPly("its format is \"{}\"", name.substr(0, 40));
     }
 
     void takeElement(std::istringstream& words)
@@ -126,9 +128,9 @@ private:
         PlyElement element{{}, -1, {}};
         words >> element.name >> element.count;
         if (!words || element.count < 0 || element.count > static_cast<long long>(_text.size()))
-            failPly(fmt::format("line {}: the number of elements is not one that the file has room "
-                                "for",
-                                _line));
+            failPly("line {}: the number of elements is not one that the file has room "
+                    "for",
+                    _line);
         if (element.name == "vertex") _vertices = element.count;
         _elements.push_back(std::move(element));
     }
@@ -143,12 +145,12 @@ private:
             words >> word;
             property.count = plyType(word);
             if (property.count->isFloat)
-                failPly(fmt::format("line {}: the length of a list is no whole number", _line));
+                failPly("line {}: the length of a list is no whole number", _line);
             words >> word;
         }
         property.type = plyType(word);
         words >> property.name;
-        if (_elements.empty()) failPly(fmt::format("line {}: a property of no element", _line));
+        if (_elements.empty()) failPly("line {}: a property of no element", _line);
         _elements.back().properties.push_back(std::move(property));
     }
 
@@ -160,21 +162,20 @@ private:
             const bool isIndex =
                 element.name != "vertex" && property.name.rfind("vertex_ind", 0) == 0;
             const long long count = property.count ? number(*property.count) : 1;
-            if (count < 0)
-                failPly(fmt::format("{} {} has a list of {} numbers", element.name, item, count));
+            if (count < 0) failPly("{} {} has a list of {} numbers", element.name, item, count);
             for (long long i = 0; i < count; ++i)
             {
                 const long long value = number(*property.type);
                 // Strips of triangles are divided by -1.
                 const bool isDivider = value == -1 && element.name != "face";
                 if (isIndex && !isDivider && (value < 0 || value >= _vertices))
-                    failPly(fmt::format("{}{} {} refers to vertex {}; the file has {} vertices, "
-                                        "counted from 0",
-                                        _isText ? fmt::format("line {}: ", _line) : "",
-                                        element.name,
-                                        item,
-                                        value,
-                                        _vertices));
+                    failPly("{}{} {} refers to vertex {}; the file has {} vertices, "
+                            "counted from 0",
+                            _isText ? fmt::format("line {}: ", _line) : "",
+                            element.name,
+                            item,
+                            value,
+                            _vertices);
             }
         }
     }
@@ -186,7 +187,7 @@ private:
         constexpr std::string_view kBlank = " \t\r";
         const std::size_t begin = std::min(_words.find_first_not_of(kBlank), _words.size());
         if (begin == _words.size())
-            failPly(fmt::format("line {} has fewer numbers than the header announces", _line));
+            failPly("line {} has fewer numbers than the header announces", _line);
         const std::size_t end = std::min(_words.find_first_of(kBlank, begin), _words.size());
         long long value = 0;
         std::from_chars(_words.data() + begin, _words.data() + end, value);

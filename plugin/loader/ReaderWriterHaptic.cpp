@@ -37,6 +37,19 @@ constexpr std::size_t kMostSettingsBytes = 1 << 20;
 /// Options that place a model.
 const char* const kPlacing[] = {"size", "position", "rotation", "overlays"};
 
+/// If the value of \a row in \a object, given as \a value, is out of range, puts the default in its
+/// place, says so in \a error, and returns false.
+template<class T>
+bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
+{
+    const std::string problem = row.problem(object, value);
+    std::string what;
+    if (!row.repair(object, what)) return true;
+    error = row.name + " " + problem +
+            (row.isSafety ? "; nothing is played" : "; " + row.defaultText() + " is used");
+    return false;
+}
+
 /// Options of MODEL.haptic and FILE.haptic.
 struct LoaderOptions
 {
@@ -55,192 +68,157 @@ struct LoaderOptions
     /// Parses options; warns about those that aren't understood, naming \a where they came from.
     /// What may concern safety silences the scene. \a isOwnFile: nobody else's options are among
     /// them.
-    void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
+    void parse(const std::string& text, const std::string& where, bool isOwnFile = false)
+    {
+        std::set<std::string> seen;
+        for (const Assignment& one : assignmentsIn(text))
+        {
+            std::string error;
+            const bool isUnclear = !take(one, isOwnFile, seen, error);
+            if (error.empty()) continue;
+            // Of the settings files that the kit reads, people want to know the line.
+            const bool hasLines = isOwnFile && forDevice;
+            const std::string place = hasLines ? where + ":" + std::to_string(one.line) : where;
+            error = printable(place + ": " + error);
+            if (isUnclear) silence(settings, error);
+            OSG_WARN << "osgMidair: " << error << std::endl;
+        }
+    }
 
     void silenceWithProperty() { silenceFor(property.whySilenced); }
-    void silenceFor(const std::vector<std::string>& reasons);
+
+    // Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
+    void silenceFor(const std::vector<std::string>& reasons)
+    {
+        for (const std::string& reason : reasons)
+            silence(settings, reason);
+    }
 
     /// Tags say what is felt, and how: warns where the property says something, too.
-    void leaveToTags(const std::string& where);
+    void leaveToTags(const std::string& where)
+    {
+        silenceWithProperty();
+        if (property != HapticProperty())
+            OSG_WARN << "osgMidair: "
+                     << printable(where +
+                                  ": options of how it is felt are not used, since nodes of the "
+                                  "model have tags, which say that")
+                     << std::endl;
+    }
 
 private:
     /// Takes one assignment in, and says in \a error what is wrong with it. Returns false if that
     /// may concern safety.
     bool
-    take(const Assignment& one, bool isOwnFile, std::set<std::string>& seen, std::string& error);
-    static bool isKnown(const std::string& name);
-    static bool isTwice(const std::string& name, std::string& error);
-    static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error);
-    static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error);
-    bool setOwn(const std::string& name, const std::string& value, std::string& error);
-    void setOverlays(const std::string& value, std::string& error);
-};
-
-/// If the value of \a row in \a object, given as \a value, is out of range, puts the default in its
-/// place, says so in \a error, and returns false.
-template<class T>
-bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
-{
-    const std::string problem = row.problem(object, value);
-    std::string what;
-    if (!row.repair(object, what)) return true;
-    error = row.name + " " + problem +
-            (row.isSafety ? "; nothing is played" : "; " + row.defaultText() + " is used");
-    return false;
-}
-
-// Yes, no, or the words of those that are shown.
-void LoaderOptions::setOverlays(const std::string& value, std::string& error)
-{
-    bool isYes = false;
-    const bool isYesOrNo = midair::base::parseYesNo(value, isYes);
-    overlays = isYesOrNo && !isYes ? nullptr : new HapticOverlays;
-    if (isYesOrNo) return;
-    std::vector<std::string> words;
-    std::istringstream in(value);
-    for (std::string word; in >> word;)
-        words.push_back(word);
-    error = words.empty() ? "there is no name" : overlays->showOnly(words);
-    if (error.empty()) return;
-    overlays = nullptr;
-    error = "overlays is \"" + value + "\", should be true, false or names of overlays: " + error;
-}
-
-bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
-{
-    if (forDevice &&
-        std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing))
+    take(const Assignment& one, bool isOwnFile, std::set<std::string>& seen, std::string& error)
     {
-        error = name +
-                " is for MODEL.haptic and is not used here: a viewer's scene is felt where it "
-                "is seen (metresPerUnit and calibration say where the array is)";
-        return true;
-    }
-    if (name == "size")
-    {
-        isSizeSet = midair::base::parseQuantity(value, "m", size_m) && size_m > 0.0;
-        if (!isSizeSet)
+        const std::string& name = one.name;
+        if (name.empty()) return !standsAlone(one.value, isOwnFile, error);
+        if (!seen.insert(name).second && isKnown(name))
         {
-            size_m = 0.0;
-            error = "size is \"" + value + "\", should be over 0 (metres)";
+            const bool isSafety =
+                sceneSettings().concernsSafety(name) || surfaceProperties().concernsSafety(name);
+            error = givenTwice(name, isSafety);
+            return !isSafety;
         }
+        if (setOwn(name, one.value, error)) return true;
+        // "enabled" is a name in both tables; here it means the array.
+        if (const auto* row = sceneSettings().find(name))
+            return (settings.set(name, one.value, error) &&
+                    keepInRange(*row, one.value, settings, error)) ||
+                   !row->isSafety;
+        const auto* row = surfaceProperties().find(name);
+        if (!row) return !isUnknown(name, isOwnFile, error);
+        if (property.set(name, one.value, error) &&
+            !keepInRange(*row, one.value, property, error) && row->isSafety)
+            property.whySilenced.push_back(error);
         return true;
     }
-    if (name == "overlays")
+
+    static bool isKnown(const std::string& name)
     {
-        setOverlays(value, error);
+        return sceneSettings().find(name) || surfaceProperties().find(name) ||
+               std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing);
+    }
+
+    // Options may be another plugin's; a file of settings is the kit's alone.
+    static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error)
+    {
+        error = cutListWarning(word);
+        // "maxPressure 800" comes as one, too.
+        const std::string first = word.substr(0, word.find(' '));
+        const Setting<HapticSettings>* row = sceneSettings().find(first);
+        const bool isSafety = isOwnFile || (row && row->isSafety) || first == "pressure";
+        if (!error.empty() || !isSafety) return isSafety;
+        error = "\"" + word + "\" stands alone, should be name=value; nothing is played";
         return true;
     }
-    if (name != "position" && name != "rotation") return false;
-    const bool isPlace = name == "position";
-    if (!parseNumbers(value, (isPlace ? position : rotation_deg).ptr(), 3, isPlace ? "m" : "deg"))
-        error = name + " is \"" + value + "\", should be three numbers";
-    return true;
-}
 
-void LoaderOptions::parse(const std::string& text, const std::string& where, bool isOwnFile)
-{
-    std::set<std::string> seen;
-    forEachAssignment(text,
-                      [&](const Assignment& one)
-                      {
-                          std::string error;
-                          const bool isUnclear = !take(one, isOwnFile, seen, error);
-                          if (error.empty()) return;
-                          // Of the settings files that the kit reads, people want to know the line.
-                          const bool hasLines = isOwnFile && forDevice;
-                          const std::string place =
-                              hasLines ? where + ":" + std::to_string(one.line) : where;
-                          if (isUnclear) settings.isSilenced = true;
-                          error = printable(place + ": " + error);
-                          if (isUnclear) settings.whySilenced.push_back(error);
-                          OSG_WARN << "osgMidair: " << error << std::endl;
-                      });
-}
+    static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error)
+    {
+        std::vector<std::string> names = sceneSettings().names();
+        for (const std::string& property : surfaceProperties().names())
+            names.push_back(property);
+        names.insert(names.end(), std::begin(kPlacing), std::end(kPlacing));
+        const bool isUnclear = sceneSettings().concernsSafety(name) ||
+                               surfaceProperties().concernsSafety(name) ||
+                               (isOwnFile && midair::base::nearestWords(name, names).empty());
+        error = "unknown option \"" + name + "\"" + midair::base::didYouMean(name, names) +
+                (isUnclear ? "; nothing is played" : "");
+        return isUnclear;
+    }
 
-bool LoaderOptions::take(const Assignment& one,
-                         bool isOwnFile,
-                         std::set<std::string>& seen,
-                         std::string& error)
-{
-    const std::string& name = one.name;
-    if (name.empty()) return !standsAlone(one.value, isOwnFile, error);
-    if (!seen.insert(name).second && isKnown(name)) return !isTwice(name, error);
-    if (setOwn(name, one.value, error)) return true;
-    // "enabled" is a name in both tables; here it means the array.
-    if (const auto* row = sceneSettings().find(name))
-        return (settings.set(name, one.value, error) &&
-                keepInRange(*row, one.value, settings, error)) ||
-               !row->isSafety;
-    const auto* row = surfaceProperties().find(name);
-    if (!row) return !isUnknown(name, isOwnFile, error);
-    if (property.set(name, one.value, error) && !keepInRange(*row, one.value, property, error) &&
-        row->isSafety)
-        property.whySilenced.push_back(error);
-    return true;
-}
+    bool setOwn(const std::string& name, const std::string& value, std::string& error)
+    {
+        if (forDevice &&
+            std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing))
+        {
+            error = name +
+                    " is for MODEL.haptic and is not used here: a viewer's scene is felt where it "
+                    "is seen (metresPerUnit and calibration say where the array is)";
+            return true;
+        }
+        if (name == "size")
+        {
+            isSizeSet = midair::base::parseQuantity(value, "m", size_m) && size_m > 0.0;
+            if (!isSizeSet)
+            {
+                size_m = 0.0;
+                error = "size is \"" + value + "\", should be over 0 (metres)";
+            }
+            return true;
+        }
+        if (name == "overlays")
+        {
+            setOverlays(value, error);
+            return true;
+        }
+        if (name != "position" && name != "rotation") return false;
+        const bool isPlace = name == "position";
+        if (!parseNumbers(
+                value, (isPlace ? position : rotation_deg).ptr(), 3, isPlace ? "m" : "deg"))
+            error = name + " is \"" + value + "\", should be three numbers";
+        return true;
+    }
 
-bool LoaderOptions::isKnown(const std::string& name)
-{
-    return sceneSettings().find(name) || surfaceProperties().find(name) ||
-           std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing);
-}
-
-// Nobody knows which of two was meant.
-bool LoaderOptions::isTwice(const std::string& name, std::string& error)
-{
-    const bool isSafety =
-        sceneSettings().concernsSafety(name) || surfaceProperties().concernsSafety(name);
-    error = name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
-    return isSafety;
-}
-
-// Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
-void LoaderOptions::silenceFor(const std::vector<std::string>& reasons)
-{
-    if (reasons.empty()) return;
-    settings.isSilenced = true;
-    for (const std::string& reason : reasons)
-        settings.whySilenced.push_back(reason);
-}
-
-void LoaderOptions::leaveToTags(const std::string& where)
-{
-    silenceWithProperty();
-    if (property != HapticProperty())
-        OSG_WARN << "osgMidair: "
-                 << printable(where +
-                              ": options of how it is felt are not used, since nodes of the "
-                              "model have tags, which say that")
-                 << std::endl;
-}
-
-// Options may be another plugin's; a file of settings is the kit's alone.
-bool LoaderOptions::standsAlone(const std::string& word, bool isOwnFile, std::string& error)
-{
-    error = cutListWarning(word);
-    // "maxPressure 800" comes as one, too.
-    const std::string first = word.substr(0, word.find(' '));
-    const Setting<HapticSettings>* row = sceneSettings().find(first);
-    const bool isSafety = isOwnFile || (row && row->isSafety) || first == "pressure";
-    if (!error.empty() || !isSafety) return isSafety;
-    error = "\"" + word + "\" stands alone, should be name=value; nothing is played";
-    return true;
-}
-
-bool LoaderOptions::isUnknown(const std::string& name, bool isOwnFile, std::string& error)
-{
-    std::vector<std::string> names = sceneSettings().names();
-    for (const std::string& property : surfaceProperties().names())
-        names.push_back(property);
-    names.insert(names.end(), std::begin(kPlacing), std::end(kPlacing));
-    const bool isUnclear = sceneSettings().concernsSafety(name) ||
-                           surfaceProperties().concernsSafety(name) ||
-                           (isOwnFile && midair::base::nearestWords(name, names).empty());
-    error = "unknown option \"" + name + "\"" + midair::base::didYouMean(name, names) +
-            (isUnclear ? "; nothing is played" : "");
-    return isUnclear;
-}
+    // Yes, no, or the words of those that are shown.
+    void setOverlays(const std::string& value, std::string& error)
+    {
+        bool isYes = false;
+        const bool isYesOrNo = midair::base::parseYesNo(value, isYes);
+        overlays = isYesOrNo && !isYes ? nullptr : new HapticOverlays;
+        if (isYesOrNo) return;
+        std::vector<std::string> words;
+        std::istringstream in(value);
+        for (std::string word; in >> word;)
+            words.push_back(word);
+        error = words.empty() ? "there is no name" : overlays->showOnly(words);
+        if (error.empty()) return;
+        overlays = nullptr;
+        error =
+            "overlays is \"" + value + "\", should be true, false or names of overlays: " + error;
+    }
+};
 
 /// MODEL.EXT.haptic, or MODEL.EXT.(NAME=VALUE, ..).haptic with options of this object alone.
 struct ObjectName

@@ -1,5 +1,4 @@
-#include "plugin/engine/HapticEngine.h"
-#include "plugin/engine/SceneAccess.h"
+#include "plugin/engine/OwnedEngine.h"
 #include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticCallback>
@@ -30,12 +29,16 @@ bool isAmong(osg::Callback* first, const osg::Callback& wanted)
 
 } // namespace
 
-HapticCallback::HapticCallback(const HapticSettings& settings) : _settings(settings) {}
+HapticCallback::HapticCallback(const HapticSettings& settings) :
+    _settings(settings),
+    _engine(std::make_unique<OwnedEngine>(_settings, OwnerKind::CALLBACK))
+{
+}
 
 // OSG tells a callback nothing of traversals that never come.
 HapticCallback::~HapticCallback()
 {
-    if (!_engine)
+    if (!_engine->get())
         OSG_WARN << "osgMidair: a HapticCallback has played nothing: " << kNeverCalled << std::endl;
 }
 
@@ -43,78 +46,55 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
     osgGA::EventVisitor* event = visitor->asEventVisitor();
     const bool isUpdate = visitor->getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR;
-    osg::ref_ptr<HapticEngine> engine = this->engine();
-    if ((event || isUpdate) && (!engine || engine->root() != node))
+    if (event || isUpdate)
     {
-        engine = new HapticEngine(*node, _settings, OwnerKind::CALLBACK);
-        engine->setDeviceCallback(_deviceCallback);
-        engine->setPlace(
+        const auto isInPlace =
             [self = osg::observer_ptr<HapticCallback>(this)](const osg::Node& root)
-            {
-                osg::ref_ptr<HapticCallback> callback;
-                if (!self.lock(callback)) return false;
-                auto& where = const_cast<osg::Node&>(root); // has getters of two kinds
-                return isAmong(where.getEventCallback(), *callback) ||
-                       isAmong(where.getUpdateCallback(), *callback);
-            });
-        const std::lock_guard<std::mutex> lock(_mutex);
-        if (_engine) _muted = _engine->isMuted();
-        engine->setMuted(_muted);
-        _engine.swap(engine); // the old one dies outside the lock
+        {
+            osg::ref_ptr<HapticCallback> callback;
+            if (!self.lock(callback)) return false;
+            auto& where = const_cast<osg::Node&>(root); // has getters of two kinds
+            return isAmong(where.getEventCallback(), *callback) ||
+                   isAmong(where.getUpdateCallback(), *callback);
+        };
+        const osg::ref_ptr<HapticEngine> engine = _engine->playing(*node, isInPlace);
+        if (event && engine->follow(event->getActionAdapter()))
+            SceneKeys::addTo(event->getActionAdapter(), *engine);
+        if (osgGA::GUIActionAdapter* view = isUpdate ? engine->followAbove(*node) : nullptr)
+            SceneKeys::addTo(view, *engine);
     }
-    engine = this->engine();
-    if (engine && (event || isUpdate)) engine->noteVisit();
-    if (event && engine->follow(event->getActionAdapter()))
-        SceneKeys::addTo(event->getActionAdapter(), *engine);
-    if (osgGA::GUIActionAdapter* view = isUpdate ? engine->followAbove(*node) : nullptr)
-        SceneKeys::addTo(view, *engine);
     traverse(node, visitor);
-}
-
-// The engine is replaced when another node is played, while any thread may ask for it.
-osg::ref_ptr<HapticEngine> HapticCallback::engine() const
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _engine;
 }
 
 void HapticCallback::setDeviceCallback(DeviceCallback* callback)
 {
-    _deviceCallback = callback;
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    if (engine) engine->setDeviceCallback(callback);
+    _engine->setDeviceCallback(callback);
+}
+
+DeviceCallback* HapticCallback::getDeviceCallback() const
+{
+    return _engine->deviceCallback();
 }
 
 void HapticCallback::setMuted(bool muted)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (_engine) _engine->setMuted(muted);
+    _engine->setMuted(muted);
 }
 
-// A key mutes the engine alone.
 bool HapticCallback::getMuted() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    return engine ? engine->isMuted() : _muted.load();
+    return _engine->isMuted();
 }
 
 HapticStatistics HapticCallback::getStatistics() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    if (engine) return engine->statistics();
-    HapticStatistics none;
-    none.told.push_back(
-        toPublic({midair::base::MessageCode::VIEWER_SILENT,
-                  std::string("the HapticCallback plays nothing: ") + kNeverCalled}));
-    none.messages.push_back(none.told.back().text);
-    return none;
+    return _engine->statistics(
+        _engine->get() ? "" : std::string("the HapticCallback plays nothing: ") + kNeverCalled);
 }
 
 osg::ref_ptr<const HapticField> HapticCallback::getField() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    return engine ? engine->field() : nullptr;
+    return _engine->field();
 }
 
 } // namespace osgMidair

@@ -1,5 +1,4 @@
-#include "plugin/engine/HapticEngine.h"
-#include "plugin/engine/SceneAccess.h"
+#include "plugin/engine/OwnedEngine.h"
 #include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticDevice>
@@ -37,14 +36,15 @@ osgViewer::View* viewOf(osgGA::Device* device)
 
 HapticDevice::HapticDevice(const HapticSettings& settings, const HapticProperty& property) :
     _settings(settings),
-    _property(property)
+    _property(property),
+    _engine(std::make_unique<OwnedEngine>(_settings, OwnerKind::DEVICE))
 {
     setCapabilities(RECEIVE_EVENTS); // else checkEvents() is never called
 }
 
 HapticDevice::~HapticDevice()
 {
-    const std::string why = _engine ? std::string() : whySilent();
+    const std::string why = _engine->get() ? std::string() : whySilent();
     if (!why.empty())
         OSG_WARN << "osgMidair: a HapticDevice has played nothing: " << why << std::endl;
 }
@@ -72,74 +72,47 @@ bool HapticDevice::checkEvents()
     osg::Node* scene = view ? view->getSceneData() : nullptr;
     _state = !view ? State::NO_VIEW : !scene ? State::NO_SCENE : State::FOLLOWS;
     if (!scene || !view->getViewerBase()) return false;
-    osg::ref_ptr<HapticEngine> engine = this->engine();
-    if (!engine || engine->root() != scene)
+    const auto isInPlace = [self = osg::observer_ptr<HapticDevice>(this)](const osg::Node& root)
     {
-        engine = new HapticEngine(*scene, _settings, OwnerKind::DEVICE);
-        engine->setUnmarkedProperty(_property);
-        engine->setDeviceCallback(_deviceCallback);
-        engine->setPlace(
-            [self = osg::observer_ptr<HapticDevice>(this)](const osg::Node& root)
-            {
-                osg::ref_ptr<HapticDevice> device;
-                osgViewer::View* where = self.lock(device) ? viewOf(device.get()) : nullptr;
-                return where && where->getSceneData() == &root;
-            });
-        const std::lock_guard<std::mutex> lock(_mutex);
-        if (_engine) _muted = _engine->isMuted();
-        engine->setMuted(_muted);
-        _engine.swap(engine); // the old one dies outside the lock
-    }
-    engine = this->engine();
-    engine->noteVisit();
+        osg::ref_ptr<HapticDevice> device;
+        osgViewer::View* where = self.lock(device) ? viewOf(device.get()) : nullptr;
+        return where && where->getSceneData() == &root;
+    };
+    const osg::ref_ptr<HapticEngine> engine = _engine->playing(*scene, isInPlace, &_property);
     engine->follow(*view->getViewerBase());
     SceneKeys::addTo(view, *engine);
     return false;
 }
 
-// The engine is replaced when another node is played, while any thread may ask for it.
-osg::ref_ptr<HapticEngine> HapticDevice::engine() const
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _engine;
-}
-
 void HapticDevice::setDeviceCallback(DeviceCallback* callback)
 {
-    _deviceCallback = callback;
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    if (engine) engine->setDeviceCallback(callback);
+    _engine->setDeviceCallback(callback);
+}
+
+DeviceCallback* HapticDevice::getDeviceCallback() const
+{
+    return _engine->deviceCallback();
 }
 
 void HapticDevice::setMuted(bool muted)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (_engine) _engine->setMuted(muted);
+    _engine->setMuted(muted);
 }
 
-// A key mutes the engine alone.
 bool HapticDevice::getMuted() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    return engine ? engine->isMuted() : _muted.load();
+    return _engine->isMuted();
 }
 
 HapticStatistics HapticDevice::getStatistics() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    if (_state == State::FOLLOWS && engine) return engine->statistics();
-    HapticStatistics none = engine ? engine->statistics() : HapticStatistics();
-    none.told.push_back(toPublic({midair::base::MessageCode::VIEWER_SILENT,
-                                  "the HapticDevice plays nothing: " + whySilent()}));
-    none.messages.push_back(none.told.back().text);
-    return none;
+    const std::string why = whySilent();
+    return _engine->statistics(why.empty() ? "" : "the HapticDevice plays nothing: " + why);
 }
 
 osg::ref_ptr<const HapticField> HapticDevice::getField() const
 {
-    const osg::ref_ptr<HapticEngine> engine = this->engine();
-    return engine ? engine->field() : nullptr;
+    return _engine->field();
 }
 
 } // namespace osgMidair

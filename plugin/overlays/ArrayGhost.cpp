@@ -136,9 +136,9 @@ public:
                   const midair::haptics::Medium& /*medium*/) override
     {
         resizeDiscs(*discs, array->size());
-        osg::Vec3Array& vertices = discVertices(*discs);
-        osg::Vec3Array& normals = discNormals(*discs);
-        osg::Vec4ubArray& colors = discColors(*discs);
+        osg::Vec3Array& vertices = verticesOf(*discs);
+        osg::Vec3Array& normals = normalsOf(*discs);
+        osg::Vec4ubArray& colors = colorsOf(*discs);
         const double radius = discRadius(*array);
         for (int i = 0; i < array->size(); ++i)
         {
@@ -154,10 +154,7 @@ public:
                 colors[3 * i + k] = osg::Vec4ub(0, 0, 0, 0);
             }
         }
-        vertices.dirty();
-        normals.dirty();
-        colors.dirty();
-        discs->dirtyBound();
+        showChanges(*discs);
 
         osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
         for (int first = 0; first < array->size();)
@@ -178,7 +175,7 @@ public:
 
     void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
     {
-        osg::Vec4ubArray& colors = discColors(*discs);
+        osg::Vec4ubArray& colors = colorsOf(*discs);
         if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
             return; // result for another array, whose setArray() follows
         for (Eigen::Index i = 0; i < result->played().size(); ++i)
@@ -210,14 +207,8 @@ ArrayGhost::~ArrayGhost() = default;
 
 void ArrayGhost::setOpacity(float opacity)
 {
+    _opacity = opacity;
     _part.opacity->set(opacity);
-}
-
-float ArrayGhost::getOpacity() const
-{
-    float opacity = 0.0F;
-    _part.opacity->get(opacity);
-    return opacity;
 }
 
 } // namespace osgMidair

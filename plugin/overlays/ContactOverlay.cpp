@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace osgMidair
 {
@@ -72,16 +73,8 @@ void main()
 
 osg::ref_ptr<osg::Geometry> makeLines()
 {
-    osg::ref_ptr<osg::Geometry> lines = new osg::Geometry;
-    lines->setDataVariance(osg::Object::DYNAMIC);
-    lines->setUseDisplayList(false);
-    lines->setUseVertexBufferObjects(true);
+    osg::ref_ptr<osg::Geometry> lines = makeChanging(new osg::DrawArrays(GL_LINES, 0, 0));
     lines->setCullingActive(false);
-    lines->setVertexArray(new osg::Vec3Array);
-    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
-    colors->setNormalize(true);
-    lines->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
-    lines->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 0));
     osg::StateSet* state = lines->getOrCreateStateSet();
     state->setAttributeAndModes(new osg::LineWidth(kLineWidth));
     state->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::PROTECTED);
@@ -108,7 +101,7 @@ Eigen::Vector3d onEllipse(const ContactView& contact, int corner, double major_m
 class ContactOverlay::Part : public OverlayPart
 {
 public:
-    Part() : lines(makeLines()), dots(makeDiscs())
+    explicit Part(ContactOverlay& owner) : lines(makeLines()), dots(makeDiscs()), _owner(owner)
     {
         drawThrough(*lines);
         dots->setCullingActive(false);
@@ -124,21 +117,19 @@ public:
         if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
             for (const ContactView& contact : result->touched->contacts)
                 if (contact.foci.cols() > 0) scene.contacts.push_back(contact);
-        contacts = static_cast<int>(scene.contacts.size());
+        _owner._contacts = static_cast<int>(scene.contacts.size());
         drawLines(scene);
         drawDots(scene);
     }
 
-    int contacts = 0; ///< drawn
-    int foci = 0;
     osg::ref_ptr<osg::Geometry> lines;
     osg::ref_ptr<osg::Geometry> dots;
 
 private:
     void drawLines(const ContactScene& scene)
     {
-        auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
-        auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+        osg::Vec3Array& vertices = verticesOf(*lines);
+        osg::Vec4ubArray& colors = colorsOf(*lines);
         if (vertices.empty() && scene.contacts.empty()) return;
         vertices.clear();
         colors.clear();
@@ -167,18 +158,13 @@ private:
                 line(osgVec(pathAt(k)), osgVec(pathAt(k + 1)), bytes(kPath, opacity));
             }
         }
-        vertices.dirty();
-        colors.dirty();
-        auto& all = static_cast<osg::DrawArrays&>(*lines->getPrimitiveSet(0));
-        all.setCount(static_cast<GLsizei>(vertices.size()));
-        all.dirty();
-        lines->dirtyBound();
+        showChanges(*lines);
     }
 
     void drawDots(const ContactScene& scene)
     {
-        const int before = foci;
-        foci = 0;
+        int& foci = _owner._foci;
+        const int before = std::exchange(foci, 0);
         double most_Pa = 0.0;
         for (const ContactView& contact : scene.contacts)
         {
@@ -187,32 +173,27 @@ private:
         }
         if (before == 0 && foci == 0) return;
         resizeDiscs(*dots, foci);
-        osg::Vec3Array& vertices = discVertices(*dots);
-        osg::Vec3Array& radii = discNormals(*dots);
-        osg::Vec4ubArray& colors = discColors(*dots);
-        std::size_t next = 0;
+        int next = 0;
         for (const ContactView& contact : scene.contacts)
             for (Eigen::Index l = 0; l < contact.foci.cols(); ++l)
             {
                 const double share = most_Pa > 0.0 ? contact.pressure_Pa[l] / most_Pa : 0.0;
                 const double radius_m = kLeastDot_m + (kMostDot_m - kLeastDot_m) * share;
-                for (int k = 0; k < 3; ++k, ++next)
-                {
-                    vertices[next] = osgVec(contact.foci.col(l));
-                    radii[next] = osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m));
-                    colors[next] =
-                        bytes(kFocus, static_cast<float>(std::clamp(contact.share, 0.0, 1.0)));
-                }
+                const auto opacity = static_cast<float>(std::clamp(contact.share, 0.0, 1.0));
+                setDisc(*dots,
+                        next++,
+                        osgVec(contact.foci.col(l)),
+                        bytes(kFocus, opacity),
+                        osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m)));
             }
-        vertices.dirty();
-        radii.dirty();
-        colors.dirty();
-        dots->dirtyBound();
+        showChanges(*dots);
     }
+
+    ContactOverlay& _owner;
 };
 
 ContactOverlay::ContactOverlay() :
-    Overlay(std::make_unique<Part>()),
+    Overlay(std::make_unique<Part>(*this)),
     _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     addChild(_part.lines);
@@ -220,15 +201,5 @@ ContactOverlay::ContactOverlay() :
 }
 
 ContactOverlay::~ContactOverlay() = default;
-
-int ContactOverlay::getNumContacts() const
-{
-    return _part.contacts;
-}
-
-int ContactOverlay::getNumFoci() const
-{
-    return _part.foci;
-}
 
 } // namespace osgMidair

@@ -84,16 +84,6 @@ public:
         const midair::haptics::ControlPoints& points = result->points;
         const int skipped = static_cast<int>(result->skipped.cols());
         resizeDiscs(*rings, points.size() + skipped);
-        osg::Vec3Array& vertices = discVertices(*rings);
-        osg::Vec4ubArray& colors = discColors(*rings);
-        const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
-        {
-            for (int k = 0; k < 3; ++k)
-            {
-                vertices[3 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
-                colors[3 * ring + k] = bytes(color, 1.0F);
-            }
-        };
         const double largest = points.size() > 0 ? points.targets.maxCoeff() : 1.0;
         for (int l = 0; l < points.size(); ++l)
         {
@@ -101,17 +91,18 @@ public:
             const auto wanted = static_cast<float>(
                 result->points.absolute ? points.targets[l]
                                         : result->report().level_Pa * points.targets[l] / largest);
-            place(l,
-                  points.positions.col(l),
-                  achieved > 0.0F
-                      ? ColorMap::diverging().color(ColorMap::ratioPosition(achieved, wanted))
-                      : kLeftOut);
+            setDisc(*rings,
+                    l,
+                    osgVec(points.positions.col(l)),
+                    bytes(achieved > 0.0F ? ColorMap::diverging().color(
+                                                ColorMap::ratioPosition(achieved, wanted))
+                                          : kLeftOut,
+                          1.0F));
         }
         for (int l = 0; l < skipped; ++l)
-            place(points.size() + l, result->skipped.col(l), kLeftOut);
-        vertices.dirty();
-        colors.dirty();
-        rings->dirtyBound();
+            setDisc(
+                *rings, points.size() + l, osgVec(result->skipped.col(l)), bytes(kLeftOut, 1.0F));
+        showChanges(*rings);
     }
 
     osg::ref_ptr<osg::Geometry> rings;
@@ -129,14 +120,8 @@ ControlPointOverlay::~ControlPointOverlay() = default;
 
 void ControlPointOverlay::setRadius(float radius_m)
 {
+    _radius_m = radius_m;
     _part.radius->set(radius_m);
-}
-
-float ControlPointOverlay::getRadius() const
-{
-    float radius = 0.0F;
-    _part.radius->get(radius);
-    return radius;
 }
 
 } // namespace osgMidair

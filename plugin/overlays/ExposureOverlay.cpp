@@ -1,3 +1,4 @@
+#include "engine-bridge/scene/Convert.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/Exposure.h"
 #include "plugin/overlays/OverlayPart.h"
@@ -51,14 +52,7 @@ const osg::Vec4 kExposureInk(0.95F, 0.95F, 0.85F, 1.0F);
 
 osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
 {
-    osg::ref_ptr<osg::Geometry> made = new osg::Geometry;
-    made->setDataVariance(osg::Object::DYNAMIC);
-    made->setUseDisplayList(false);
-    made->setUseVertexBufferObjects(true);
-    made->setVertexArray(new osg::Vec3Array);
-    made->setColorArray(new osg::Vec4ubArray, osg::Array::BIND_PER_VERTEX);
-    made->getColorArray()->setNormalize(true);
-    made->addPrimitiveSet(new osg::DrawElementsUInt(mode));
+    osg::ref_ptr<osg::Geometry> made = makeChanging(new osg::DrawElementsUInt(mode));
     drawTranslucent(*made, BOX_BIN);
     return made;
 }
@@ -99,16 +93,12 @@ public:
 osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest)
 {
     osg::ref_ptr<osgText::Text> label =
-        pixels::text("",
-                     {},
-                     isLoudest ? 1.3F * kText_px : kText_px,
-                     kExposureInk,
-                     isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER);
-    label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
-    label->setDataVariance(osg::Object::DYNAMIC);
-    label->setAxisAlignment(osgText::TextBase::SCREEN);
-    label->setBackdropType(osgText::Text::OUTLINE);
-    label->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
+        pixels::label("",
+                      {},
+                      isLoudest ? 1.3F * kText_px : kText_px,
+                      kExposureInk,
+                      isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER,
+                      true);
     if (!isLoudest) label->setCullCallback(new InnerSide);
     drawTranslucent(*label, BOX_BIN);
     return label;
@@ -142,7 +132,7 @@ class ExposureOverlay::Part : public OverlayPart
 public:
     // The inner sides alone are drawn, so that it is behind whatever is in it, seen from inside and
     // from outside.
-    Part()
+    explicit Part(ExposureOverlay& owner) : _owner(owner)
     {
         sphere->getOrCreateStateSet()->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
         osg::StateSet* state = lines->getOrCreateStateSet();
@@ -201,10 +191,9 @@ public:
             levels_dB[l] = static_cast<float>(
                 midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2[l])));
         Eigen::Index loudest = 0;
-        level_dB =
+        _owner._level_dB =
             midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2.maxCoeff(&loudest)));
-        const Eigen::Vector3d at = _exposure->places().col(loudest);
-        place.set(at.x(), at.y(), at.z());
+        _owner._place = midair::bridge::toOsg(Eigen::Vector3d(_exposure->places().col(loudest)));
         draw(levels_dB);
         return true;
     }
@@ -212,43 +201,38 @@ public:
     osg::ref_ptr<osg::Geometry> sphere = makeGeometry(GL_TRIANGLES);
     osg::ref_ptr<osg::Geometry> lines = makeGeometry(GL_LINES);
     osg::ref_ptr<osg::Geode> labels = new osg::Geode; ///< the first is of the loudest place
-    float opacity = 0.12F;
-    double level_dB = 0.0;
-    osg::Vec3d place;
 
 private:
     void draw(const Eigen::VectorXf& levels_dB)
     {
         const LevelSphere::Grid grid =
             LevelSphere::gridOf(levels_dB, _exposure->places().col(0).norm());
-        auto& vertices = static_cast<osg::Vec3Array&>(*sphere->getVertexArray());
-        auto& colors = static_cast<osg::Vec4ubArray&>(*sphere->getColorArray());
+        osg::Vec3Array& vertices = verticesOf(*sphere);
+        osg::Vec4ubArray& colors = colorsOf(*sphere);
         vertices.assign(grid.places.begin(), grid.places.end());
         colors.clear();
         for (const float level : grid.levels_dB)
-            colors.push_back(bytes(ColorMap::pressure().color(shareOf(level)), opacity));
+            colors.push_back(bytes(ColorMap::pressure().color(shareOf(level)), _owner._opacity));
         auto& faces = static_cast<osg::DrawElementsUInt&>(*sphere->getPrimitiveSet(0));
         faces.assign(grid.faces.begin(), grid.faces.end());
-        vertices.dirty();
-        colors.dirty();
-        faces.dirty();
-        sphere->dirtyBound();
+        showChanges(*sphere);
         drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
         osgText::Text& label = labelAt(0);
-        label.setPosition(place);
+        label.setPosition(_owner._place);
+        const double level_dB = _owner._level_dB;
         label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB", level_dB) : "");
     }
 
     void drawLines(const std::vector<LevelSphere::Contour>& contours)
     {
-        auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
-        auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+        osg::Vec3Array& vertices = verticesOf(*lines);
+        osg::Vec4ubArray& colors = colorsOf(*lines);
         auto& pairs = static_cast<osg::DrawElementsUInt&>(*lines->getPrimitiveSet(0));
         vertices.clear();
         colors.clear();
         pairs.clear();
         unsigned int used = 1;
-        std::vector<osg::Vec3> labelled = {osg::Vec3(place)};
+        std::vector<osg::Vec3> labelled = {osg::Vec3(_owner._place)};
         for (auto next = contours.rbegin(); next != contours.rend(); ++next) // the loudest first
         {
             const LevelSphere::Contour& contour = *next;
@@ -274,10 +258,7 @@ private:
         }
         while (used < labels->getNumDrawables())
             labelAt(used++).setText("");
-        vertices.dirty();
-        colors.dirty();
-        pairs.dirty();
-        lines->dirtyBound();
+        showChanges(*lines);
     }
 
     osgText::Text& labelAt(unsigned int index)
@@ -287,6 +268,7 @@ private:
         return static_cast<osgText::Text&>(*labels->getDrawable(index));
     }
 
+    ExposureOverlay& _owner;
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
     std::shared_ptr<const midair::bridge::HologramResult> _result;
@@ -297,7 +279,7 @@ private:
 };
 
 ExposureOverlay::ExposureOverlay() :
-    Overlay(std::make_unique<Part>()),
+    Overlay(std::make_unique<Part>(*this)),
     _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     addChild(_part.sphere);
@@ -307,26 +289,6 @@ ExposureOverlay::ExposureOverlay() :
 }
 
 ExposureOverlay::~ExposureOverlay() = default;
-
-void ExposureOverlay::setOpacity(float opacity)
-{
-    _part.opacity = opacity;
-}
-
-float ExposureOverlay::getOpacity() const
-{
-    return _part.opacity;
-}
-
-double ExposureOverlay::getLevel() const
-{
-    return _part.level_dB;
-}
-
-osg::Vec3d ExposureOverlay::getPlace() const
-{
-    return _part.place;
-}
 
 bool ExposureOverlay::waitFor(double timeout_s)
 {

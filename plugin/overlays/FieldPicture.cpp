@@ -181,7 +181,7 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
 
     osg::ref_ptr<osg::Group> group = new osg::Group;
     pixels::paintInOrder(*group, 1);
-    group->addChild(pixels::picture(lowerLeft, lowerLeft + size, colored(picture, largest), true));
+    group->addChild(pixels::picture(lowerLeft, lowerLeft + size, colored(picture, largest)));
     const PlaneMap map(picture, lowerLeft, scale);
     pixels::Strokes marks;
     for (std::size_t s = 0; s + 1 < picture.outline.size(); s += 2)
@@ -198,15 +198,13 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
     group->addChild(marks.geometry());
     group->addChild(axes(picture, lowerLeft, size, scale));
 
-    pixels::ColorBar::Layout bar;
-    bar.lowerLeft = lowerLeft + osg::Vec2(size.x() + 26.0F, 0.0F);
-    bar.size = {22.0F, size.y()};
-    bar.textSize = kTextSize;
-    bar.textColor = kPictureInk;
-    const osg::ref_ptr<pixels::ColorBar> colorBar =
-        new pixels::ColorBar(ColorMap::pressure(), "|p| (Pa, peak)", bar);
-    colorBar->setRange(0.0, largest);
-    group->addChild(colorBar);
+    group->addChild(pixels::colorBar(ColorMap::pressure(),
+                                     "|p| (Pa, peak)",
+                                     lowerLeft + osg::Vec2(size.x() + 26.0F, 0.0F),
+                                     {22.0F, size.y()},
+                                     largest,
+                                     kTextSize,
+                                     kPictureInk));
     group->addChild(pixels::text(picture.title,
                                  osg::Vec2(kLeft, static_cast<float>(height) - 34.0F),
                                  1.25F * kTextSize,

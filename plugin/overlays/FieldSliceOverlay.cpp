@@ -1,3 +1,4 @@
+#include "engine-bridge/scene/Convert.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/SmallMatrices.h"
 #include "haptics/base/UserEnvironment.h"
@@ -20,7 +21,6 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <optional>
 #include <string>
 
 namespace osgMidair
@@ -29,41 +29,21 @@ namespace osgMidair
 namespace
 {
 
-/// Makes a texture of \a image, which changes.
-osg::ref_ptr<osg::Texture2D> makeSliceTexture(osg::Image* image)
+/// Makes a square with \a texture, in which its shape is. The caller sets the vertices.
+osg::ref_ptr<osg::Geometry> makeSliceDisc(osg::Texture2D* texture)
 {
-    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(image);
-    texture->setDataVariance(osg::Object::DYNAMIC);
-    texture->setResizeNonPowerOfTwoHint(false);
-    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
-    texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
-    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
-    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
-    return texture;
-}
-
-/// Makes \a disc a square of four vertices with \a texture, whose shape is in the texture. The
-/// caller sets the vertices.
-void setUpSliceDisc(osg::Geometry& disc, osg::Texture2D* texture)
-{
-    disc.setDataVariance(osg::Object::DYNAMIC);
-    disc.setUseDisplayList(false);
-    disc.setUseVertexBufferObjects(true);
-    disc.setVertexArray(new osg::Vec3Array(4));
-    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
-    for (const osg::Vec2& corner :
-         {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
-        // The centres of the outermost texels lie on the rim.
-        coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
-                               kSlicePixels);
-    disc.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-    const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
-    disc.setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
-    disc.addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
-    osg::StateSet* state = disc.getOrCreateStateSet();
+    // The centres of the outermost texels lie on the rim.
+    constexpr float kFirst = 0.5F / kSlicePixels;
+    osg::ref_ptr<osg::Geometry> disc = osg::createTexturedQuadGeometry(
+        {}, osg::X_AXIS, osg::Y_AXIS, kFirst, kFirst, 1.0F - kFirst, 1.0F - kFirst);
+    disc->setDataVariance(osg::Object::DYNAMIC);
+    disc->setUseDisplayList(false);
+    disc->setUseVertexBufferObjects(true);
+    osg::StateSet* state = disc->getOrCreateStateSet();
     state->setTextureAttributeAndModes(0, texture);
     // The slice of a flat object is in its plane; the offset keeps the object in front.
     state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+    return disc;
 }
 
 const OverlayNumber kFieldSliceRadius =
@@ -132,16 +112,15 @@ double median(Eigen::VectorXd values)
 class FieldSliceOverlay::Part : public OverlayPart
 {
 public:
-    explicit Part(osg::Group& owner) :
+    explicit Part(FieldSliceOverlay& owner) :
         _owner(owner),
-        _disc(new osg::Geometry),
         _image(new osg::Image),
         _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
     {
         _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
         _image->setDataVariance(DYNAMIC);
-        _texture = makeSliceTexture(_image);
-        setUpSliceDisc(*_disc, _texture);
+        _texture = makeTexture(_image, true);
+        _disc = makeSliceDisc(_texture);
         drawTranslucent(*_disc, SLICE_BIN);
         _disc->setDrawCallback(probeRenderer(_renderer));
     }
@@ -178,17 +157,16 @@ public:
             // the outline.
             request.centre += normal * median(normal.transpose() * d);
         }
-        if (plane)
+        if (_owner._plane)
         {
-            normal = Eigen::Vector3d(plane->normal.x(), plane->normal.y(), plane->normal.z())
-                         .normalized();
-            const Eigen::Vector3d on(plane->point.x(), plane->point.y(), plane->point.z());
+            normal = midair::bridge::toEigen(_owner._plane->normal).normalized();
+            const Eigen::Vector3d on = midair::bridge::toEigen(_owner._plane->point);
             request.centre += normal * normal.dot(on - request.centre);
         }
         request.u = normal.unitOrthogonal();
         request.v = normal.cross(request.u);
-        request.radius_m = radius_m;
-        if (radius_m <= 0.0)
+        request.radius_m = _owner._radius_m;
+        if (request.radius_m <= 0.0)
         {
             const Eigen::Matrix3Xd d = points.colwise() - request.centre;
             const double reach =
@@ -197,12 +175,11 @@ public:
             // object turns.
             request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
         }
-        request.range_Pa = range_Pa;
-        if (!worker)
-            worker = std::make_unique<SliceWorker>(); // no thread before something is shown
+        request.range_Pa = _owner._range_Pa;
+        if (!worker) worker = startSlices(); // no thread before something is shown
         const double now = midair::base::steadySeconds();
         // The shader needs a range, which the first slice of the thread gives.
-        const bool onGpu = gpu && shownRange_Pa > 0.0F;
+        const bool onGpu = gpu && _owner._shownRange_Pa > 0.0F;
         if (onGpu) showOnGpu(request);
         if (onGpu && now - _submitted_s < kBeside_s) return;
         _submitted_s = now;
@@ -211,11 +188,11 @@ public:
 
     void show(const Slice& slice)
     {
-        peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
-        peak_Pa = slice.peak_Pa;
-        compute_ms = slice.compute_ms;
-        const bool first = shownRange_Pa <= 0.0F;
-        shownRange_Pa = slice.range_Pa;
+        _owner._peak = midair::bridge::toOsg(slice.peak);
+        _owner._peak_Pa = slice.peak_Pa;
+        _owner._compute_ms = slice.compute_ms;
+        const bool first = _owner._shownRange_Pa <= 0.0F;
+        _owner._shownRange_Pa = slice.range_Pa;
         if (gpu)
         {
             if (first) showOnGpu(slice.request);
@@ -227,29 +204,13 @@ public:
         count(slice.frame);
     }
 
-    struct Plane
-    {
-        osg::Vec3d point;
-        osg::Vec3d normal;
-    };
-
-    Method method = AUTO;
-    std::optional<Plane> plane;
-    double radius_m = 0.0;
-    float range_Pa = 0.0F;
     std::unique_ptr<SliceWorker> worker;
     std::unique_ptr<GpuSlice> gpu; ///< null: the GPU is not used
-    float shownRange_Pa = 0.0F;
-    std::uint64_t shownFrame = 0;
-    double compute_ms = 0.0;
-    double slicesPerSecond = 0.0;
-    osg::Vec3d peak;
-    float peak_Pa = 0.0F;
 
 private:
     void showOnGpu(const SliceRequest& request)
     {
-        gpu->setRequest(request, shownRange_Pa);
+        gpu->setRequest(request, _owner._shownRange_Pa);
         place(request);
         count(request.frame);
     }
@@ -257,12 +218,12 @@ private:
     void place(const SliceRequest& request)
     {
         auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
+        const auto& places = static_cast<const osg::Vec2Array&>(*_disc->getTexCoordArray(0));
         const Eigen::Vector3d u = request.u * request.radius_m;
         const Eigen::Vector3d v = request.v * request.radius_m;
-        corners[0] = osgVec(request.centre - u - v);
-        corners[1] = osgVec(request.centre + u - v);
-        corners[2] = osgVec(request.centre - u + v);
-        corners[3] = osgVec(request.centre + u + v);
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            corners[i] = osgVec(request.centre + (places[i].x() < 0.5F ? -u : u) +
+                                (places[i].y() < 0.5F ? -v : v));
         corners.dirty();
         _disc->dirtyBound();
         if (_owner.getNumChildren() == 0) _owner.addChild(_disc);
@@ -270,17 +231,18 @@ private:
 
     void count(std::uint64_t frame)
     {
-        shownFrame = frame;
+        _owner._shownFrame = frame;
         const double now = midair::base::steadySeconds();
         // Exponential mean over about ten slices.
         if (_lastShown_s > 0.0)
-            slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - slicesPerSecond);
+            _owner._slicesPerSecond +=
+                0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - _owner._slicesPerSecond);
         _lastShown_s = now;
     }
 
     void chooseMethod()
     {
-        const Method wanted = methodOf(method);
+        const Method wanted = methodOf(_owner._method);
         const Renderer renderer = *_renderer;
         // With software rendering the shader takes a second for a slice that the SliceComputer
         // makes in milliseconds.
@@ -296,7 +258,7 @@ private:
         if (!onGpu) gpu.reset();
     }
 
-    osg::Group& _owner; ///< parent of the disc, which is added with the first slice
+    FieldSliceOverlay& _owner; ///< gets the disc with the first slice
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
     bool _flat = false; ///< the points counted as flat in the last result
@@ -317,79 +279,9 @@ FieldSliceOverlay::FieldSliceOverlay() :
 
 FieldSliceOverlay::~FieldSliceOverlay() = default;
 
-void FieldSliceOverlay::setMethod(Method method)
-{
-    _part.method = method;
-}
-
 bool FieldSliceOverlay::isOnGpu() const
 {
     return _part.gpu != nullptr;
-}
-
-void FieldSliceOverlay::setPlane(const osg::Vec3d& point, const osg::Vec3d& normal)
-{
-    _part.plane = Part::Plane{point, normal};
-}
-
-void FieldSliceOverlay::followPoints()
-{
-    _part.plane.reset();
-}
-
-void FieldSliceOverlay::setRadius(double radius_m)
-{
-    _part.radius_m = radius_m;
-}
-
-void FieldSliceOverlay::setRange(float range_Pa)
-{
-    _part.range_Pa = range_Pa;
-}
-
-double FieldSliceOverlay::getRadius() const
-{
-    return _part.radius_m;
-}
-
-float FieldSliceOverlay::getWantedRange() const
-{
-    return _part.range_Pa;
-}
-
-FieldSliceOverlay::Method FieldSliceOverlay::getMethod() const
-{
-    return _part.method;
-}
-
-float FieldSliceOverlay::getRange() const
-{
-    return _part.shownRange_Pa;
-}
-
-std::uint64_t FieldSliceOverlay::getShownFrame() const
-{
-    return _part.shownFrame;
-}
-
-double FieldSliceOverlay::getComputeTime_ms() const
-{
-    return _part.compute_ms;
-}
-
-double FieldSliceOverlay::getSlicesPerSecond() const
-{
-    return _part.slicesPerSecond;
-}
-
-const osg::Vec3d& FieldSliceOverlay::getPeak() const
-{
-    return _part.peak;
-}
-
-float FieldSliceOverlay::getPeakPressure() const
-{
-    return _part.peak_Pa;
 }
 
 void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
@@ -403,7 +295,7 @@ void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
 
 bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
 {
-    if (getNumChildren() > 0 && _part.shownFrame >= frame) return true;
+    if (getNumChildren() > 0 && _shownFrame >= frame) return true;
     if (!_part.worker) return false;
     const std::unique_ptr<Slice> slice = _part.worker->waitFor(frame, timeout_s);
     if (slice) _part.show(*slice);

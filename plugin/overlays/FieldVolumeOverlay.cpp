@@ -71,31 +71,82 @@ void main()
 class FieldVolumeOverlay::Part : public OverlayPart
 {
 public:
+    explicit Part(FieldVolumeOverlay& owner) : _owner(owner) {}
+
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-                  const midair::haptics::Medium& medium) override;
-    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
-    void show(const FieldVolume& volume);
+                  const midair::haptics::Medium& medium) override
+    {
+        _array = array;
+        _medium = medium;
+    }
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        if (!_array || result->played().size() != _array->size()) return;
+        VolumeRequest request;
+        request.frame = result->frame;
+        request.array = _array;
+        request.medium = _medium;
+        request.result = result;
+        request.margin_m = _owner._margin_m;
+        request.threshold = _owner._threshold;
+        // No thread before something is shown.
+        if (!worker) worker = startVolumes();
+        worker->submit(std::move(request));
+    }
+
+    void show(const FieldVolume& volume)
+    {
+        const int count = static_cast<int>(volume.places.size());
+        resizeDiscs(*cloud[0], count);
+        for (int i = 0; i < count; ++i)
+            setDisc(*cloud[0], i, volume.places[i], volume.colors[i]);
+        verticesOf(*cloud[0]).dirty();
+        colorsOf(*cloud[0]).dirty();
+        for (int g = 0; g < 6; ++g)
+        {
+            auto& indices = static_cast<osg::DrawElementsUInt&>(*cloud[g]->getPrimitiveSet(0));
+            indices.resize(static_cast<std::size_t>(count) * 3);
+            const std::vector<unsigned int>& order = volume.orders[g / 2];
+            for (int i = 0; i < count; ++i)
+            {
+                // In a view along +x, the largest x is farthest away.
+                const unsigned int puff = g % 2 == 0 ? order[count - 1 - i] : order[i];
+                for (unsigned int k = 0; k < 3; ++k)
+                    indices[3 * i + k] = 3 * puff + k;
+            }
+            indices.dirty();
+            cloud[g]->dirtyBound();
+            cloud[g]->getBound(); // computed here, as views that cull at the same time would each
+                                  // compute it
+        }
+        radius->set(1.05F * static_cast<float>(volume.pitch_m));
+
+        _owner._shownRange_Pa = volume.range_Pa;
+        _owner._shownFrame = volume.frame;
+        _owner._compute_ms = volume.compute_ms;
+        const double now = midair::base::steadySeconds();
+        if (_lastShown_s > 0.0)
+            _owner._volumesPerSecond +=
+                0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - _owner._volumesPerSecond);
+        _lastShown_s = now;
+    }
 
     std::unique_ptr<VolumeWorker> worker;
-    double margin_m = 8e-3;
-    float threshold = 0.25F;
     /// The same puffs sorted from back to front for views along +x, -x, +y, -y, +z, -z of the
     /// array's frame.
     std::array<osg::ref_ptr<osg::Geometry>, 6> cloud;
     osg::ref_ptr<osg::Uniform> radius = new osg::Uniform("radius_m", 2.5e-3F);
-    float shownRange_Pa = 0.0F;
-    std::uint64_t shownFrame = 0;
-    double compute_ms = 0.0;
-    double volumesPerSecond = 0.0;
 
 private:
+    FieldVolumeOverlay& _owner;
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
     double _lastShown_s = 0.0;
 };
 
 FieldVolumeOverlay::FieldVolumeOverlay() :
-    Overlay(std::make_unique<Part>()),
+    Overlay(std::make_unique<Part>(*this)),
     _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     osg::StateSet* state = getOrCreateStateSet();
@@ -121,51 +172,11 @@ FieldVolumeOverlay::FieldVolumeOverlay() :
 
 FieldVolumeOverlay::~FieldVolumeOverlay() = default;
 
-double FieldVolumeOverlay::getMargin() const
-{
-    return _part.margin_m;
-}
-
-float FieldVolumeOverlay::getThreshold() const
-{
-    return _part.threshold;
-}
-
-float FieldVolumeOverlay::getRange() const
-{
-    return _part.shownRange_Pa;
-}
-
-std::uint64_t FieldVolumeOverlay::getShownFrame() const
-{
-    return _part.shownFrame;
-}
-
-double FieldVolumeOverlay::getComputeTime_ms() const
-{
-    return _part.compute_ms;
-}
-
-double FieldVolumeOverlay::getVolumesPerSecond() const
-{
-    return _part.volumesPerSecond;
-}
-
-void FieldVolumeOverlay::setMargin(double margin_m)
-{
-    _part.margin_m = margin_m;
-}
-
-void FieldVolumeOverlay::setThreshold(float share)
-{
-    _part.threshold = share;
-}
-
 void FieldVolumeOverlay::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _part.worker)
         if (const std::unique_ptr<FieldVolume> volume = _part.worker->take()) _part.show(*volume);
-    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _part.shownFrame > 0)
+    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _shownFrame > 0)
     {
         // Chooses the order for the axis that is nearest to the line of sight.
         const osg::Vec3 sight = _part.cloud[0]->getBound().center() - visitor.getEyePoint();
@@ -179,76 +190,11 @@ void FieldVolumeOverlay::traverse(osg::NodeVisitor& visitor)
 
 bool FieldVolumeOverlay::waitFor(std::uint64_t frame, double timeout_s)
 {
-    if (_part.shownFrame >= frame && _part.shownFrame > 0) return true;
+    if (_shownFrame >= frame && _shownFrame > 0) return true;
     if (!_part.worker) return false;
     const std::unique_ptr<FieldVolume> volume = _part.worker->waitFor(frame, timeout_s);
     if (volume) _part.show(*volume);
     return volume && volume->frame >= frame;
-}
-
-void FieldVolumeOverlay::Part::setArray(
-    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-    const midair::haptics::Medium& medium)
-{
-    _array = array;
-    _medium = medium;
-}
-
-void FieldVolumeOverlay::Part::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
-{
-    if (!_array || result->played().size() != _array->size()) return;
-    VolumeRequest request;
-    request.frame = result->frame;
-    request.array = _array;
-    request.medium = _medium;
-    request.result = result;
-    request.margin_m = margin_m;
-    request.threshold = threshold;
-    if (!worker) worker = std::make_unique<VolumeWorker>(); // no thread before something is shown
-    worker->submit(std::move(request));
-}
-
-void FieldVolumeOverlay::Part::show(const FieldVolume& volume)
-{
-    const int count = static_cast<int>(volume.places.size());
-    resizeDiscs(*cloud[0], count);
-    osg::Vec3Array& vertices = discVertices(*cloud[0]);
-    osg::Vec4ubArray& colors = discColors(*cloud[0]);
-    for (int i = 0; i < count; ++i)
-        for (int k = 0; k < 3; ++k)
-        {
-            vertices[3 * i + k] = volume.places[i];
-            colors[3 * i + k] = volume.colors[i];
-        }
-    vertices.dirty();
-    colors.dirty();
-    for (int g = 0; g < 6; ++g)
-    {
-        auto& indices = static_cast<osg::DrawElementsUInt&>(*cloud[g]->getPrimitiveSet(0));
-        indices.resize(static_cast<std::size_t>(count) * 3);
-        const std::vector<unsigned int>& order = volume.orders[g / 2];
-        for (int i = 0; i < count; ++i)
-        {
-            // In a view along +x, the largest x is farthest away.
-            const unsigned int puff = g % 2 == 0 ? order[count - 1 - i] : order[i];
-            for (unsigned int k = 0; k < 3; ++k)
-                indices[3 * i + k] = 3 * puff + k;
-        }
-        indices.dirty();
-        cloud[g]->dirtyBound();
-        cloud[g]->getBound(); // computed here, as views that cull at the same time would each
-                              // compute it
-    }
-    radius->set(1.05F * static_cast<float>(volume.pitch_m));
-
-    shownRange_Pa = volume.range_Pa;
-    shownFrame = volume.frame;
-    compute_ms = volume.compute_ms;
-    const double now = midair::base::steadySeconds();
-    if (_lastShown_s > 0.0)
-        volumesPerSecond += 0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - volumesPerSecond);
-    _lastShown_s = now;
 }
 
 } // namespace osgMidair

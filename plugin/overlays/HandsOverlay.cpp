@@ -35,7 +35,6 @@ const OverlayRegistration kHandsRegistration({7,
 constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
 /// Height of a label in units of hudScale(), however near the hand is: ten fingers have one each.
 constexpr float kLabel = 11.0F;
-const osg::Vec4 kLabelEdge(0.05F, 0.06F, 0.08F, 1.0F); ///< to be read on anything
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
 const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 
@@ -111,18 +110,10 @@ void main()
 
 osg::ref_ptr<osg::Geometry> makeCapsules()
 {
-    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
-    geometry->setDataVariance(osg::Object::DYNAMIC);
-    geometry->setUseDisplayList(false);
-    geometry->setUseVertexBufferObjects(true);
+    osg::ref_ptr<osg::Geometry> geometry = makeChanging(new osg::DrawArrays(GL_QUADS, 0, 0));
     geometry->setCullingActive(false);
-    geometry->setVertexArray(new osg::Vec3Array);
     geometry->setNormalArray(new osg::Vec3Array, osg::Array::BIND_PER_VERTEX);
-    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
-    colors->setNormalize(true);
-    geometry->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
     geometry->setTexCoordArray(0, new osg::Vec3Array, osg::Array::BIND_PER_VERTEX);
-    geometry->addPrimitiveSet(new osg::DrawArrays(GL_QUADS, 0, 0));
     return geometry;
 }
 
@@ -134,18 +125,12 @@ public:
     /// A touch that goes on, or has ended and fades.
     struct Mark
     {
-        std::uint64_t object = 0;
-        int hand = 0;
-        int finger = 0;
-        int bone = 0;
-        osg::Vec3 place;
-        double radius_m = 0.0;
-        double force_N = 0.0;
+        midair::bridge::HandContact contact; ///< as it was last
         double seen_s = 0.0;
         osg::ref_ptr<osgText::Text> label;
     };
 
-    explicit Part(osg::Group& owner) : capsules(makeCapsules()), rings(makeDiscs()), _owner(owner)
+    explicit Part(HandsOverlay& owner) : capsules(makeCapsules()), rings(makeDiscs()), _owner(owner)
     {
         osg::StateSet* state = capsules->getOrCreateStateSet();
         state->setAttributeAndModes(
@@ -168,37 +153,31 @@ public:
             if (!contact.touching) continue;
             auto mark = std::find_if(marks.begin(),
                                      marks.end(),
-                                     [&](const Mark& m) {
-                                         return m.object == contact.object &&
-                                                m.hand == contact.hand &&
-                                                m.finger == contact.finger;
+                                     [&](const Mark& m)
+                                     {
+                                         return m.contact.object == contact.object &&
+                                                m.contact.hand == contact.hand &&
+                                                m.contact.finger == contact.finger;
                                      });
             if (mark == marks.end())
             {
                 mark = marks.emplace(marks.end());
-                mark->label = pixels::text("", {}, kLabel, osg::Vec4(kTouching, 1.0F));
-                mark->label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
-                mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
-                mark->label->setBackdropType(osgText::Text::OUTLINE);
-                mark->label->setBackdropColor(kLabelEdge);
+                mark->label = pixels::label("",
+                                            {},
+                                            kLabel,
+                                            osg::Vec4(kTouching, 1.0F),
+                                            osgText::TextBase::LEFT_BASE_LINE,
+                                            true);
                 drawTranslucent(*mark->label, POINT_BIN);
                 _owner.addChild(mark->label);
             }
-            mark->object = contact.object;
-            mark->hand = contact.hand;
-            mark->finger = contact.finger;
-            mark->bone = contact.bone;
-            mark->place = osgVec(contact.position);
-            mark->radius_m =
-                std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
-            mark->force_N = contact.force_N;
+            mark->contact = contact;
             mark->seen_s = time_s;
         }
         drawBones(hands);
         drawMarks(time_s);
     }
 
-    int bones = 0; ///< number drawn
     /// hudScale() of the view that was culled last, perhaps in another thread
     std::atomic<float> unit_pixels{1.0F};
     std::vector<Mark> marks;
@@ -208,9 +187,9 @@ public:
 private:
     void drawBones(const std::vector<midair::bridge::HandCapsule>& hands)
     {
-        auto& vertices = static_cast<osg::Vec3Array&>(*capsules->getVertexArray());
-        auto& others = static_cast<osg::Vec3Array&>(*capsules->getNormalArray());
-        auto& colors = static_cast<osg::Vec4ubArray&>(*capsules->getColorArray());
+        osg::Vec3Array& vertices = verticesOf(*capsules);
+        osg::Vec3Array& others = normalsOf(*capsules);
+        osg::Vec4ubArray& colors = colorsOf(*capsules);
         auto& coordinates = static_cast<osg::Vec3Array&>(*capsules->getTexCoordArray(0));
         if (hands.empty() && vertices.empty()) return;
         vertices.clear();
@@ -219,10 +198,12 @@ private:
         coordinates.clear();
         for (const midair::bridge::HandCapsule& capsule : hands)
         {
-            const bool touches = std::any_of(
-                marks.begin(),
-                marks.end(),
-                [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
+            const bool touches = std::any_of(marks.begin(),
+                                             marks.end(),
+                                             [&](const Mark& m) {
+                                                 return m.contact.hand == capsule.hand &&
+                                                        m.contact.bone == capsule.bone;
+                                             });
             const osg::Vec3 a = osgVec(capsule.shape.a);
             const osg::Vec3 b = osgVec(capsule.shape.b);
             const auto radius = static_cast<float>(capsule.shape.radius_m);
@@ -235,16 +216,8 @@ private:
                     osg::Vec3(static_cast<float>(end), static_cast<float>(side), radius));
             }
         }
-        for (osg::Array* array : {static_cast<osg::Array*>(&vertices),
-                                  static_cast<osg::Array*>(&others),
-                                  static_cast<osg::Array*>(&colors),
-                                  static_cast<osg::Array*>(&coordinates)})
-            array->dirty();
-        auto& quads = static_cast<osg::DrawArrays&>(*capsules->getPrimitiveSet(0));
-        quads.setCount(static_cast<GLsizei>(vertices.size()));
-        quads.dirty();
-        capsules->dirtyBound();
-        bones = static_cast<int>(hands.size());
+        showChanges(*capsules);
+        _owner._bones = static_cast<int>(hands.size());
     }
 
     void drawMarks(double time_s)
@@ -261,39 +234,31 @@ private:
             mark = marks.erase(mark);
         }
         const int count = static_cast<int>(marks.size());
-        if (count == 0 && discVertices(*rings).empty()) return;
+        if (count == 0 && verticesOf(*rings).empty()) return;
         resizeDiscs(*rings, count);
-        osg::Vec3Array& vertices = discVertices(*rings);
-        osg::Vec3Array& radii = discNormals(*rings);
-        osg::Vec4ubArray& colors = discColors(*rings);
         for (int i = 0; i < count; ++i)
         {
             const Mark& mark = marks[i];
             const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
-            const auto radius = static_cast<float>(mark.radius_m);
-            for (int k = 0; k < 3; ++k)
-            {
-                vertices[3 * i + k] = mark.place;
-                radii[3 * i + k] = osg::Vec3(0.0F, 0.0F, radius);
-                colors[3 * i + k] = bytes(kTouching, opacity);
-            }
+            const osg::Vec3 place = osgVec(mark.contact.position);
+            const auto radius = static_cast<float>(
+                std::clamp(std::sqrt(mark.contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3));
+            setDisc(*rings, i, place, bytes(kTouching, opacity), osg::Vec3(0.0F, 0.0F, radius));
             std::string force;
-            if (mark.force_N > 0.0) force = fmt::format("  {:.2f} mN", 1e3 * mark.force_N);
-            const std::string label = midair::bridge::boneName(mark.bone) + force;
+            if (mark.contact.force_N > 0.0)
+                force = fmt::format("  {:.2f} mN", 1e3 * mark.contact.force_N);
+            const std::string label = midair::bridge::boneName(mark.contact.bone) + force;
             if (mark.label->getText().createUTF8EncodedString() != label)
                 mark.label->setText(label, osgText::String::ENCODING_UTF8);
-            mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
+            mark.label->setPosition(place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
             mark.label->setColor(osg::Vec4(kTouching, opacity));
             const float height = kLabel * unit_pixels;
             if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);
         }
-        vertices.dirty();
-        radii.dirty();
-        colors.dirty();
-        rings->dirtyBound();
+        showChanges(*rings);
     }
 
-    osg::Group& _owner; ///< parent of the labels
+    HandsOverlay& _owner; ///< parent of the labels
 };
 
 HandsOverlay::HandsOverlay() :
@@ -313,11 +278,6 @@ void HandsOverlay::traverse(osg::NodeVisitor& visitor)
     if (viewport)
         _part.unit_pixels = static_cast<float>(hudScale(viewport->width(), viewport->height()));
     Overlay::traverse(visitor);
-}
-
-int HandsOverlay::getNumBones() const
-{
-    return _part.bones;
 }
 
 int HandsOverlay::getNumTouches() const

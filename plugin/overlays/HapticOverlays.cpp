@@ -1,7 +1,6 @@
 #include "haptics/base/text/Number.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
-#include "plugin/overlays/HudPart.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/Grants.h"
 
@@ -41,7 +40,7 @@ HapticOverlays::HapticOverlays() :
     if (!_hud) _hud = new Hud; // the kind was refused: never added to the scene
     _hud->setFieldSlice(get<FieldSliceOverlay>());
     _hud->setFieldVolume(get<FieldVolumeOverlay>());
-    _banner = new HudBanner(_hud);
+    _banner = _hud->makeBanner();
 
     std::vector<Part> layers = _parts;
     std::stable_sort(layers.begin(),
@@ -251,7 +250,7 @@ void OverlayFeed::update(const osg::NodePath& path, double time_s)
 {
     const osg::ref_ptr<HapticEngine> engine = SceneAccess::playing(path);
     show(engine ? follow(*engine, path) : _shown);
-    HudPart::of(*_overlays._hud).update(_overlays, engine, time_s);
+    OverlayPart::of(*_overlays._hud).update(_overlays, engine, time_s);
 }
 
 void HapticOverlays::handleKeys(osg::NodeVisitor& visitor)
@@ -269,7 +268,7 @@ void HapticOverlays::handleKeys(osg::NodeVisitor& visitor)
 bool HapticOverlays::press(int key)
 {
     if (!hasKey(key) || _hud->getPlain()) return false;
-    HudPart::of(*_hud).noteKey();
+    OverlayPart::of(*_hud).noteKey();
     for (const Part& each : _parts)
         if (each.kind->key == key)
         {

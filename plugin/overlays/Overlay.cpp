@@ -77,26 +77,9 @@ OverlayRegistration::OverlayRegistration(const OverlayKind& kind)
                  << std::endl;
 }
 
-OverlayPart::~OverlayPart() = default;
-
 OverlayPart& OverlayPart::of(Overlay& overlay)
 {
     return *overlay._overlayPart;
-}
-
-void OverlayPart::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& /*array*/,
-                           const midair::haptics::Medium& /*medium*/)
-{
-}
-
-void OverlayPart::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& /*result*/)
-{
-}
-
-void OverlayPart::setHands(const std::vector<midair::bridge::HandCapsule>& /*capsules*/,
-                           const std::vector<midair::bridge::HandContact>& /*contacts*/,
-                           double /*time_s*/)
-{
 }
 
 Overlay::Overlay(std::unique_ptr<OverlayPart> part) : _overlayPart(std::move(part))

@@ -102,27 +102,43 @@ class OverlayPart
 {
 public:
     OverlayPart() = default;
-    virtual ~OverlayPart();
+    virtual ~OverlayPart() = default;
     OverlayPart(const OverlayPart&) = delete;
     OverlayPart& operator=(const OverlayPart&) = delete;
 
     static OverlayPart& of(Overlay& overlay);
 
     /// Called with the array and the air, first and whenever they change. \a array is never null.
-    virtual void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-                          const midair::haptics::Medium& medium);
+    virtual void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& /*array*/,
+                          const midair::haptics::Medium& /*medium*/)
+    {
+    }
 
     /// Called with the newest field; never null.
-    virtual void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result);
+    virtual void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& /*result*/)
+    {
+    }
 
     /// True: setHands() is called while the overlay is shown.
     virtual bool followsHands() const { return false; }
 
     /// Called with hands and contacts (array frame) at \a time_s, the frame's simulation time, one
     /// frame after they were tracked.
-    virtual void setHands(const std::vector<midair::bridge::HandCapsule>& capsules,
-                          const std::vector<midair::bridge::HandContact>& contacts,
-                          double time_s);
+    virtual void setHands(const std::vector<midair::bridge::HandCapsule>& /*capsules*/,
+                          const std::vector<midair::bridge::HandContact>& /*contacts*/,
+                          double /*time_s*/)
+    {
+    }
+
+    /// For a Hud: called in every frame of \a overlays, the Hud shown or not. \a engine plays what
+    /// it shows; null: none does. \a time_s: the frame's simulation time; below 0: unknown.
+    virtual void
+    update(const HapticOverlays& /*overlays*/, const HapticEngine* /*engine*/, double /*time_s*/)
+    {
+    }
+
+    /// For a Hud: called when a key of the overlays was pressed.
+    virtual void noteKey() {}
 };
 
 /// Implementation of HapticOverlays: passes what the outermost owner above it (HapticScene,

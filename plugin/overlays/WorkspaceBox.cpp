@@ -28,18 +28,6 @@ const OverlayRegistration kWorkspaceBoxRegistration({4,
 const osg::Vec4 kLine(0.62F, 0.68F, 0.76F, 0.55F);
 const osg::Vec4 kWorkspaceInk(0.78F, 0.82F, 0.88F, 0.9F);
 
-osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& position, float size)
-{
-    osg::ref_ptr<osgText::Text> made =
-        pixels::text(content, {}, size, kWorkspaceInk, osgText::TextBase::CENTER_CENTER);
-    made->setPosition(position);
-    made->setAxisAlignment(osgText::TextBase::SCREEN);
-    // To be read on white as well.
-    made->setBackdropType(osgText::Text::OUTLINE);
-    made->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
-    return made;
-}
-
 } // namespace
 
 WorkspaceBox::WorkspaceBox() : Overlay(std::make_unique<OverlayPart>())
@@ -83,10 +71,13 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
         end[axis] = _box._max[axis];
         osg::Vec3 beyond = outward * 0.9F;
         beyond[axis] = 0.6F;
-        addChild(label(std::string(1, "xyz"[axis]) + " = " +
-                           pixels::number(std::round(1e3 * _box._max[axis])) + " mm",
-                       end + beyond * textSize,
-                       textSize));
+        addChild(pixels::label(std::string(1, "xyz"[axis]) + " = " +
+                                   pixels::number(std::round(1e3 * _box._max[axis])) + " mm",
+                               end + beyond * textSize,
+                               textSize,
+                               kWorkspaceInk,
+                               osgText::TextBase::CENTER_CENTER,
+                               false));
     }
     osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
     geometry->setVertexArray(lines);

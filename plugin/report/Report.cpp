@@ -1,6 +1,7 @@
 #include "plugin/report/Report.h"
 
 #include "device/DeviceLog.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"
 #include "plugin/settings/Grants.h"
@@ -9,11 +10,9 @@
 #include <osg/Notify>
 
 #include <algorithm>
-#include <condition_variable>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -167,25 +166,25 @@ public:
     bool isDue(const void* scene)
     {
         const double now_s = midair::base::steadySeconds();
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const midair::base::Lock lock(_mutex);
         const auto known = _live.find(scene);
         return known == _live.end() || now_s - known->second.time_s >= kInterval_s;
     }
 
     void keep(const void* scene, ReportedScene now)
     {
-        const std::lock_guard<std::mutex> lock(_mutex);
+        const midair::base::Lock lock(_mutex);
         _live[scene] = {std::move(now), midair::base::steadySeconds()};
         _isFresh = true;
         if (!_thread.joinable()) _thread = std::thread([this, number = _number] { run(number); });
-        _changed.notify_one();
+        _changed.notifyOne();
     }
 
     void end(const void* scene, const ReportedScene& last)
     {
         std::thread ended;
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const midair::base::Lock lock(_mutex);
             _live.erase(scene);
             _ended.push_back(toJson(last));
             if (_live.empty())
@@ -193,7 +192,7 @@ public:
                 ended.swap(_thread);
                 ++_number;
             }
-            _changed.notify_all();
+            _changed.notifyAll();
         }
         if (ended.joinable()) ended.join();
         write();
@@ -210,28 +209,28 @@ private:
 
     void run(unsigned int number)
     {
-        std::unique_lock<std::mutex> lock(_mutex);
+        midair::base::Lock lock(_mutex);
         for (;;)
         {
-            _changed.wait(lock, [this, number] { return _isFresh || number != _number; });
+            while (!_isFresh && number == _number)
+                _changed.wait(lock);
             if (number != _number) return;
             _isFresh = false;
-            lock.unlock();
+            const midair::base::Unlocked unlocked(_mutex);
             write();
-            lock.lock();
         }
     }
 
     /// Writes a new file and puts it in the place of the old one.
     void write()
     {
-        const std::lock_guard<std::mutex> writing(_writing);
+        const midair::base::Lock writing(_writing);
         const std::string name = Environment::reportFile();
         if (name.empty()) return;
         std::map<const void*, Live> live;
         nlohmann::ordered_json scenes;
         {
-            const std::lock_guard<std::mutex> lock(_mutex);
+            const midair::base::Lock lock(_mutex);
             live = _live;
             scenes = _ended;
         }
@@ -257,23 +256,24 @@ private:
         _isWarned = _isWarned || !isWritten;
     }
 
-    std::mutex _writing; ///< held while the file is written; taken before _mutex
-    bool _isWarned = false;
-    std::mutex _mutex; ///< guards the members below
-    std::condition_variable _changed;
-    std::map<const void*, Live> _live;
-    nlohmann::ordered_json _ended = nlohmann::ordered_json::array();
-    bool _isFresh = false;
-    std::thread _thread;
-    unsigned int _number = 0; ///< of the thread; one of an earlier number ends
+    midair::base::Mutex _writing; ///< held while the file is written; taken before _mutex
+    bool _isWarned MIDAIR_GUARDED_BY(_writing) = false;
+    midair::base::Mutex _mutex;
+    midair::base::Condition _changed;
+    std::map<const void*, Live> _live MIDAIR_GUARDED_BY(_mutex);
+    nlohmann::ordered_json _ended MIDAIR_GUARDED_BY(_mutex) = nlohmann::ordered_json::array();
+    bool _isFresh MIDAIR_GUARDED_BY(_mutex) = false;
+    std::thread _thread MIDAIR_GUARDED_BY(_mutex);
+    /// of the thread; one of an earlier number ends
+    unsigned int _number MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
 constexpr std::size_t kMost = 1000; // lines that wait, if nobody updates a scene any more
 
 struct Lines
 {
-    std::mutex mutex;
-    std::vector<std::pair<bool, std::string>> waiting;
+    midair::base::Mutex mutex;
+    std::vector<std::pair<bool, std::string>> waiting MIDAIR_GUARDED_BY(mutex);
 };
 
 // Never destroyed: devices may be closed while the program ends.
@@ -315,7 +315,7 @@ void collectDeviceLines()
         midair::device::sendDeviceLogTo(
             [](bool isWarning, const std::string& line)
             {
-                const std::lock_guard<std::mutex> lock(lines().mutex);
+                const midair::base::Lock lock(lines().mutex);
                 if (lines().waiting.size() < kMost) lines().waiting.emplace_back(isWarning, line);
             });
         return true;
@@ -327,7 +327,7 @@ void tellDeviceLines()
 {
     std::vector<std::pair<bool, std::string>> waiting;
     {
-        const std::lock_guard<std::mutex> lock(lines().mutex);
+        const midair::base::Lock lock(lines().mutex);
         waiting.swap(lines().waiting);
     }
     for (const auto& [isWarning, line] : waiting)

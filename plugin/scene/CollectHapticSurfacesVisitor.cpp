@@ -1,5 +1,6 @@
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 
+#include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/SubtreeWalk.h"
 
 #include <osgMidair/HapticPoints>
@@ -200,14 +201,9 @@ void CollectHapticSurfacesVisitor::lookAlong(
 std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
 {
     std::string text;
-    const auto index = static_cast<std::size_t>(&instance - _instances.data());
-    for (std::size_t i = _pathStarts[index]; _paths[i]; ++i)
-    {
-        const osg::Node& node = *_paths[i];
-        text += text.empty() ? "" : "/";
-        text += node.className();
-        if (!node.getName().empty()) text += " '" + node.getName() + "'";
-    }
+    lookAlong(instance,
+              [&text](const osg::Node& node)
+              { text += (text.empty() ? "" : "/") + midair::bridge::quoted(node); });
     return text;
 }
 

@@ -1,6 +1,7 @@
 // What is told at saving: most formats keep neither the kit's nodes nor user values nor
 // descriptions, and OSG doesn't say so. It is installed when the library is loaded.
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
+#include "plugin/scene/SceneMarks.h"
 
 #include <osg/NodeVisitor>
 #include <osg/Notify>
@@ -26,36 +27,19 @@ public:
 
     void apply(osg::Node& node) override
     {
-        if (std::string(node.libraryName()) == "osgMidair") count(kitNodes, node);
+        if (std::string(node.libraryName()) == "osgMidair") kitNodes.add(node);
         const osg::UserDataContainer* container = node.getUserDataContainer();
         if (container &&
             (container->getUserObject("haptic") || container->getUserObject("obstacle")))
-            count(values, node);
+            values.add(node);
         else if (hasHapticTag(node) || hasObstacleTag(node))
-            count(descriptions, node);
+            descriptions.add(node);
         traverse(node);
     }
 
-    struct Count
-    {
-        int count = 0;
-        std::string first; ///< what the first one is
-        std::string text() const
-        {
-            return first + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "");
-        }
-    };
-    Count kitNodes;
-    Count values;
-    Count descriptions;
-
-private:
-    static void count(Count& all, const osg::Node& node)
-    {
-        if (all.count++ > 0) return;
-        all.first = node.className();
-        if (!node.getName().empty()) all.first += " '" + node.getName() + "'";
-    }
+    Some kitNodes;
+    Some values;
+    Some descriptions;
 };
 
 /// The format that a file is written in, without what packs it: "ive" of scene.ive.gz.

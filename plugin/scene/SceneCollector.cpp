@@ -13,12 +13,24 @@
 namespace osgMidair
 {
 
+using midair::base::about;
+using midair::base::MessageCode;
+using midair::bridge::HapticObject;
+using midair::bridge::MeshCache;
 using midair::bridge::PaintOptions;
 
 namespace
 {
 
 constexpr const char* kUntouched = "; it isn't felt where it is touched";
+
+// OSG's own comparison takes a matrix with NaN for equal to any other.
+bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
+{
+    const auto isAlike = [](double x, double y)
+    { return x == y || (std::isnan(x) && std::isnan(y)); };
+    return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
+}
 
 } // namespace
 
@@ -44,48 +56,15 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 PaintOptions paintOf(const HapticProperty& property)
 {
     PaintOptions paint;
-    paint.source = property.intensity == HapticProperty::VERTEX_COLOR ? PaintOptions::VERTEX_COLORS
-                   : property.intensity == HapticProperty::TEXTURE    ? PaintOptions::TEXTURE
-                                                                      : PaintOptions::NONE;
-    switch (property.intensityChannel)
-    {
-    case HapticProperty::RED:
-        paint.channel = PaintOptions::RED;
-        break;
-    case HapticProperty::GREEN:
-        paint.channel = PaintOptions::GREEN;
-        break;
-    case HapticProperty::BLUE:
-        paint.channel = PaintOptions::BLUE;
-        break;
-    case HapticProperty::ALPHA:
-        paint.channel = PaintOptions::ALPHA;
-        break;
-    default:
-        break;
-    }
+    static_assert(int(HapticProperty::TEXTURE) == int(PaintOptions::TEXTURE) &&
+                      int(HapticProperty::ALPHA) == int(PaintOptions::ALPHA),
+                  "the same sources and channels, in one order");
+    paint.source = static_cast<PaintOptions::Source>(property.intensity);
+    paint.channel = static_cast<PaintOptions::Channel>(property.intensityChannel);
     paint.low = property.intensityLow;
     paint.high = property.intensityHigh;
     return paint;
 }
-
-using midair::base::about;
-using midair::base::MessageCode;
-using midair::bridge::HapticObject;
-using midair::bridge::MeshCache;
-
-namespace
-{
-
-// OSG's own comparison takes a matrix with NaN for equal to any other.
-bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
-{
-    const auto isAlike = [](double x, double y)
-    { return x == y || (std::isnan(x) && std::isnan(y)); };
-    return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
-}
-
-} // namespace
 
 SceneCollector::SceneCollector(const osg::Node* owner, Say say) :
     _say(std::move(say)),
@@ -384,9 +363,6 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
 }
 
 // What a SceneCollector tells of marks and objects.
-
-using midair::base::about;
-using midair::base::MessageCode;
 
 void SceneCollector::tellMarks(const osg::Node& root)
 {

@@ -61,22 +61,6 @@ std::string findMissing(const osg::Node& node)
     return missing;
 }
 
-/// Some nodes or drawables of one kind, of which the first is named.
-struct Some
-{
-    int count = 0;
-    std::string first;
-
-    void add(const osg::Object& object, const std::string& more = std::string())
-    {
-        if (count++ == 0) first = midair::bridge::quoted(object) + more;
-    }
-    std::string text() const
-    {
-        return count > 1 ? fmt::format("{} and {} more", first, count - 1) : first;
-    }
-};
-
 /// Tells the active children of one group, as the reader of its mesh meets them.
 class ActiveChildren : public osg::NodeVisitor
 {

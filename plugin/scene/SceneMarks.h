@@ -1,5 +1,7 @@
 #pragma once
 
+#include "engine-bridge/scene/GeometryReader.h"
+
 #include <osg/Node>
 
 #include <string>
@@ -40,6 +42,22 @@ private:
 /// Returns the first file that a PagedLOD or a ProxyNode names and has not loaded; empty: none, or
 /// another node.
 std::string missingFile(const osg::Node& node);
+
+/// Some nodes or drawables of one kind, of which the first is named.
+struct Some
+{
+    int count = 0;
+    std::string first;
+
+    void add(const osg::Object& object, const std::string& more = std::string())
+    {
+        if (count++ == 0) first = midair::bridge::quoted(object) + more;
+    }
+    std::string text() const
+    {
+        return count > 1 ? first + " and " + std::to_string(count - 1) + " more" : first;
+    }
+};
 
 /// Why a marked node has no mesh.
 struct WhyUnfelt

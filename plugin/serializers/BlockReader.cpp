@@ -1,5 +1,6 @@
 #include "plugin/serializers/BlockReader.h"
 
+#include "engine-bridge/scene/GeometryReader.h"
 #include "haptics/base/text/Words.h"
 #include "plugin/settings/Grants.h"
 
@@ -212,7 +213,7 @@ BlockReader::Names BlockReader::namesOf(const osg::Object& object)
         for (const auto& serializer : part->getSerializerList())
         {
             if (!serializer->supportsReadWrite()) continue;
-            const auto* own = dynamic_cast<const NamedProperties*>(serializer.get());
+            const auto* own = dynamic_cast<const NamedSerializer*>(serializer.get());
             // A node mask hides what is not to be felt.
             const bool isSafety = own ? own->concernsSafety() : serializer->getName() == "NodeMask";
             const std::vector<std::string> names =
@@ -247,14 +248,13 @@ void BlockReader::readBlock(osg::Object& object)
         readPlain();
     else
     {
-        if (!_outline) _outline = std::make_unique<XmlOutline>(text());
+        if (!_objects) _objects = xmlObjects(text());
         const auto& all = StreamParts::identifiers(_stream);
         const auto id = std::find_if(
             all.begin(), all.end(), [&](const auto& known) { return known.second == &object; });
-        const std::vector<XmlElement>* elements =
-            id == all.end() ? nullptr : _outline->find(id->first);
-        if (elements)
-            readXml(*elements);
+        const auto elements = id == all.end() ? _objects->end() : _objects->find(id->first);
+        if (elements != _objects->end())
+            readXml(elements->second);
         else
             complain("the file's elements can't be followed", true);
     }
@@ -480,12 +480,7 @@ std::string BlockReader::place()
 void BlockReader::complain(const std::string& what, bool concernsSafety)
 {
     std::string told = place();
-    if (_block)
-    {
-        told += _block->object.className();
-        if (!_block->object.getName().empty()) told += " '" + _block->object.getName() + "'";
-        told += ": ";
-    }
+    if (_block) told += midair::bridge::quoted(_block->object) + ": ";
     tell(told + what, concernsSafety);
 }
 

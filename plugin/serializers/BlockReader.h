@@ -8,23 +8,37 @@
 
 #include <functional>
 #include <map>
-#include <memory>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace osgMidair
 {
 
-/// What a serializer of the kit says of the properties that it reads from text.
-class NamedProperties
+/// A serializer of the kit, and what it says of the properties that it reads from text.
+class NamedSerializer : public osgDB::BaseSerializer
 {
 public:
-    virtual ~NamedProperties() = default;
+    explicit NamedSerializer(std::string name) :
+        osgDB::BaseSerializer(READ_WRITE_PROPERTY),
+        _name(std::move(name))
+    {
+    }
+
+    const std::string& getName() const override { return _name; }
+    bool write(osgDB::OutputStream& /*out*/, const osg::Object& /*object*/) override
+    {
+        return true;
+    }
     /// Names of the properties; none if it reads nothing by name.
-    virtual std::vector<std::string> names() const = 0;
+    virtual std::vector<std::string> names() const { return {}; }
     /// True: without its value more might be played than was asked for.
     virtual bool concernsSafety() const { return false; }
+
+protected:
+    const std::string _name;
 };
 
 /// Reads the properties of the kit's objects from text (.osgt, .osgx) in any order, and tells what
@@ -145,7 +159,8 @@ private:
     /// In XML, the count of words at which the property that is being read ends: what OSG takes
     /// beyond that would be the next one's, since it doesn't see where an object ends.
     int _lastWord = 0;
-    std::unique_ptr<XmlOutline> _outline; ///< of an XML file
+    /// of an XML file, once it was needed
+    std::optional<std::map<unsigned int, std::vector<XmlElement>>> _objects;
 };
 
 } // namespace osgMidair

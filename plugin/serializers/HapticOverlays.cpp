@@ -67,16 +67,10 @@ void setValue(osg::Object& overlays, const Kept& one, double value)
 
 /// Serializer of what isn't as by default: by name, also in .osgb, so that there can be further
 /// overlays and numbers.
-class Looks : public osgDB::BaseSerializer, public osgMidair::NamedProperties
+class Looks : public osgMidair::NamedSerializer
 {
 public:
-    Looks() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
-
-    const std::string& getName() const override
-    {
-        static const std::string name = "Overlays";
-        return name;
-    }
+    Looks() : NamedSerializer("Overlays") {}
 
     std::vector<std::string> names() const override
     {

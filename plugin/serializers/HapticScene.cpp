@@ -20,17 +20,10 @@ using osgMidair::HapticScene;
 
 /// Serializer without data. It is the last of a scene, and when read it passes the folder of the
 /// file and applies the user's options.
-class EndOfScene : public osgDB::BaseSerializer, public osgMidair::NamedProperties
+class EndOfScene : public osgMidair::NamedSerializer
 {
 public:
-    EndOfScene() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
-
-    const std::string& getName() const override
-    {
-        static const std::string name = "EndOfScene";
-        return name;
-    }
-    std::vector<std::string> names() const override { return {}; }
+    EndOfScene() : NamedSerializer("EndOfScene") {}
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
@@ -42,53 +35,7 @@ public:
         static_cast<HapticScene&>(object).endReading(folder);
         return true;
     }
-
-    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
 };
-
-} // namespace
-
-void osgMidair::registerHapticScene()
-{
-    static const osgDB::RegisterCustomWrapperProxy proxy(
-        []() -> osg::Object* { return new HapticScene; },
-        "osgMidair",
-        "osgMidair::HapticScene",
-        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticScene",
-        [](const char*, osgDB::ObjectWrapper* wrapper)
-        {
-            addFormatVersion(*wrapper);
-            addSettings<HapticScene, HapticSettings>(
-                *wrapper,
-                sceneSettings(),
-                [](const HapticScene& node) -> const HapticSettings& { return node.getSettings(); },
-                [](HapticScene& node, const HapticSettings& all) { node.setSettings(all); });
-            wrapper->addSerializer(new EndOfScene,
-                                   osgDB::BaseSerializer::RW_USER); // must stay last
-        });
-}
-
-void osgMidair::registerHapticSurface()
-{
-    static const osgDB::RegisterCustomWrapperProxy proxy(
-        []() -> osg::Object* { return new HapticSurface; },
-        "osgMidair",
-        "osgMidair::HapticSurface",
-        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface",
-        [](const char*, osgDB::ObjectWrapper* wrapper)
-        {
-            addFormatVersion(*wrapper);
-            addSettings<HapticSurface, HapticProperty>(
-                *wrapper,
-                surfaceProperties(),
-                [](const HapticSurface& node) -> const HapticProperty&
-                { return node.getProperty(); },
-                [](HapticSurface& node, const HapticProperty& all) { node.setProperty(all); });
-        });
-}
-
-namespace
-{
 
 using osgMidair::HapticPoints;
 
@@ -165,43 +112,46 @@ bool writeList(osgDB::OutputStream& out, const std::vector<T>& list)
     return true;
 }
 
-bool checkPoints(const HapticPoints& node)
-{
-    return !node.getPoints().empty();
-}
-
-bool readPoints(osgDB::InputStream& in, HapticPoints& node)
-{
-    std::vector<osg::Vec3d> points;
-    if (!readList(in, points)) return false;
-    node.setPoints(points, node.getPressures());
-    return true;
-}
-
-bool writePoints(osgDB::OutputStream& out, const HapticPoints& node)
-{
-    return writeList(out, node.getPoints());
-}
-
-bool checkPressures(const HapticPoints& node)
-{
-    return !node.getPressures().empty();
-}
-
-bool readPressures(osgDB::InputStream& in, HapticPoints& node)
-{
-    std::vector<double> pressures;
-    if (!readList(in, pressures)) return false;
-    node.setPressures(pressures);
-    return true;
-}
-
-bool writePressures(osgDB::OutputStream& out, const HapticPoints& node)
-{
-    return writeList(out, node.getPressures());
-}
-
 } // namespace
+
+void osgMidair::registerHapticScene()
+{
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticScene; },
+        "osgMidair",
+        "osgMidair::HapticScene",
+        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticScene",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            addFormatVersion(*wrapper);
+            addSettings<HapticScene, HapticSettings>(
+                *wrapper,
+                sceneSettings(),
+                [](const HapticScene& node) -> const HapticSettings& { return node.getSettings(); },
+                [](HapticScene& node, const HapticSettings& all) { node.setSettings(all); });
+            wrapper->addSerializer(new EndOfScene,
+                                   osgDB::BaseSerializer::RW_USER); // must stay last
+        });
+}
+
+void osgMidair::registerHapticSurface()
+{
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticSurface; },
+        "osgMidair",
+        "osgMidair::HapticSurface",
+        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            addFormatVersion(*wrapper);
+            addSettings<HapticSurface, HapticProperty>(
+                *wrapper,
+                surfaceProperties(),
+                [](const HapticSurface& node) -> const HapticProperty&
+                { return node.getProperty(); },
+                [](HapticSurface& node, const HapticProperty& all) { node.setProperty(all); });
+        });
+}
 
 void osgMidair::registerHapticPoints()
 {
@@ -213,13 +163,40 @@ void osgMidair::registerHapticPoints()
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
             addFormatVersion(*wrapper);
-            using MyClass = HapticPoints; // for OSG's macros
-            ADD_USER_SERIALIZER(Points);
-            ADD_USER_SERIALIZER(Pressures);
-            addSettings<MyClass, HapticProperty>(
+            using Lists = osgDB::UserSerializer<HapticPoints>;
+            wrapper->addSerializer(new Lists(
+                                       "Points",
+                                       [](const HapticPoints& node)
+                                       { return !node.getPoints().empty(); },
+                                       [](osgDB::InputStream& in, HapticPoints& node)
+                                       {
+                                           std::vector<osg::Vec3d> points;
+                                           if (!readList(in, points)) return false;
+                                           node.setPoints(points, node.getPressures());
+                                           return true;
+                                       },
+                                       [](osgDB::OutputStream& out, const HapticPoints& node)
+                                       { return writeList(out, node.getPoints()); }),
+                                   osgDB::BaseSerializer::RW_USER);
+            wrapper->addSerializer(new Lists(
+                                       "Pressures",
+                                       [](const HapticPoints& node)
+                                       { return !node.getPressures().empty(); },
+                                       [](osgDB::InputStream& in, HapticPoints& node)
+                                       {
+                                           std::vector<double> pressures;
+                                           if (!readList(in, pressures)) return false;
+                                           node.setPressures(pressures);
+                                           return true;
+                                       },
+                                       [](osgDB::OutputStream& out, const HapticPoints& node)
+                                       { return writeList(out, node.getPressures()); }),
+                                   osgDB::BaseSerializer::RW_USER);
+            addSettings<HapticPoints, HapticProperty>(
                 *wrapper,
                 surfaceProperties(),
-                [](const MyClass& node) -> const HapticProperty& { return node.getProperty(); },
-                [](MyClass& node, const HapticProperty& all) { node.setProperty(all); });
+                [](const HapticPoints& node) -> const HapticProperty&
+                { return node.getProperty(); },
+                [](HapticPoints& node, const HapticProperty& all) { node.setProperty(all); });
         });
 }

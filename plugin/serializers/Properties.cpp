@@ -52,39 +52,26 @@ struct EndedStream : osgDB::InputStream
 };
 
 /// Serializer of no property: it reads all of them from text.
-class Properties : public osgDB::BaseSerializer, public NamedProperties
+class Properties : public NamedSerializer
 {
 public:
-    Properties() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
-
-    const std::string& getName() const override
-    {
-        static const std::string name = "Properties";
-        return name;
-    }
-    std::vector<std::string> names() const override { return {}; }
+    Properties() : NamedSerializer("Properties") {}
 
     bool read(osgDB::InputStream& in, osg::Object& object) override
     {
         if (!in.isBinary()) BlockReader::of(in).readBlock(object);
         return true;
     }
-    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
 };
 
 /// Serializer of the version of the file formats. In .osgb properties are found by their position,
 /// so that nothing is read of another version; a text of another version silences its scene, and
 /// one without is of this version.
-class FormatVersion : public osgDB::BaseSerializer, public NamedProperties
+class FormatVersion : public NamedSerializer
 {
 public:
-    FormatVersion() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+    FormatVersion() : NamedSerializer("FormatVersion") {}
 
-    const std::string& getName() const override
-    {
-        static const std::string name = "FormatVersion";
-        return name;
-    }
     std::vector<std::string> names() const override { return {getName()}; }
     bool concernsSafety() const override { return true; }
 

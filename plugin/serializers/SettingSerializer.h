@@ -21,7 +21,7 @@ namespace osgMidair
 /// stores it as OSG's own serializers store a property: in text files where it differs from the
 /// default, in .osgb always, found by its position.
 template<class C, class T>
-class SettingSerializer : public osgDB::BaseSerializer, public NamedProperties
+class SettingSerializer : public NamedSerializer
 {
 public:
     // Functions and not members, since a member of a base that is called through the node's class
@@ -30,17 +30,14 @@ public:
     using Set = void (*)(C&, const T&);
 
     SettingSerializer(Setting<T> setting, Get get, Set set) :
-        osgDB::BaseSerializer(READ_WRITE_PROPERTY),
+        NamedSerializer(setting.storedName()),
         _setting(std::move(setting)),
-        _name(_setting.storedName()),
         _get(get),
         _set(set)
     {
         for (const Word& word : _setting.words)
             _words.add(word.stored.c_str(), word.value);
     }
-
-    const std::string& getName() const override { return _name; }
 
     osgDB::IntLookup* getIntLookup() override { return _setting.words.empty() ? nullptr : &_words; }
 
@@ -75,7 +72,7 @@ public:
         const T all = stored(_get(static_cast<const C&>(object)));
         if (!out.isBinary())
         {
-            if (isStoredAlike(all)) return true;
+            if (isSame(_setting.member, all, _defaults)) return true; // text files leave it out
             out << out.PROPERTY(_name.c_str());
         }
         std::visit([&](auto member) { writeFrom(out, all, member); }, _setting.member);
@@ -108,7 +105,7 @@ private:
     void readPlain(osgDB::InputStream& in, T& all)
     {
         BlockReader& reader = BlockReader::of(in);
-        if (isOf<std::string>())
+        if (type() == RW_STRING)
         {
             const std::string text = reader.readText();
             if (text.empty()) return;
@@ -117,10 +114,10 @@ private:
             return;
         }
         std::string text;
-        if (isOf<osg::Matrixd>())
+        if (type() == RW_MATRIXD)
             for (const std::string& word : reader.readWords())
                 text += word + " ";
-        else if (isOf<double>())
+        else if (type() == RW_DOUBLE)
             text = reader.readValue(
                 [this](const std::string& words)
                 {
@@ -147,20 +144,6 @@ private:
             (text.empty() ? _name + " has no value" : _name + " can't be \"" + text + "\"") +
                 ", should be " + _setting.expected() + midair::base::didYouMean(text, words),
             _setting.isSafety);
-    }
-
-    /// Returns true if the value is of type \a V.
-    template<typename V>
-    bool isOf() const
-    {
-        const auto look = [](auto member)
-        {
-            if constexpr (std::is_same_v<decltype(member), Choice<T>>)
-                return false;
-            else
-                return std::is_same_v<std::decay_t<decltype(std::declval<T&>().*member)>, V>;
-        };
-        return std::visit(look, _setting.member);
     }
 
     void noteWish(T& all) const
@@ -216,22 +199,7 @@ private:
             out << all.*member;
     }
 
-    /// Returns true if the value is the default, which text files leave out. NaN is written, as it
-    /// differs from everything.
-    bool isStoredAlike(const T& all) const
-    {
-        const auto compare = [&](auto member)
-        {
-            if constexpr (std::is_same_v<decltype(member), Choice<T>>)
-                return member.get(all) == member.get(_defaults);
-            else
-                return !(all.*member != _defaults.*member);
-        };
-        return std::visit(compare, _setting.member);
-    }
-
     const Setting<T> _setting;
-    const std::string _name;
     const Get _get;
     const Set _set;
     const T _defaults{};

@@ -93,27 +93,17 @@ private:
     int _line = 1;
 };
 
-} // namespace
-
-int countWords(const std::string& text)
-{
-    std::istringstream in(text);
-    int count = 0;
-    for (std::string word; in >> word;)
-        ++count;
-    return count;
-}
-
-struct XmlOutline::Node
+struct OpenElement
 {
     XmlElement element;
     std::vector<XmlElement> children;
 };
 
-// The last of \a open is complete: it goes to its parent, and is kept if it is an object.
-void XmlOutline::close(std::vector<Node>& open)
+/// The last of \a open is complete: it goes to its parent, and is kept if it is an object.
+void closeLast(std::vector<OpenElement>& open,
+               std::map<unsigned int, std::vector<XmlElement>>& objects)
 {
-    Node node = std::move(open.back());
+    OpenElement node = std::move(open.back());
     open.pop_back();
     XmlElement& element = node.element;
     element.words = countWords(element.attribute) + countWords(element.text);
@@ -129,13 +119,25 @@ void XmlOutline::close(std::vector<Node>& open)
         return;
     node.children.erase(id);
     // A later element of the same number stands for the same object.
-    _objects.emplace(static_cast<unsigned int>(number), std::move(node.children));
+    objects.emplace(static_cast<unsigned int>(number), std::move(node.children));
 }
 
-XmlOutline::XmlOutline(const std::string& file)
+} // namespace
+
+int countWords(const std::string& text)
 {
+    std::istringstream in(text);
+    int count = 0;
+    for (std::string word; in >> word;)
+        ++count;
+    return count;
+}
+
+std::map<unsigned int, std::vector<XmlElement>> xmlObjects(const std::string& file)
+{
+    std::map<unsigned int, std::vector<XmlElement>> objects;
     Scanner scanner(file);
-    std::vector<Node> open;
+    std::vector<OpenElement> open;
     while (scanner.findTag())
     {
         if (scanner.skip("<!--", "-->") || scanner.skip("<![CDATA[", "]]>") ||
@@ -143,23 +145,18 @@ XmlOutline::XmlOutline(const std::string& file)
             continue;
         if (scanner.skip("</", ">"))
         {
-            if (!open.empty()) close(open);
+            if (!open.empty()) closeLast(open, objects);
             continue;
         }
-        Node node;
+        OpenElement node;
         node.element.line = scanner.line();
         const bool isEmpty = scanner.readTag(node.element);
         open.push_back(std::move(node));
-        if (isEmpty) close(open);
+        if (isEmpty) closeLast(open, objects);
     }
     while (!open.empty())
-        close(open);
-}
-
-const std::vector<XmlElement>* XmlOutline::find(unsigned int id) const
-{
-    const auto found = _objects.find(id);
-    return found == _objects.end() ? nullptr : &found->second;
+        closeLast(open, objects);
+    return objects;
 }
 
 } // namespace osgMidair

@@ -18,23 +18,9 @@ struct XmlElement
     int words = 0; ///< of attribute, text and all elements inside, without its own name
 };
 
-/// Which properties each object of an XML file has, and where. OSG's reader goes through such a
-/// file without telling where an object ends.
-class XmlOutline
-{
-public:
-    explicit XmlOutline(const std::string& file);
-
-    /// Returns the properties of the object of that UniqueID, in the file's order and without the
-    /// UniqueID; null if there is none.
-    const std::vector<XmlElement>* find(unsigned int id) const;
-
-private:
-    struct Node;
-    void close(std::vector<Node>& open);
-
-    std::map<unsigned int, std::vector<XmlElement>> _objects;
-};
+/// Returns the properties that each object of an XML file has, by its UniqueID, in the file's order
+/// and without that. OSG's reader goes through such a file without telling where an object ends.
+std::map<unsigned int, std::vector<XmlElement>> xmlObjects(const std::string& file);
 
 /// Returns how many words \a text has, separated by blanks.
 int countWords(const std::string& text);

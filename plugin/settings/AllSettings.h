@@ -34,6 +34,13 @@ const SettingTable<HapticSettings>& sceneSettings();
 /// The properties of a HapticSurface or a tag.
 const SettingTable<HapticProperty>& surfaceProperties();
 
+/// Lets nothing be played by \a settings, because of \a why.
+inline void silence(HapticSettings& settings, const std::string& why)
+{
+    settings.isSilenced = true;
+    settings.whySilenced.push_back(why);
+}
+
 /// Returns what the rows of \a table say, in types that installed headers name.
 template<typename T>
 std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<T>& table)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <sstream>
+#include <vector>
 
 namespace osgMidair
 {
@@ -98,8 +99,9 @@ std::size_t nextName(const std::string& piece, std::size_t from)
 
 } // namespace
 
-void forEachAssignment(const std::string& text, const std::function<void(const Assignment&)>& take)
+std::vector<Assignment> assignmentsIn(const std::string& text)
 {
+    std::vector<Assignment> all;
     for (const auto& [piece, line] : pieces(text))
     {
         std::size_t start = 0;
@@ -109,7 +111,7 @@ void forEachAssignment(const std::string& text, const std::function<void(const A
             if (equals == std::string::npos)
             {
                 const std::string word = unquoted(piece.substr(start));
-                if (!word.empty()) take({"", word, line});
+                if (!word.empty()) all.push_back({"", word, line});
                 break;
             }
             const std::size_t end = nextName(piece, equals + 1);
@@ -119,13 +121,14 @@ void forEachAssignment(const std::string& text, const std::function<void(const A
             std::string word;
             while (words >> word)
             {
-                if (!name.empty()) take({"", name, line});
+                if (!name.empty()) all.push_back({"", name, line});
                 name = word;
             }
-            take({name, unquoted(piece.substr(equals + 1, end - equals - 1)), line});
+            all.push_back({name, unquoted(piece.substr(equals + 1, end - equals - 1)), line});
             start = end;
         }
     }
+    return all;
 }
 
 bool parseNumbers(const std::string& text, double* values, int count, const std::string& unit)

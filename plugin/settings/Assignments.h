@@ -2,8 +2,8 @@
 
 #include <osg/Matrixd>
 
-#include <functional>
 #include <string>
+#include <vector>
 
 namespace osgMidair
 {
@@ -16,11 +16,18 @@ struct Assignment
     int line = 1;
 };
 
-/// Calls \a take with each assignment in "a=1 b=two words; c=\"x y\"".
+/// Returns the assignments in "a=1 b=two words; c=\"x y\"".
 /// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
 /// follows. A comma between two digits separates nothing. Quotes keep a value together. A word
 /// without "=" comes with an empty name. # begins a comment up to the end of the line.
-void forEachAssignment(const std::string& text, const std::function<void(const Assignment&)>& take);
+std::vector<Assignment> assignmentsIn(const std::string& text);
+
+/// What is told of a \a name that is there twice, since nobody knows which of the two was meant. \a
+/// isSafety: it silences.
+inline std::string givenTwice(const std::string& name, bool isSafety)
+{
+    return name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
+}
 
 /// Reads \a count finite numbers in \a unit, separated by blanks, into \a values, with a decimal
 /// point in every locale; "0 5 12 cm", a unit behind them, counts for all of them, "5cm" for one.

@@ -78,24 +78,24 @@ bool isWish(const HapticSettings& settings, const std::string& name, const std::
     return wish != settings.wishes.asked.end() && wish->second == value;
 }
 
-/// Returns the path of the regular file \a name in the folder of the scene or below it; throws
-/// std::runtime_error if there is none.
-std::string besideScene(const HapticWishes& wishes, const std::string& name)
+/// Puts the path of the regular file \a name in the folder of the scene or below it in its place.
+/// Returns why there is none; empty: there is.
+std::string findBesideScene(const HapticWishes& wishes, std::string& name)
 {
     if (fs::path(name).is_absolute())
-        throw std::runtime_error("a file names no absolute paths, only what is beside it");
-    if (!wishes.folder) throw std::runtime_error("the scene's own folder is not known");
+        return "a file names no absolute paths, only what is beside it";
     std::error_code error;
-    const fs::path folder = fs::canonical(wishes.folder->empty() ? "." : *wishes.folder, error);
-    if (error) throw std::runtime_error("the scene's own folder is not known");
+    fs::path folder;
+    if (wishes.folder) folder = fs::canonical(wishes.folder->empty() ? "." : *wishes.folder, error);
+    if (error || !wishes.folder) return "the scene's own folder is not known";
     const fs::path file = fs::canonical(folder / name, error); // follows links
-    if (error) throw std::runtime_error("there is no such file beside the scene");
+    if (error) return "there is no such file beside the scene";
     const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
-    if (end != folder.end() || rest == file.end())
-        throw std::runtime_error("it lies outside the scene's folder");
+    if (end != folder.end() || rest == file.end()) return "it lies outside the scene's folder";
     if (!fs::is_regular_file(file, error))
-        throw std::runtime_error("it is a device, a pipe or a folder, should be a regular file");
-    return file.string();
+        return "it is a device, a pipe or a folder, should be a regular file";
+    name = file.string();
+    return {};
 }
 
 bool isHarmless(const std::vector<std::string>& list)
@@ -143,7 +143,6 @@ std::string beside(const std::string& folder, const std::string& value)
 
 std::string nameBeside(const std::string& folder, const std::string& name)
 {
-    namespace fs = std::filesystem;
     if (name.empty() || fs::path(name).is_absolute()) return name;
     const fs::path beside = fs::path(folder) / name;
     std::error_code ignored;
@@ -160,22 +159,6 @@ void lookBeside(const std::string& folder, HapticSettings& settings)
         settings.hands = recorded->text();
     }
 }
-
-/// Collects the messages about one scene.
-struct Grants::Told
-{
-    const std::string& scene;
-    std::vector<midair::base::Message>& messages;
-
-    void refuse(MessageCode code,
-                const std::string& what,
-                const std::string& value,
-                const std::string& why) const
-    {
-        messages.push_back(
-            {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
-    }
-};
 
 Grants::Grants(Names names, bool trustsScenes) :
     _names(std::move(names)),
@@ -268,17 +251,22 @@ HapticSettings Grants::apply(HapticSettings settings,
                              const std::string& scene,
                              std::vector<midair::base::Message>& messages) const
 {
-    const Told told{scene, messages};
-    applyDevice(settings, told);
-    applyArray(settings, told);
-    applyHands(settings, told);
-    applyThermometer(settings, told);
+    const Refuse refuse =
+        [&](MessageCode code, const char* what, const std::string& value, const std::string& why)
+    {
+        messages.push_back(
+            {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
+    };
+    applyDevice(settings, refuse);
+    applyArray(settings, refuse);
+    applyHands(settings, refuse);
+    applyThermometer(settings, refuse);
     return settings;
 }
 
 // A reading is a number within a range, so a file beside the scene does no harm; other files may
 // tell what is in them by what is said of them.
-void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
+void Grants::applyThermometer(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.temperatureSource;
     if (asked.empty()) return;
@@ -288,25 +276,20 @@ void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
         return;
     }
     if (!isWish(settings, "temperatureSource", asked)) return;
-    try
-    {
-        settings.temperatureSource = besideScene(settings.wishes, asked);
-    }
-    catch (const std::runtime_error& why)
-    {
-        settings.temperatureSource.clear();
-        told.refuse(MessageCode::GRANTS_REFUSED,
-                    "the thermometer",
-                    asked,
-                    std::string(why.what()) +
-                        "; the temperature is the one that is set. To grant it: "
-                        "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
-                        "in " +
-                        grantsFile());
-    }
+    const std::string why = findBesideScene(settings.wishes, settings.temperatureSource);
+    if (why.empty()) return;
+    settings.temperatureSource.clear();
+    refuse(MessageCode::GRANTS_REFUSED,
+           "the thermometer",
+           asked,
+           why +
+               "; the temperature is the one that is set. To grant it: "
+               "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
+               "in " +
+               grantsFile());
 }
 
-void Grants::applyDevice(HapticSettings& settings, const Told& told) const
+void Grants::applyDevice(HapticSettings& settings, const Refuse& refuse) const
 {
     const bool wish = isWish(settings, "device", settings.device);
     if (const std::string* granted = find(settings.device))
@@ -324,16 +307,16 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
             // Not a valid URI: never granted.
         }
         settings.device = "sim:";
-        told.refuse(MessageCode::GRANTS_REFUSED,
-                    "the device",
-                    asked,
-                    "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
-                    "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
-                        grantsFile());
+        refuse(MessageCode::GRANTS_REFUSED,
+               "the device",
+               asked,
+               "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
+               "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
+                   grantsFile());
     }
 }
 
-void Grants::applyArray(HapticSettings& settings, const Told& told) const
+void Grants::applyArray(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.array;
     const bool wish = isWish(settings, "array", asked);
@@ -341,26 +324,23 @@ void Grants::applyArray(HapticSettings& settings, const Told& told) const
     const std::vector<std::string> known = midair::haptics::TransducerArray::names();
     if (std::find(known.begin(), known.end(), asked) != known.end()) return;
     if (const std::string* granted = find(asked))
+    {
         settings.array = *granted;
-    else if (wish)
-        try
-        {
-            settings.array = besideScene(settings.wishes, asked);
-        }
-        catch (const std::runtime_error& why)
-        {
-            settings.array.clear();
-            told.refuse(MessageCode::ARRAY_REFUSED,
-                        "the array",
-                        asked,
-                        std::string(why.what()) +
-                            "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
-                            "name for it in " +
-                            grantsFile());
-        }
+        return;
+    }
+    const std::string why = wish ? findBesideScene(settings.wishes, settings.array) : "";
+    if (why.empty()) return;
+    settings.array.clear();
+    refuse(MessageCode::ARRAY_REFUSED,
+           "the array",
+           asked,
+           why +
+               "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
+               "name for it in " +
+               grantsFile());
 }
 
-void Grants::applyHands(HapticSettings& settings, const Told& told) const
+void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.hands;
     const bool wish = isWish(settings, "hands", asked);
@@ -375,26 +355,24 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
     std::string why = "only the user opens anything but a recording beside the scene";
     if (std::optional<midair::bridge::RecordedUri> recorded =
             midair::bridge::RecordedUri::parse(asked))
-        try
+    {
+        why = findBesideScene(settings.wishes, recorded->file);
+        if (why.empty())
         {
-            recorded->file = besideScene(settings.wishes, recorded->file);
             settings.hands = recorded->text();
             return;
         }
-        catch (const std::runtime_error& wrong)
-        {
-            why = wrong.what();
-        }
+    }
     else if (_trustsScenes && !reachesFurther(asked))
         return;
     settings.hands.clear();
-    told.refuse(MessageCode::GRANTS_REFUSED,
-                "the hands",
-                asked,
-                why +
-                    ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
-                    "name for them in " +
-                    grantsFile());
+    refuse(MessageCode::GRANTS_REFUSED,
+           "the hands",
+           asked,
+           why +
+               ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
+               "name for them in " +
+               grantsFile());
 }
 
 } // namespace osgMidair

@@ -5,6 +5,7 @@
 
 #include <osgMidair/HapticSettings>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -55,12 +56,16 @@ public:
                          std::vector<midair::base::Message>& messages) const;
 
 private:
-    struct Told;
+    /// Tells that \a value, which a scene asks for as \a what, is refused, and \a why.
+    using Refuse = std::function<void(midair::base::MessageCode,
+                                      const char* what,
+                                      const std::string& value,
+                                      const std::string& why)>;
     const std::string* find(const std::string& name) const;
-    void applyDevice(HapticSettings& settings, const Told& told) const;
-    void applyArray(HapticSettings& settings, const Told& told) const;
-    void applyHands(HapticSettings& settings, const Told& told) const;
-    void applyThermometer(HapticSettings& settings, const Told& told) const;
+    void applyDevice(HapticSettings& settings, const Refuse& refuse) const;
+    void applyArray(HapticSettings& settings, const Refuse& refuse) const;
+    void applyHands(HapticSettings& settings, const Refuse& refuse) const;
+    void applyThermometer(HapticSettings& settings, const Refuse& refuse) const;
 
     Names _names;
     bool _trustsScenes;

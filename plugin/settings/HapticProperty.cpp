@@ -48,30 +48,21 @@ void HapticProperty::parse(const std::string& text, std::vector<std::string>& er
     // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the
     // end after it.
     std::set<std::string> seen;
-    forEachAssignment(text,
-                      [this, &errors, &seen](const Assignment& one)
-                      {
-                          const auto& [name, value, line] = one;
-                          std::string error;
-                          // Nobody knows which of two was meant.
-                          const bool isSecond =
-                              surfaceProperties().find(name) && !seen.insert(name).second;
-                          if (isSecond)
-                              error = name + " is given twice";
-                          else if (set(name.empty() ? "enabled" : name, value, error))
-                              return;
-                          const bool isSafety =
-                              isSecond ? surfaceProperties().concernsSafety(name)
+    for (const auto& [name, value, line] : assignmentsIn(text))
+    {
+        std::string error;
+        const bool isSecond = surfaceProperties().find(name) && !seen.insert(name).second;
+        const bool isSafety = isSecond ? surfaceProperties().concernsSafety(name)
                                        : !name.empty() && surfaceProperties().isUnlikeAny(name);
-                          if (isSafety)
-                          {
-                              error += kNothing;
-                              whySilenced.push_back(error);
-                          }
-                          else if (isSecond)
-                              error += "; the first counts";
-                          errors.push_back(error);
-                      });
+        if (isSecond)
+            error = givenTwice(name, isSafety);
+        else if (set(name.empty() ? "enabled" : name, value, error))
+            continue;
+        else if (isSafety)
+            error += kNothing;
+        if (isSafety) whySilenced.push_back(error);
+        errors.push_back(error);
+    }
 }
 
 // A pressure that isn't known may be any: silence takes its place.

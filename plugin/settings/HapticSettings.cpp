@@ -16,9 +16,7 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     {
         // A limit that isn't understood can only be kept by silence.
         if (!sceneSettings().concernsSafety(name)) return false;
-        isSilenced = true;
-        error += "; nothing is played";
-        whySilenced.push_back(error);
+        silence(*this, error += "; nothing is played");
         return false;
     }
     wishes.asked.erase(row->name); // set by the user, not by a file

@@ -5,6 +5,7 @@
 #include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Words.h"
+#include "haptics/base/threads/Mutex.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
@@ -16,7 +17,6 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <mutex>
 #include <set>
 
 namespace osgMidair
@@ -27,30 +27,19 @@ namespace
 
 const std::string kPrefix = "OSG_MIDAIR_";
 
-/// A setting and the name of its environment variable.
-struct Variable
-{
-    std::string name;
-    const Setting<HapticSettings>* setting;
-};
+using Row = Setting<HapticSettings>;
 
-const std::vector<Variable>& variables()
+/// The name of a setting's environment variable; empty: it has none.
+std::string variableOf(const Row& row)
 {
-    static const std::vector<Variable> all = []
-    {
-        std::vector<Variable> found;
-        for (const Setting<HapticSettings>& row : sceneSettings().rows())
-            if (!row.variable.empty()) found.push_back({kPrefix + row.variable, &row});
-        return found;
-    }();
-    return all;
+    return row.variable.empty() ? "" : kPrefix + row.variable;
 }
 
 /// True for what midair::device::capsOfUser() reads.
-bool isCap(const Setting<HapticSettings>& setting)
+bool isCap(const Row& row)
 {
     const std::vector<std::string>& caps = midair::device::userCapVariables();
-    return std::find(caps.begin(), caps.end(), kPrefix + setting.variable) != caps.end();
+    return std::find(caps.begin(), caps.end(), variableOf(row)) != caps.end();
 }
 
 /// A variable that is no setting of scenes.
@@ -87,12 +76,13 @@ struct Usage
 {
     Usage()
     {
-        for (const Variable& variable : variables())
-            add(variable.name + " <" + variable.setting->name + ">",
-                (variable.setting->name == "earPoints" ? "Besides what haptic scenes say: "
-                 : isCap(*variable.setting) ? "Of this and what haptic scenes say the stricter: "
-                                            : "Instead of what haptic scenes say: ") +
-                    variable.setting->summary());
+        for (const Row& row : sceneSettings().rows())
+            if (!row.variable.empty())
+                add(variableOf(row) + " <" + row.name + ">",
+                    (row.name == "earPoints" ? "Besides what haptic scenes say: "
+                     : isCap(row)            ? "Of this and what haptic scenes say the stricter: "
+                                             : "Instead of what haptic scenes say: ") +
+                        row.summary());
         for (const Other& other : kOthers)
             add(kPrefix + other.name + " <" + other.value + ">", other.text);
     }
@@ -106,40 +96,39 @@ struct Usage
 
 const Usage kUsage;
 
-/// Sets the setting of \a variable to \a value.
+/// Sets the setting of \a row to \a value of its variable.
 void applyTo(HapticSettings& settings,
-             const Variable& variable,
+             const Row& row,
              const std::string& value,
              std::vector<std::string>& errors)
 {
     // An empty variable counts as missing, except for hands, where it removes the source.
-    if (value.empty() && variable.setting->name != "hands") return;
+    if (value.empty() && row.name != "hands") return;
     const HapticSettings before = settings;
     std::string error;
-    const bool isSet = settings.set(variable.setting->name, value, error);
+    const bool isSet = settings.set(row.name, value, error);
     if (settings.whySilenced.size() > before.whySilenced.size())
-        settings.whySilenced.back() = variable.name + ": " + error;
+        settings.whySilenced.back() = variableOf(row) + ": " + error;
     else if (!isSet)
-        errors.push_back(variable.name + ": " + error);
+        errors.push_back(variableOf(row) + ": " + error);
 }
 
 /// Applies a variable that was set after the program began. A scene file can do that, so it may
 /// only restrict what is played.
 void restrictBy(HapticSettings& settings,
-                const Variable& variable,
+                const Row& row,
                 const std::string& value,
                 std::vector<std::string>& errors)
 {
-    const std::string& setting = variable.setting->name;
     HapticSettings asked = settings;
-    applyTo(asked, variable, value, errors);
-    const bool takesHands = setting == "hands" && (asked.hands.empty() || asked.hands == "none");
-    if (setting == "enabled")
+    applyTo(asked, row, value, errors);
+    const bool takesHands = row.name == "hands" && (asked.hands.empty() || asked.hands == "none");
+    if (row.name == "enabled")
         settings.enabled = settings.enabled && asked.enabled;
-    else if (!variable.setting->isWish || takesHands)
+    else if (!row.isWish || takesHands)
         settings = asked;
     else
-        errors.push_back(variable.name +
+        errors.push_back(variableOf(row) +
                          " was set after the program began, which a file can do: it is not used");
     settings.isSilenced = settings.isSilenced || asked.isSilenced;
     settings.whySilenced = asked.whySilenced;
@@ -149,30 +138,26 @@ void restrictBy(HapticSettings& settings,
 void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 {
     std::vector<std::string> known;
-    known.reserve(kOthers.size() + variables().size());
     for (const Other& other : kOthers)
         known.emplace_back(other.name);
-    for (const Variable& variable : variables())
-        known.push_back(variable.setting->variable);
+    for (const Row& row : sceneSettings().rows())
+        if (!row.variable.empty()) known.push_back(row.variable);
     for (const std::string& name : midair::base::variablesNow(kPrefix))
     {
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
         std::string error =
             kPrefix + name + " is no variable" + midair::base::didYouMean(name, known);
         const std::vector<std::string> nearest = midair::base::nearestWords(name, known);
+        const std::vector<Row>& rows = sceneSettings().rows();
         const bool isSafety = std::any_of(
-            variables().begin(),
-            variables().end(),
-            [&nearest](const Variable& variable)
-            {
-                const Setting<HapticSettings>& row = *variable.setting;
-                return row.isSafety && std::count(nearest.begin(), nearest.end(), row.variable) > 0;
-            });
+            rows.begin(),
+            rows.end(),
+            [&nearest](const Row& row)
+            { return row.isSafety && std::count(nearest.begin(), nearest.end(), row.variable); });
         if (isSafety)
         {
             error += "; nothing is played";
-            settings.isSilenced = true;
-            settings.whySilenced.push_back(error);
+            silence(settings, error);
         }
         errors.push_back(error);
     }
@@ -181,36 +166,28 @@ void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 /// Returns the assignments in the user's options; each option string is parsed once.
 std::shared_ptr<const std::vector<Assignment>> userAssignments()
 {
-    static std::mutex mutex;
-    static std::string text;
-    static std::shared_ptr<const std::vector<Assignment>> known;
+    struct Parsed
+    {
+        midair::base::Mutex mutex;
+        std::string text MIDAIR_GUARDED_BY(mutex);
+        std::shared_ptr<const std::vector<Assignment>> known MIDAIR_GUARDED_BY(mutex);
+    };
+    static Parsed parsed;
     const std::string now = userOptions();
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (known && text == now) return known;
-    std::vector<Assignment> all;
-    forEachAssignment(now, [&all](const Assignment& one) { all.push_back(one); });
-    text = now;
-    known = std::make_shared<const std::vector<Assignment>>(std::move(all));
-    return known;
+    const midair::base::Lock lock(parsed.mutex);
+    if (parsed.known && parsed.text == now) return parsed.known;
+    parsed.text = now;
+    parsed.known = std::make_shared<const std::vector<Assignment>>(assignmentsIn(now));
+    return parsed.known;
 }
 
 /// Returns true if the last assignment to \a row in the user's options sets it to \a value.
-bool isUsers(const Setting<HapticSettings>& row, const std::string& value)
+bool isUsers(const Row& row, const std::string& value)
 {
     const auto all = userAssignments();
     const auto last = std::find_if(
         all->rbegin(), all->rend(), [&row](const Assignment& one) { return one.name == row.name; });
     return last != all->rend() && last->value == value;
-}
-
-// Nobody knows which of two was meant.
-void refuseSecond(const std::string& name, HapticSettings& settings, std::string& error)
-{
-    const bool isSafety = sceneSettings().concernsSafety(name);
-    error = name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
-    if (!isSafety) return;
-    settings.isSilenced = true;
-    settings.whySilenced.push_back(error);
 }
 
 } // namespace
@@ -222,13 +199,13 @@ HapticSettings Environment::replace(HapticSettings settings, std::vector<std::st
     repaired.repair();
     settings.isSilenced = repaired.isSilenced;
     settings.whySilenced = repaired.whySilenced;
-    for (const Variable& variable : variables())
+    for (const Row& row : sceneSettings().rows())
     {
-        if (isCap(*variable.setting)) continue;
-        const auto user = midair::base::userVariable(variable.name);
-        const auto now = midair::base::variableNow(variable.name);
-        if (user) applyTo(settings, variable, *user, errors);
-        if (now && now != user) restrictBy(settings, variable, *now, errors);
+        if (row.variable.empty() || isCap(row)) continue;
+        const auto user = midair::base::userVariable(variableOf(row));
+        const auto now = midair::base::variableNow(variableOf(row));
+        if (user) applyTo(settings, row, *user, errors);
+        if (now && now != user) restrictBy(settings, row, *now, errors);
     }
     tellUnknown(settings, errors);
     return settings;
@@ -265,7 +242,11 @@ void applyUserOptions(HapticSettings& settings)
         // a limit that is misspelt.
         const bool isOthers = surfaceProperties().find(one.name) && one.name != "enabled";
         if (sceneSettings().find(one.name) && !seen.insert(one.name).second)
-            refuseSecond(one.name, settings, error);
+        {
+            const bool isSafety = sceneSettings().concernsSafety(one.name);
+            error = givenTwice(one.name, isSafety);
+            if (isSafety) silence(settings, error);
+        }
         else if (sceneSettings().find(one.name) ||
                  (!isOthers && sceneSettings().concernsSafety(one.name)))
             settings.set(one.name, one.value, error);
@@ -277,7 +258,7 @@ void applyUserOptions(HapticSettings& settings)
 void makeWishes(HapticSettings& settings, const std::string& folder)
 {
     const HapticSettings none;
-    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    for (const Row& row : sceneSettings().rows())
     {
         if (!row.isWish) continue;
         const auto member = std::get<std::string HapticSettings::*>(row.member);

@@ -40,20 +40,17 @@ void fuzzOptions(const std::uint8_t* data, std::size_t size)
     const std::string text(reinterpret_cast<const char*>(data), size);
     HapticSettings settings;
     HapticProperty property;
-    forEachAssignment(
-        text,
-        [&](const Assignment& one)
-        {
-            const auto& [name, value, line] = one;
-            require(line >= 1, "lines are counted from 1");
-            std::string error;
-            const bool set = settings.set(name, value, error);
-            require(set != !error.empty(), "what is not understood has an error, and nothing else");
-            require(!set || knows(HapticSettings::describe(), name), "only known names are set");
-            error.clear();
-            require(property.set(name, value, error) != !error.empty(),
-                    "what is not understood has an error, and nothing else");
-        });
+    for (const auto& [name, value, line] : assignmentsIn(text))
+    {
+        require(line >= 1, "lines are counted from 1");
+        std::string error;
+        const bool set = settings.set(name, value, error);
+        require(set != !error.empty(), "what is not understood has an error, and nothing else");
+        require(!set || knows(HapticSettings::describe(), name), "only known names are set");
+        error.clear();
+        require(property.set(name, value, error) != !error.empty(),
+                "what is not understood has an error, and nothing else");
+    }
     requireRepairs(settings);
     requireRepairs(property);
     std::vector<std::string> errors;

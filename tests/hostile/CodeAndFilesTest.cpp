@@ -179,7 +179,7 @@ TEST_P(Hostile, NoAbsoluteOrOutsideFileIsRead)
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setArray(array); });
         const auto viewer = view(*scene);
-        EXPECT_EQ(SceneAccess::array(*scene), nullptr) << array;
+        EXPECT_EQ(SceneAccess::engine(*scene).array(), nullptr) << array;
         EXPECT_TRUE(says(*scene, "asks for the array \"" + array + "\"")) << messages(*scene);
         EXPECT_TRUE(says(*scene, "nothing is played")) << messages(*scene);
     }
@@ -191,8 +191,8 @@ TEST_P(Hostile, WhatLiesBesideTheSceneIsRead)
     midair::haptics::TransducerArray::singleBoard().save(_place.beside("arrays/own.json"));
     const auto scene = fromFile([](HapticScene& s) { s.setArray("arrays/own.json"); });
     const auto viewer = view(*scene);
-    ASSERT_NE(SceneAccess::array(*scene), nullptr) << messages(*scene);
-    EXPECT_EQ(SceneAccess::array(*scene)->size(), 249);
+    ASSERT_NE(SceneAccess::engine(*scene).array(), nullptr) << messages(*scene);
+    EXPECT_EQ(SceneAccess::engine(*scene).array()->size(), 249);
 }
 
 TEST_P(Hostile, RecordingsOfHandsAreReadFromBesideTheSceneAlone)

@@ -130,7 +130,7 @@ TEST_P(HostileDevices, ANameThatTheUserGrantedIsUsedWithItsLimits)
     EXPECT_FALSE(says(*scene, "asks for")) << messages(*scene);
     EXPECT_LE(strongest(*scene), 0.2501f);
     EXPECT_GT(strongest(*scene), 0.2f);
-    EXPECT_NE(SceneAccess::array(*scene), nullptr);
+    EXPECT_NE(SceneAccess::engine(*scene).array(), nullptr);
 }
 
 TEST_P(HostileDevices, AFileOfGrantsThatOthersCanWriteGrantsNothing)

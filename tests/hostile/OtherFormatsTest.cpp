@@ -221,9 +221,9 @@ TEST_F(HostileSlides, NumbersThatAreNoneOpenTheDeviceOnce)
     box.surface->setSpacing(nan);
     HeadlessViewer viewer(box.scene);
     EXPECT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-    const auto array = SceneAccess::array(*box.scene);
+    const auto array = SceneAccess::engine(*box.scene).array();
     const auto snapshots = box.scene->getStatistics().snapshots;
     viewer.frames(50);
-    EXPECT_EQ(SceneAccess::array(*box.scene), array) << "the same pipeline";
+    EXPECT_EQ(SceneAccess::engine(*box.scene).array(), array) << "the same pipeline";
     EXPECT_LE(box.scene->getStatistics().snapshots, snapshots + 1);
 }

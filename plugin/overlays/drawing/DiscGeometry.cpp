@@ -9,30 +9,48 @@
 namespace osgMidair
 {
 
-osg::ref_ptr<osg::Geometry> makeDiscs()
+osg::ref_ptr<osg::Geometry> makeChanging(osg::PrimitiveSet* primitives)
 {
     osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
     geometry->setDataVariance(osg::Object::DYNAMIC);
     geometry->setUseDisplayList(false);
     geometry->setUseVertexBufferObjects(true);
     geometry->setVertexArray(new osg::Vec3Array);
+    geometry->setColorArray(new osg::Vec4ubArray, osg::Array::BIND_PER_VERTEX);
+    geometry->getColorArray()->setNormalize(true);
+    geometry->addPrimitiveSet(primitives);
+    return geometry;
+}
+
+void showChanges(osg::Geometry& geometry)
+{
+    osg::Geometry::ArrayList arrays;
+    geometry.getArrayList(arrays);
+    for (const osg::ref_ptr<osg::Array>& array : arrays)
+        array->dirty();
+    osg::PrimitiveSet& primitives = *geometry.getPrimitiveSet(0);
+    if (auto* all = dynamic_cast<osg::DrawArrays*>(&primitives))
+        all->setCount(static_cast<GLsizei>(geometry.getVertexArray()->getNumElements()));
+    primitives.dirty();
+    geometry.dirtyBound();
+}
+
+osg::ref_ptr<osg::Geometry> makeDiscs()
+{
+    osg::ref_ptr<osg::Geometry> geometry = makeChanging(new osg::DrawElementsUInt(GL_TRIANGLES));
     geometry->setNormalArray(new osg::Vec3Array, osg::Array::BIND_PER_VERTEX);
-    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
-    colors->setNormalize(true);
-    geometry->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
     geometry->setTexCoordArray(0, new osg::Vec2Array, osg::Array::BIND_PER_VERTEX);
-    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES));
     return geometry;
 }
 
 void resizeDiscs(osg::Geometry& geometry, int count)
 {
     const auto corners = static_cast<std::size_t>(count) * kDiscCorners.size();
-    osg::Vec3Array& vertices = discVertices(geometry);
+    osg::Vec3Array& vertices = verticesOf(geometry);
     if (vertices.size() == corners) return;
     vertices.resize(corners);
-    discNormals(geometry).resize(corners, osg::Vec3(0.0F, 0.0F, 1.0F));
-    discColors(geometry).resize(corners, osg::Vec4ub(255, 255, 255, 255));
+    normalsOf(geometry).resize(corners, osg::Vec3(0.0F, 0.0F, 1.0F));
+    colorsOf(geometry).resize(corners, osg::Vec4ub(255, 255, 255, 255));
     auto& coordinates = static_cast<osg::Vec2Array&>(*geometry.getTexCoordArray(0));
     auto& indices = static_cast<osg::DrawElementsUInt&>(*geometry.getPrimitiveSet(0));
     coordinates.clear();
@@ -47,19 +65,47 @@ void resizeDiscs(osg::Geometry& geometry, int count)
     indices.dirty();
 }
 
-osg::Vec3Array& discVertices(osg::Geometry& geometry)
+osg::Vec3Array& verticesOf(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec3Array&>(*geometry.getVertexArray());
 }
 
-osg::Vec3Array& discNormals(osg::Geometry& geometry)
+osg::Vec3Array& normalsOf(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec3Array&>(*geometry.getNormalArray());
 }
 
-osg::Vec4ubArray& discColors(osg::Geometry& geometry)
+osg::Vec4ubArray& colorsOf(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec4ubArray&>(*geometry.getColorArray());
+}
+
+void setDisc(osg::Geometry& geometry,
+             int disc,
+             const osg::Vec3& place,
+             const osg::Vec4ub& color,
+             const osg::Vec3& normal)
+{
+    const std::size_t first = kDiscCorners.size() * static_cast<std::size_t>(disc);
+    for (std::size_t corner = first; corner < first + kDiscCorners.size(); ++corner)
+    {
+        verticesOf(geometry)[corner] = place;
+        normalsOf(geometry)[corner] = normal;
+        colorsOf(geometry)[corner] = color;
+    }
+}
+
+osg::ref_ptr<osg::Texture2D> makeTexture(osg::Image* image, bool smooth)
+{
+    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(image);
+    if (image) texture->setDataVariance(image->getDataVariance());
+    texture->setResizeNonPowerOfTwoHint(false);
+    const auto filter = smooth ? osg::Texture::LINEAR : osg::Texture::NEAREST;
+    texture->setFilter(osg::Texture::MIN_FILTER, filter);
+    texture->setFilter(osg::Texture::MAG_FILTER, filter);
+    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
+    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
+    return texture;
 }
 
 osg::ref_ptr<osg::Program>

@@ -3,7 +3,9 @@
 #include <osgMidair/Overlay>
 
 #include <osg/Geometry>
+#include <osg/Image>
 #include <osg/Program>
+#include <osg/Texture2D>
 #include <osg/Vec3>
 
 #include <Eigen/Core>
@@ -12,6 +14,18 @@
 
 namespace osgMidair
 {
+
+/// Makes an empty geometry of places and colours that change, drawn as \a primitives.
+osg::ref_ptr<osg::Geometry> makeChanging(osg::PrimitiveSet* primitives);
+
+/// Shows that arrays and primitives of a geometry from makeChanging() have changed.
+void showChanges(osg::Geometry& geometry);
+
+/// \{ The arrays of such a geometry; discs have normals, too.
+osg::Vec3Array& verticesOf(osg::Geometry& geometry);
+osg::Vec3Array& normalsOf(osg::Geometry& geometry);
+osg::Vec4ubArray& colorsOf(osg::Geometry& geometry);
+/// \}
 
 /// Makes a geometry for many small discs. Each is a triangle around the disc, which a shader cuts
 /// out: half as many triangles as with quads, and software OpenGL spends its time on triangles. The
@@ -24,10 +38,16 @@ constexpr std::array<std::array<float, 2>, 3> kDiscCorners = {
 /// Sets the number of discs of \a geometry; new ones are at the origin, white.
 void resizeDiscs(osg::Geometry& geometry, int count);
 
-/// The arrays of a geometry from makeDiscs().
-osg::Vec3Array& discVertices(osg::Geometry& geometry);
-osg::Vec3Array& discNormals(osg::Geometry& geometry);
-osg::Vec4ubArray& discColors(osg::Geometry& geometry);
+/// Sets all that a geometry from makeDiscs() has of disc \a disc, with its corners at one place:
+/// the shader leads them apart.
+void setDisc(osg::Geometry& geometry,
+             int disc,
+             const osg::Vec3& place,
+             const osg::Vec4ub& color,
+             const osg::Vec3& normal = osg::Vec3(0.0F, 0.0F, 1.0F));
+
+/// Makes a texture of \a image (null: of none), texel by texel or with interpolation between them.
+osg::ref_ptr<osg::Texture2D> makeTexture(osg::Image* image, bool smooth);
 
 /// Makes a program from sources in GLSL 1.20, which runs wherever OSG does.
 osg::ref_ptr<osg::Program>

@@ -67,47 +67,70 @@ std::vector<unsigned int> ordered(const std::vector<osg::Vec3>& places, int axis
 
 } // namespace
 
-BandLimitedZoom::BandLimitedZoom(int in, int out) : _in(in), _first(out), _weights(kTaps, out)
+/// Interpolates samples 0.37 wavelengths apart to a finer grid. A field of one wavelength has no
+/// detail below half of it, so a windowed sinc (Kaiser, 12 taps) restores the values in between to
+/// half a percent of the peak.
+class BandLimitedZoom
 {
-    const double start = 0.5 * kTaps - 0.5;
-    const double end = in - 1 - start;
-    for (int o = 0; o < out; ++o)
-    {
-        const double at = start + (end - start) * o / (out - 1);
-        _first[o] = std::clamp(static_cast<int>(std::floor(at)) - kTaps / 2 + 1, 0, in - kTaps);
-        for (int t = 0; t < kTaps; ++t)
-            _weights(t, o) = static_cast<float>(kernel(at - (_first[o] + t), kTaps / 2.0));
-        _weights.col(o) /= _weights.col(o).sum();
-    }
-}
+public:
+    /// the outermost kTaps / 2 samples on every side only support the interpolation
+    static constexpr int kTaps = 12;
 
-void BandLimitedZoom::zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const
-{
-    // The matrix is column-major, so whole columns are summed.
-    to.resize(from.rows(), outputs());
-    for (int o = 0; o < outputs(); ++o)
-        to.col(o).noalias() = from.middleCols<kTaps>(_first[o]) * _weights.col(o);
-}
-
-void BandLimitedZoom::magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude)
-{
-    magnitude.resize(outputs(), outputs());
-    for (const bool imaginary : {false, true})
+    /// \a in: number of samples, > kTaps. \a out: number of points, spread evenly from sample
+    /// kTaps/2 - 1 + 0.5 to its mirror at the far end.
+    BandLimitedZoom(int in, int out) : _in(in), _first(out), _weights(kTaps, out)
     {
-        if (imaginary)
-            _part = samples.imag();
-        else
-            _part = samples.real();
-        zoomColumns(_part, _once);
-        _turned = _once.transpose();
-        zoomColumns(_turned, _twice);
-        if (imaginary)
-            magnitude = (magnitude.array() + _twice.array().square()).sqrt();
-        else
-            magnitude = _twice.array().square();
+        const double start = 0.5 * kTaps - 0.5;
+        const double end = in - 1 - start;
+        for (int o = 0; o < out; ++o)
+        {
+            const double at = start + (end - start) * o / (out - 1);
+            _first[o] = std::clamp(static_cast<int>(std::floor(at)) - kTaps / 2 + 1, 0, in - kTaps);
+            for (int t = 0; t < kTaps; ++t)
+                _weights(t, o) = static_cast<float>(kernel(at - (_first[o] + t), kTaps / 2.0));
+            _weights.col(o) /= _weights.col(o).sum();
+        }
     }
-    magnitude.transposeInPlace();
-}
+
+    /// Computes the magnitude (out x out) of \a samples (in x in).
+    void magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude)
+    {
+        magnitude.resize(outputs(), outputs());
+        for (const bool imaginary : {false, true})
+        {
+            if (imaginary)
+                _part = samples.imag();
+            else
+                _part = samples.real();
+            zoomColumns(_part, _once);
+            _turned = _once.transpose();
+            zoomColumns(_turned, _twice);
+            if (imaginary)
+                magnitude = (magnitude.array() + _twice.array().square()).sqrt();
+            else
+                magnitude = _twice.array().square();
+        }
+        magnitude.transposeInPlace();
+    }
+
+    int inputs() const { return _in; }
+    int outputs() const { return static_cast<int>(_first.size()); }
+
+private:
+    /// Interpolates the columns of \a from (n x in) to those of \a to (n x out).
+    void zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const
+    {
+        // The matrix is column-major, so whole columns are summed.
+        to.resize(from.rows(), outputs());
+        for (int o = 0; o < outputs(); ++o)
+            to.col(o).noalias() = from.middleCols<kTaps>(_first[o]) * _weights.col(o);
+    }
+
+    int _in = 0;
+    std::vector<int> _first;  ///< for each output: the first sample that it uses
+    Eigen::MatrixXf _weights; ///< kTaps x out; columns sum to 1
+    Eigen::MatrixXf _part, _once, _turned, _twice;
+};
 
 float roundedUp(float value)
 {
@@ -135,16 +158,12 @@ SliceComputer::SliceComputer() :
     }
 }
 
+SliceComputer::~SliceComputer() = default;
+
 void SliceComputer::sample(const SliceRequest& request)
 {
-    if (!_field || _array != request.array || !(_medium == request.medium))
-    {
-        _array = request.array;
-        _medium = request.medium;
-        _field = std::make_unique<midair::haptics::LatticeField>(*_array, _medium);
-    }
     // Samples are 0.37 wavelengths apart and extend beyond the rim as far as the zoom needs.
-    const double step = 0.37 * _medium.wavelength(_array->frequency_Hz);
+    const double step = 0.37 * request.medium.wavelength(request.array->frequency_Hz);
     const int inner = std::max(2, static_cast<int>(std::ceil(2.0 * request.radius_m / step)));
     const double pitch = 2.0 * request.radius_m / inner;
     const int count = inner + BandLimitedZoom::kTaps;
@@ -155,12 +174,10 @@ void SliceComputer::sample(const SliceRequest& request)
     lattice.step.col(0) = pitch * request.v;
     lattice.step.col(1) = pitch * request.u;
     lattice.origin = request.centre - half * (lattice.step.col(0) + lattice.step.col(1));
-    _field->evaluate(lattice,
-                     request.result->played(),
-                     _pressure,
-                     [&](const Eigen::Vector3d& middle, double radius_m)
-                     { return (middle - request.centre).norm() < reach + radius_m; });
-    _samples = Eigen::Map<const Eigen::MatrixXcf>(_pressure.data(), count, count);
+    const auto wanted = [&](const Eigen::Vector3d& middle, double radius_m)
+    { return (middle - request.centre).norm() < reach + radius_m; };
+    const Eigen::VectorXcf& pressure = _field.sample(request, lattice, wanted);
+    _samples = Eigen::Map<const Eigen::MatrixXcf>(pressure.data(), count, count);
     if (!_zoom || _zoom->inputs() != count)
         _zoom = std::make_unique<BandLimitedZoom>(count, kSlicePixels);
 }
@@ -225,28 +242,21 @@ Slice SliceComputer::compute(const SliceRequest& request)
     return slice;
 }
 
-SliceWorker::SliceWorker() : SliceWorker(std::make_shared<SliceComputer>()) {}
-
-SliceWorker::SliceWorker(const std::shared_ptr<SliceComputer>& computer) :
-    LatestWorker([computer](const SliceRequest& request)
-                 { return std::make_unique<Slice>(computer->compute(request)); })
+std::unique_ptr<SliceWorker> startSlices()
 {
+    return std::make_unique<SliceWorker>(
+        [computer = std::make_shared<SliceComputer>()](const SliceRequest& request)
+        { return std::make_unique<Slice>(computer->compute(request)); });
 }
 
-void VolumeComputer::sample(const VolumeRequest& request)
+const Eigen::VectorXcf& VolumeComputer::sample(const VolumeRequest& request)
 {
-    if (!_field || _array != request.array || !(_medium == request.medium))
-    {
-        _array = request.array;
-        _medium = request.medium;
-        _field = std::make_unique<midair::haptics::LatticeField>(*_array, _medium);
-    }
     const Eigen::Matrix3Xd& points = request.result->points.positions;
     const Eigen::Vector3d low = points.rowwise().minCoeff().array() - request.margin_m;
     const Eigen::Vector3d high = points.rowwise().maxCoeff().array() + request.margin_m;
     // The lattice is on multiples of the pitch, so that samples stay in place while the object
     // moves.
-    double pitch = _medium.wavelength(_array->frequency_Hz) / 3.0;
+    double pitch = request.medium.wavelength(request.array->frequency_Hz) / 3.0;
     for (;; pitch *= 1.25)
     {
         const Eigen::Array3d first = (low.array() / pitch).floor();
@@ -255,14 +265,12 @@ void VolumeComputer::sample(const VolumeRequest& request)
         if (_lattice.count.cast<double>().prod() <= kMostSamples) break;
     }
     _lattice.step = pitch * Eigen::Matrix3d::Identity();
-    _field->evaluate(_lattice,
-                     request.result->played(),
-                     _pressure,
-                     [&](const Eigen::Vector3d& middle, double radius_m)
-                     {
-                         return (points.colwise() - middle).colwise().squaredNorm().minCoeff() <
-                                (request.margin_m + radius_m) * (request.margin_m + radius_m);
-                     });
+    const auto wanted = [&](const Eigen::Vector3d& middle, double radius_m)
+    {
+        return (points.colwise() - middle).colwise().squaredNorm().minCoeff() <
+               (request.margin_m + radius_m) * (request.margin_m + radius_m);
+    };
+    return _field.sample(request, _lattice, wanted);
 }
 
 FieldVolume VolumeComputer::compute(const VolumeRequest& request)
@@ -272,10 +280,11 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
     volume.frame = request.frame;
     if (request.result->points.size() > 0)
     {
-        sample(request);
+        const Eigen::VectorXcf& pressure = sample(request);
         volume.pitch_m = _lattice.step(0, 0);
-        const float strongest = std::sqrt(_pressure.cwiseAbs2().maxCoeff());
-        volume.peak_Pa = static_cast<float>(midair::haptics::radiationPressure(strongest, _medium));
+        const float strongest = std::sqrt(pressure.cwiseAbs2().maxCoeff());
+        volume.peak_Pa =
+            static_cast<float>(midair::haptics::radiationPressure(strongest, request.medium));
         if (volume.peak_Pa > _range_Pa ||
             (volume.peak_Pa > 0.0F && volume.peak_Pa < 0.8F * _range_Pa))
             _range_Pa = roundedUp(volume.peak_Pa); // silence keeps the scale, as in the slice
@@ -284,7 +293,7 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
         const Eigen::VectorXf& achieved_Pa = request.result->achieved_Pa;
         const float wanted_Pa = achieved_Pa.size() > 0
                                     ? static_cast<float>(midair::haptics::radiationPressure(
-                                          achieved_Pa.maxCoeff(), _medium))
+                                          achieved_Pa.maxCoeff(), request.medium))
                                     : volume.peak_Pa;
         const float least_Pa = request.threshold * std::min(wanted_Pa, volume.peak_Pa);
         // Radiation pressure is proportional to the square of the sound pressure.
@@ -294,10 +303,9 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
             for (int b = 0; b < _lattice.count[1]; ++b)
                 for (int a = 0; a < _lattice.count[0]; ++a, ++k)
                 {
-                    const float felt = scale * std::norm(_pressure[k]);
+                    const float felt = scale * std::norm(pressure[k]);
                     if (felt <= 0.0F || felt < least_Pa) continue;
-                    const Eigen::Vector3d at = _lattice.at(a, b, c);
-                    volume.places.push_back(osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z())));
+                    volume.places.push_back(osgVec(_lattice.at(a, b, c)));
                     volume.pressure_Pa.push_back(felt);
                     const float share = felt / _range_Pa;
                     volume.colors.push_back(bytes(ColorMap::radiation().color(share),
@@ -312,13 +320,12 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
     return volume;
 }
 
-VolumeWorker::VolumeWorker() : VolumeWorker(std::make_shared<VolumeComputer>()) {}
-
-VolumeWorker::VolumeWorker(const std::shared_ptr<VolumeComputer>& computer) :
-    LatestWorker([computer](const VolumeRequest& request)
-                 { return std::make_unique<FieldVolume>(computer->compute(request)); },
-                 kVolumePause_s)
+std::unique_ptr<VolumeWorker> startVolumes()
 {
+    return std::make_unique<VolumeWorker>(
+        [computer = std::make_shared<VolumeComputer>()](const VolumeRequest& request)
+        { return std::make_unique<FieldVolume>(computer->compute(request)); },
+        kVolumePause_s);
 }
 
 } // namespace osgMidair

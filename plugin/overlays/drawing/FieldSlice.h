@@ -19,42 +19,46 @@
 namespace osgMidair
 {
 
-/// Interpolates samples 0.37 wavelengths apart to a finer grid. A field of one wavelength has no
-/// detail below half of it, so a windowed sinc (Kaiser, 12 taps) restores the values in between to
-/// half a percent of the peak.
-class BandLimitedZoom
-{
-public:
-    /// the outermost kTaps / 2 samples on every side only support the interpolation
-    static constexpr int kTaps = 12;
-
-    /// \a in: number of samples, > kTaps. \a out: number of points, spread evenly from sample
-    /// kTaps/2 - 1 + 0.5 to its mirror at the far end.
-    BandLimitedZoom(int in, int out);
-
-    /// Computes the magnitude (out x out) of \a samples (in x in).
-    void magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude);
-
-    int inputs() const { return _in; }
-    int outputs() const { return static_cast<int>(_first.size()); }
-
-private:
-    /// Interpolates the columns of \a from (n x in) to those of \a to (n x out).
-    void zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const;
-
-    int _in = 0;
-    std::vector<int> _first;  ///< for each output: the first sample that it uses
-    Eigen::MatrixXf _weights; ///< kTaps x out; columns sum to 1
-    Eigen::MatrixXf _part, _once, _turned, _twice;
-};
-
-/// Request for the slice of a field on a disc.
-struct SliceRequest
+/// A field that is to be sampled.
+struct FieldRequest
 {
     std::uint64_t frame = 0;
     std::shared_ptr<const midair::haptics::TransducerArray> array;
     midair::haptics::Medium medium;
-    std::shared_ptr<const midair::bridge::HologramResult> result;
+    std::shared_ptr<const midair::bridge::HologramResult> result; ///< of that array
+};
+
+/// Evaluates the fields of one array after the other. What an array needs is kept for the next
+/// request, as the pressures' memory is.
+class FieldSampler
+{
+public:
+    /// Computes the pressure in those places of \a lattice that are in what \a wanted says of
+    /// spheres, as LatticeField::evaluate() does.
+    const Eigen::VectorXcf& sample(const FieldRequest& request,
+                                   const midair::haptics::FieldLattice& lattice,
+                                   const midair::haptics::LatticeField::Wanted& wanted)
+    {
+        if (!_field || _array != request.array || !(_medium == request.medium))
+        {
+            _array = request.array;
+            _medium = request.medium;
+            _field = std::make_unique<midair::haptics::LatticeField>(*_array, _medium);
+        }
+        _field->evaluate(lattice, request.result->played(), _pressure, wanted);
+        return _pressure;
+    }
+
+private:
+    std::shared_ptr<const midair::haptics::TransducerArray> _array; ///< of _field
+    midair::haptics::Medium _medium;
+    std::unique_ptr<midair::haptics::LatticeField> _field;
+    Eigen::VectorXcf _pressure;
+};
+
+/// Request for the slice of a field on a disc.
+struct SliceRequest : FieldRequest
+{
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Vector3d u = Eigen::Vector3d::UnitX(); ///< unit length
     Eigen::Vector3d v = Eigen::Vector3d::UnitZ();
@@ -90,12 +94,15 @@ inline float sliceOpacity(float share)
 }
 constexpr float kSliceRim = 0.03F; ///< fraction of the radius over which the disc fades
 
+class BandLimitedZoom;
+
 /// Computes |p| on the square around a request's disc and colours it. Only samples that the disc
 /// needs are computed. Buffers and tables are kept for the next request.
 class SliceComputer
 {
 public:
     SliceComputer();
+    ~SliceComputer();
 
     Slice compute(const SliceRequest& request);
 
@@ -104,11 +111,8 @@ private:
     void findPeak(Slice& slice) const;
     void color(Slice& slice) const;
 
-    std::shared_ptr<const midair::haptics::TransducerArray> _array; ///< of _field
-    midair::haptics::Medium _medium;
-    std::unique_ptr<midair::haptics::LatticeField> _field;
+    FieldSampler _field;
     std::unique_ptr<BandLimitedZoom> _zoom;
-    Eigen::VectorXcf _pressure;
     Eigen::MatrixXcf _samples;
     std::vector<unsigned char> _rim;    ///< opacity of each texel due to the rim
     std::vector<unsigned char> _colors; ///< RGBA of each step of pressure
@@ -116,22 +120,12 @@ private:
 };
 
 /// Computes slices on its own thread, always the newest request.
-class SliceWorker : public midair::base::LatestWorker<SliceRequest, Slice>
-{
-public:
-    SliceWorker();
-
-private:
-    explicit SliceWorker(const std::shared_ptr<SliceComputer>& computer);
-};
+using SliceWorker = midair::base::LatestWorker<SliceRequest, Slice>;
+std::unique_ptr<SliceWorker> startSlices();
 
 /// Request for the volume around the control points of a field.
-struct VolumeRequest
+struct VolumeRequest : FieldRequest
 {
-    std::uint64_t frame = 0;
-    std::shared_ptr<const midair::haptics::TransducerArray> array;
-    midair::haptics::Medium medium;
-    std::shared_ptr<const midair::bridge::HologramResult> result;
     double margin_m = 8e-3;
     float threshold = 0.25F; ///< fraction of the strongest control point's radiation pressure
 };
@@ -162,24 +156,15 @@ public:
     static constexpr int kMostSamples = 60000;
 
 private:
-    void sample(const VolumeRequest& request);
+    const Eigen::VectorXcf& sample(const VolumeRequest& request);
 
-    std::shared_ptr<const midair::haptics::TransducerArray> _array; ///< of _field
-    midair::haptics::Medium _medium;
-    std::unique_ptr<midair::haptics::LatticeField> _field;
+    FieldSampler _field;
     midair::haptics::FieldLattice _lattice;
-    Eigen::VectorXcf _pressure;
     float _range_Pa = 0.0F;
 };
 
 /// Computes volumes on its own thread, at most ten per second, to leave time for the slice.
-class VolumeWorker : public midair::base::LatestWorker<VolumeRequest, FieldVolume>
-{
-public:
-    VolumeWorker();
-
-private:
-    explicit VolumeWorker(const std::shared_ptr<VolumeComputer>& computer);
-};
+using VolumeWorker = midair::base::LatestWorker<VolumeRequest, FieldVolume>;
+std::unique_ptr<VolumeWorker> startVolumes();
 
 } // namespace osgMidair

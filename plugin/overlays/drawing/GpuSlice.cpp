@@ -75,20 +75,6 @@ void main()
 }
 )";
 
-/// Makes a texture of floats; \a smooth: with interpolation.
-osg::ref_ptr<osg::Texture2D> floatTexture(osg::Image& image, bool smooth)
-{
-    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(&image);
-    texture->setDataVariance(osg::Object::DYNAMIC);
-    texture->setResizeNonPowerOfTwoHint(false);
-    const auto filter = smooth ? osg::Texture::LINEAR : osg::Texture::NEAREST;
-    texture->setFilter(osg::Texture::MIN_FILTER, filter);
-    texture->setFilter(osg::Texture::MAG_FILTER, filter);
-    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
-    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
-    return texture;
-}
-
 osg::ref_ptr<osg::Image> floatImage(int columns, int rows)
 {
     osg::ref_ptr<osg::Image> image = new osg::Image;
@@ -145,7 +131,7 @@ probeRenderer(const std::shared_ptr<std::atomic<Renderer>>& found)
 }
 
 GpuSlice::GpuSlice() :
-    _texture(new osg::Texture2D),
+    _texture(makeTexture(nullptr, true)),
     _camera(new osg::Camera),
     _places(floatImage(kColumns, 1)),
     _normals(floatImage(kColumns, 1)),
@@ -161,10 +147,6 @@ GpuSlice::GpuSlice() :
 {
     _texture->setTextureSize(kSlicePixels, kSlicePixels);
     _texture->setInternalFormat(GL_RGBA);
-    _texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
-    _texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
-    _texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
-    _texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
     _camera->setRenderOrder(osg::Camera::PRE_RENDER);
     _camera->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
     _camera->attach(osg::Camera::COLOR_BUFFER0, _texture);
@@ -178,13 +160,8 @@ GpuSlice::GpuSlice() :
     _camera->setClearMask(GL_COLOR_BUFFER_BIT);
     _camera->setClearColor({0.0F, 0.0F, 0.0F, 0.0F});
 
-    osg::ref_ptr<osg::Geometry> all = new osg::Geometry;
-    osg::ref_ptr<osg::Vec3Array> corners = new osg::Vec3Array;
-    for (const osg::Vec2& corner :
-         {osg::Vec2(-1, -1), osg::Vec2(1, -1), osg::Vec2(-1, 1), osg::Vec2(1, 1)})
-        corners->push_back(osg::Vec3(corner, 0.0F));
-    all->setVertexArray(corners);
-    all->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
+    const osg::ref_ptr<osg::Geometry> all =
+        osg::createTexturedQuadGeometry({-1.0F, -1.0F, 0.0F}, osg::X_AXIS * 2.0, osg::Y_AXIS * 2.0);
     all->setUseDisplayList(false);
     all->setUseVertexBufferObjects(true);
     _camera->addChild(all);
@@ -201,11 +178,11 @@ GpuSlice::GpuSlice() :
     state->setMode(GL_CULL_FACE, kOff);
     const osg::ref_ptr<osg::Image> map = ColorMap::pressure().createImage();
     const std::array<std::pair<const char*, osg::ref_ptr<osg::Texture2D>>, 5> textures = {
-        {{"places", floatTexture(*_places, false)},
-         {"normals", floatTexture(*_normals, false)},
-         {"drive", floatTexture(*_drive, false)},
-         {"directivity", floatTexture(*_directivity, true)},
-         {"colors", floatTexture(*map, true)}}};
+        {{"places", makeTexture(_places, false)},
+         {"normals", makeTexture(_normals, false)},
+         {"drive", makeTexture(_drive, false)},
+         {"directivity", makeTexture(_directivity, true)},
+         {"colors", makeTexture(map, true)}}};
     for (int unit = 0; unit < static_cast<int>(textures.size()); ++unit)
     {
         state->setTextureAttributeAndModes(unit, textures[unit].second, kOn);

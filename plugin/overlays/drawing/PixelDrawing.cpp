@@ -2,6 +2,7 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osg/BlendFunc>
 #include <osgDB/FileUtils>
@@ -18,19 +19,6 @@ namespace osgMidair::pixels
 
 namespace
 {
-
-osg::ref_ptr<osg::Geometry>
-geometryOf(osg::Vec3Array* vertices, osg::Vec4Array* colors, osg::Array::Binding binding)
-{
-    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
-    geometry->setVertexArray(vertices);
-    geometry->setColorArray(colors, binding);
-    geometry->addPrimitiveSet(
-        new osg::DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices->size())));
-    geometry->setUseDisplayList(false);
-    geometry->setUseVertexBufferObjects(true);
-    return geometry;
-}
 
 /// Height of a glyph in texels: twice the usual, so that it is sharp on screens of twice the
 /// density; others average two by two texels. Large letters have glyphs of their own.
@@ -112,51 +100,32 @@ osg::ref_ptr<osgText::Text> text(const std::string& content,
     return made;
 }
 
-osg::ref_ptr<osg::Geometry>
-rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color)
+osg::ref_ptr<osgText::Text> label(const std::string& content,
+                                  const osg::Vec3& position,
+                                  float size,
+                                  const osg::Vec4& color,
+                                  osgText::TextBase::AlignmentType alignment,
+                                  bool inPixels)
 {
-    const float x0 = lowerLeft.x();
-    const float y0 = lowerLeft.y();
-    const float x1 = upperRight.x();
-    const float y1 = upperRight.y();
-    osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
-    for (const osg::Vec2& p : {osg::Vec2(x0, y0),
-                               osg::Vec2(x1, y0),
-                               osg::Vec2(x1, y1),
-                               osg::Vec2(x0, y0),
-                               osg::Vec2(x1, y1),
-                               osg::Vec2(x0, y1)})
-        vertices->push_back(osg::Vec3(p, 0.0F));
-    osg::ref_ptr<osg::Vec4Array> colors = new osg::Vec4Array(1, &color);
-    return geometryOf(vertices, colors, osg::Array::BIND_OVERALL);
+    osg::ref_ptr<osgText::Text> made = text(content, {}, size, color, alignment);
+    made->setPosition(position);
+    made->setAxisAlignment(osgText::TextBase::SCREEN);
+    if (inPixels) made->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
+    made->setBackdropType(osgText::Text::OUTLINE);
+    made->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
+    return made;
 }
 
-osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
-                                    const osg::Vec2& upperRight,
-                                    osg::Image* image,
-                                    bool smooth,
-                                    bool turned)
+osg::ref_ptr<osg::Geometry>
+picture(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, osg::Image* image, bool turned)
 {
-    osg::ref_ptr<osg::Geometry> made =
-        rectangle(lowerLeft, upperRight, osg::Vec4(1.0F, 1.0F, 1.0F, 1.0F));
-    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
-    for (const osg::Vec2& p : {osg::Vec2(0, 0),
-                               osg::Vec2(1, 0),
-                               osg::Vec2(1, 1),
-                               osg::Vec2(0, 0),
-                               osg::Vec2(1, 1),
-                               osg::Vec2(0, 1)})
-        coordinates->push_back(turned ? osg::Vec2(p.y(), p.x()) : p);
-    made->setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(image);
-    texture->setResizeNonPowerOfTwoHint(false);
-    texture->setFilter(osg::Texture::MIN_FILTER,
-                       smooth ? osg::Texture::LINEAR : osg::Texture::NEAREST);
-    texture->setFilter(osg::Texture::MAG_FILTER,
-                       smooth ? osg::Texture::LINEAR : osg::Texture::NEAREST);
-    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
-    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
-    made->getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
+    const osg::Vec3 across(upperRight.x() - lowerLeft.x(), 0.0F, 0.0F);
+    const osg::Vec3 up(0.0F, upperRight.y() - lowerLeft.y(), 0.0F);
+    osg::ref_ptr<osg::Geometry> made = osg::createTexturedQuadGeometry(
+        osg::Vec3(lowerLeft, 0.0F), turned ? up : across, turned ? across : up);
+    made->setUseDisplayList(false);
+    made->setUseVertexBufferObjects(true);
+    made->getOrCreateStateSet()->setTextureAttributeAndModes(0, makeTexture(image, true));
     return made;
 }
 
@@ -224,7 +193,11 @@ void Strokes::disc(const osg::Vec2& centre, float radius, const osg::Vec4& color
 
 osg::ref_ptr<osg::Geometry> Strokes::geometry()
 {
-    return geometryOf(_vertices, _colors, osg::Array::BIND_PER_VERTEX);
+    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    geometry->setUseDisplayList(false);
+    geometry->setUseVertexBufferObjects(true);
+    show(*geometry);
+    return geometry;
 }
 
 void Strokes::show(osg::Geometry& geometry)
@@ -289,60 +262,40 @@ std::string number(double value)
     return made;
 }
 
-ColorBar::ColorBar(const ColorMap& map, const std::string& heading, const Layout& layout) :
-    _layout(layout),
-    _labels(new osg::Group)
+Labels labelsTo(double high, int atMost)
 {
-    const bool upright = layout.size.y() > layout.size.x();
-    const osg::Vec2 upper = layout.lowerLeft + layout.size;
-    addChild(picture(layout.lowerLeft, upper, map.createImage(), true, upright));
-    Strokes outline;
-    osg::Vec4 thin = layout.textColor;
-    thin.a() *= 0.7F;
-    outline.frame(layout.lowerLeft, upper, 1.0F, thin);
-    addChild(outline.geometry());
-    addChild(
-        text(heading,
-             osg::Vec2(layout.lowerLeft.x(), upper.y() + (upright ? 1.0F : 0.6F) * layout.textSize),
-             layout.textSize,
-             layout.textColor));
-    addChild(_labels);
+    Labels labels;
+    for (const double value : ticks(0.0, high, atMost))
+        labels.emplace_back(value / high, number(value));
+    return labels;
 }
 
-void ColorBar::setRange(double low, double high)
+osg::ref_ptr<osg::Group> colorBar(const ColorMap& map,
+                                  const std::string& heading,
+                                  const osg::Vec2& lowerLeft,
+                                  const osg::Vec2& size,
+                                  double high,
+                                  float textSize,
+                                  const osg::Vec4& color)
 {
-    if (low == _low && high == _high) return;
-    _low = low;
-    _high = high;
-    std::vector<std::pair<double, std::string>> labels;
-    for (const double value : ticks(low, high, _layout.maxTicks))
-        labels.emplace_back((value - low) / (high - low), number(value));
-    setLabels(labels);
-}
-
-void ColorBar::setLabels(const std::vector<std::pair<double, std::string>>& labels)
-{
-    _labels->removeChildren(0, _labels->getNumChildren());
-    const bool upright = _layout.size.y() > _layout.size.x();
-    const float tick = 0.35F * _layout.textSize;
+    const osg::ref_ptr<osg::Group> bar = new osg::Group;
+    const osg::Vec2 upper = lowerLeft + size;
+    bar->addChild(picture(lowerLeft, upper, map.createImage(), true));
     Strokes strokes;
-    for (const auto& [place, label] : labels)
+    osg::Vec4 thin = color;
+    thin.a() *= 0.7F;
+    strokes.frame(lowerLeft, upper, 1.0F, thin);
+    const osg::Vec2 tick(0.35F * textSize, 0.0F);
+    for (const auto& [place, label] : labelsTo(high, 6))
     {
-        const auto along = static_cast<float>(place);
-        const osg::Vec2 at = upright ? osg::Vec2(_layout.lowerLeft.x() + _layout.size.x(),
-                                                 _layout.lowerLeft.y() + along * _layout.size.y())
-                                     : osg::Vec2(_layout.lowerLeft.x() + along * _layout.size.x(),
-                                                 _layout.lowerLeft.y());
-        const osg::Vec2 outward = upright ? osg::Vec2(tick, 0.0F) : osg::Vec2(0.0F, -tick);
-        strokes.line(at, at + outward, 1.0F, _layout.textColor);
-        _labels->addChild(
-            text(label,
-                 at + outward * 2.0F,
-                 _layout.textSize,
-                 _layout.textColor,
-                 upright ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_TOP));
+        const osg::Vec2 at(upper.x(), lowerLeft.y() + static_cast<float>(place) * size.y());
+        strokes.line(at, at + tick, 1.0F, color);
+        bar->addChild(
+            text(label, at + tick * 2.0F, textSize, color, osgText::TextBase::LEFT_CENTER));
     }
-    _labels->addChild(strokes.geometry());
+    bar->addChild(strokes.geometry());
+    bar->addChild(text(heading, {lowerLeft.x(), upper.y() + textSize}, textSize, color));
+    return bar;
 }
 
 TextPanel::TextPanel() :
@@ -460,13 +413,6 @@ float TextPanel::text(const std::string& content,
             pen.x() += found->getHorizontalAdvance() * size;
         }
     return wide;
-}
-
-void Scale::label(double high, int atMost)
-{
-    labels.clear();
-    for (const double value : ticks(0.0, high, atMost))
-        labels.emplace_back(value / high, number(value));
 }
 
 void Scale::draw(TextPanel& sheet, float textSize, const osg::Vec4& color) const

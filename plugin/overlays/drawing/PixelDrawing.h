@@ -9,6 +9,7 @@
 
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// Drawing in pixels, for the HUD and for figures.
@@ -28,15 +29,19 @@ text(const std::string& content,
      const osg::Vec4& color,
      osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
 
-/// Makes a filled rectangle.
-osg::ref_ptr<osg::Geometry>
-rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
+/// Makes a text in a scene, which faces the eye and has a dark edge, to be read on anything: \a
+/// size high in the scene's units, or pixels if \a inPixels.
+osg::ref_ptr<osgText::Text> label(const std::string& content,
+                                  const osg::Vec3& position,
+                                  float size,
+                                  const osg::Vec4& color,
+                                  osgText::TextBase::AlignmentType alignment,
+                                  bool inPixels);
 
-/// Makes a rectangle that shows \a image, smoothed or texel by texel; \a turned swaps its axes.
+/// Makes a rectangle that shows \a image, smoothed; \a turned swaps its axes.
 osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
                                     const osg::Vec2& upperRight,
                                     osg::Image* image,
-                                    bool smooth,
                                     bool turned = false);
 
 /// Collects strokes and areas into one geometry. Strokes are drawn as rectangles, so that their
@@ -78,33 +83,21 @@ std::vector<double> ticks(double from, double to, int atMost);
 /// Returns the label of a tick: no needless digits, thousands separated by a blank.
 std::string number(double value);
 
-/// Scale of a colour map: a bar with ticks, numbers and a heading that names quantity and unit.
-/// Upright bars have their numbers on the right, horizontal ones below.
-class ColorBar : public osg::Group
-{
-public:
-    struct Layout
-    {
-        osg::Vec2 lowerLeft;
-        osg::Vec2 size; ///< size of the bar without its numbers; pixels
-        float textSize = 13.0F;
-        osg::Vec4 textColor = {1.0F, 1.0F, 1.0F, 1.0F};
-        int maxTicks = 6;
-    };
+/// What stands beside a scale: positions (0 .. 1) and texts.
+using Labels = std::vector<std::pair<double, std::string>>;
 
-    ColorBar(const ColorMap& map, const std::string& heading, const Layout& layout);
+/// Returns at most \a atMost round numbers from 0 to \a high (> 0), which is at 1.
+Labels labelsTo(double high, int atMost);
 
-    /// Sets round numbers from \a low to \a high; does nothing if they are the same.
-    void setRange(double low, double high);
-    /// Sets labels at given positions (0 .. 1).
-    void setLabels(const std::vector<std::pair<double, std::string>>& labels);
-
-private:
-    Layout _layout;
-    double _low = 0.0;
-    double _high = 0.0;
-    osg::ref_ptr<osg::Group> _labels;
-};
+/// Makes the scale of a colour map from 0 to \a high for a figure: an upright bar with numbers on
+/// the right and the heading, which names quantity and unit, above. \a size: of the bar; pixels.
+osg::ref_ptr<osg::Group> colorBar(const ColorMap& map,
+                                  const std::string& heading,
+                                  const osg::Vec2& lowerLeft,
+                                  const osg::Vec2& size,
+                                  double high,
+                                  float textSize,
+                                  const osg::Vec4& color);
 
 /// Panel with text and strokes that change often, drawn in two draw calls whatever its content: the
 /// number of drawables costs time, not the pixels.
@@ -157,10 +150,8 @@ struct Scale
     std::string heading;
     osg::Vec2 lowerLeft;
     osg::Vec2 size;
-    std::vector<std::pair<double, std::string>> labels; ///< position (0 .. 1) and text
+    Labels labels;
 
-    /// Sets the labels to round numbers from 0 to \a high, at most \a atMost.
-    void label(double high, int atMost);
     void draw(TextPanel& sheet, float textSize, const osg::Vec4& color) const;
 };
 

@@ -17,6 +17,7 @@ namespace osgMidair
 namespace
 {
 
+using midair::bridge::HologramResult;
 using pixels::TextPanel;
 
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
@@ -96,20 +97,13 @@ void drawSkin(TextPanel& sheet, const osg::Vec2& lowerLeft, const SkinCurve& ski
 }
 
 /// The ends of a scale and its middle.
-std::vector<std::pair<double, std::string>> levelLabels(double low, double high)
+pixels::Labels levelLabels(double low, double high)
 {
-    std::vector<std::pair<double, std::string>> labels;
+    pixels::Labels labels;
     for (const double share : {0.0, 0.5, 1.0})
         labels.emplace_back(share, pixels::number(low + share * (high - low)));
     return labels;
 }
-
-} // namespace
-
-using midair::bridge::HologramResult;
-
-namespace
-{
 
 /// Returns the text without its node's path at the front: the cause comes first, as the end may be
 /// cut off.
@@ -456,8 +450,10 @@ void HudSheets::drawScales(float field_Pa, float volume_Pa, bool points, bool ar
     if (around)
         add(ColorMap::pressure(), "around, dB").labels =
             levelLabels(ExposureOverlay::kLow_dB, ExposureOverlay::kHigh_dB);
-    if (field_Pa > 0.0F) add(ColorMap::pressure(), "|p| (peak), Pa").label(field_Pa, ticks);
-    if (volume_Pa > 0.0F) add(ColorMap::radiation(), "radiation, Pa").label(volume_Pa, ticks);
+    if (field_Pa > 0.0F)
+        add(ColorMap::pressure(), "|p| (peak), Pa").labels = pixels::labelsTo(field_Pa, ticks);
+    if (volume_Pa > 0.0F)
+        add(ColorMap::radiation(), "radiation, Pa").labels = pixels::labelsTo(volume_Pa, ticks);
     if (points)
         add(ColorMap::diverging(), "got / wanted").labels = {
             {0.0, "50 %"}, {0.5, "100 %"}, {1.0, "200 %"}};

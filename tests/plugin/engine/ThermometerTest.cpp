@@ -41,7 +41,7 @@ TEST(Thermometer, FieldsFollowItAndTheDeviceStaysOpen)
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     EXPECT_EQ(box.scene->getStatistics().temperature_C, 20.0);
-    const auto array = SceneAccess::array(*box.scene);
+    const auto array = SceneAccess::engine(*box.scene).array();
     box.scene->setTemperatureSource(file);
     double before_C = 20.0;
     ASSERT_TRUE(viewer.framesUntil(
@@ -52,9 +52,9 @@ TEST(Thermometer, FieldsFollowItAndTheDeviceStaysOpen)
             before_C = now_C;
             EXPECT_NE(box.scene->getStatistics().state, ArrayState::CLOSED);
             return std::fabs(now_C - 20.5) < 0.05 && box.result() &&
-                   std::fabs(SceneAccess::medium(*box.scene).temperature_C - 20.5) < 0.05;
+                   std::fabs(SceneAccess::engine(*box.scene).medium().temperature_C - 20.5) < 0.05;
         }));
-    EXPECT_EQ(SceneAccess::array(*box.scene), array) << "it was loaded once";
+    EXPECT_EQ(SceneAccess::engine(*box.scene).array(), array) << "it was loaded once";
     EXPECT_EQ(countOf(*box.scene, "air.temperature"), 0);
     // Without it the temperature is the one that is set.
     box.scene->setTemperatureSource("");
@@ -85,7 +85,7 @@ TEST(DeadInScene, AreDrivenWithNothingAndAListThatIsWrongPlaysNothing)
     ASSERT_EQ(played.size(), 249);
     for (int i = 0; i < 249; ++i)
         EXPECT_EQ(std::abs(played[i]) == 0.0F, i == 17 || (i >= 100 && i <= 110)) << i;
-    EXPECT_EQ(SceneAccess::array(*box.scene)->gain[0], 0.5);
+    EXPECT_EQ(SceneAccess::engine(*box.scene).array()->gain[0], 0.5);
     // Another list, while it plays.
     box.scene->setDead("18");
     ASSERT_TRUE(viewer.framesUntil(

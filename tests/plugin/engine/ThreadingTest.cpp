@@ -89,7 +89,7 @@ TEST(Threading, ResultsMayBeReadFromAnyThreadWhileTheSceneMoves)
                 const auto result = SceneAccess::latestResult(*box.scene);
                 if (result && result->achieved_Pa.size() == result->points.size()) ++reads;
                 box.scene->getStatistics();
-                SceneAccess::array(*box.scene);
+                SceneAccess::engine(*box.scene).array();
                 ++looks;
             }
         });

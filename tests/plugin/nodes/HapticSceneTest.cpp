@@ -36,7 +36,7 @@ TEST(HapticScene, PlaysByItselfInAViewer)
     // A cube of 40 mm: points all over it, symmetric up to the random ones on its faces.
     EXPECT_LT((middle(box) - Eigen::Vector3d(0.0, 0.0, 0.15)).norm(), 2e-3);
     EXPECT_GT(box.result()->achieved_Pa.maxCoeff(), 0.0f);
-    EXPECT_EQ(SceneAccess::array(*box.scene)->size(), 249);
+    EXPECT_EQ(SceneAccess::engine(*box.scene).array()->size(), 249);
 }
 
 TEST(HapticScene, ASceneInWhichNothingMovesCostsNoSolves)
@@ -276,7 +276,7 @@ TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)
     ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().messages.empty(); }));
     ASSERT_NE(box.result(), nullptr);
     EXPECT_EQ(box.result()->report().stop, StopReason::REFUSED);
-    EXPECT_EQ(SceneAccess::array(*box.scene), nullptr);
+    EXPECT_EQ(SceneAccess::engine(*box.scene).array(), nullptr);
     EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array 'no such array': ", 0), 0u)
         << box.scene->getStatistics().messages[0];
     box.scene->setArray("board");

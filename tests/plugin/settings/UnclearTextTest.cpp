@@ -232,17 +232,16 @@ TEST(UnclearText, InAFileOfSettingsIsToldWithItsLineAndTheNearestWord)
 TEST(Assignments, ACommaBetweenDigitsSeparatesNothing)
 {
     std::string seen;
-    forEachAssignment("a=1,5 b=2, c=3,d=4",
-                      [&seen](const Assignment& one) { seen += one.name + "=" + one.value + "|"; });
+    for (const Assignment& one : assignmentsIn("a=1,5 b=2, c=3,d=4"))
+        seen += one.name + "=" + one.value + "|";
     EXPECT_EQ(seen, "a=1,5|b=2|c=3|d=4|");
 }
 
 TEST(Assignments, KnowTheirLines)
 {
     std::string seen;
-    forEachAssignment("a=1 # one; b=2\n\n c=3; d=\"x\ny\"\r\ne=4",
-                      [&seen](const Assignment& one)
-                      { seen += one.name + std::to_string(one.line) + " "; });
+    for (const Assignment& one : assignmentsIn("a=1 # one; b=2\n\n c=3; d=\"x\ny\"\r\ne=4"))
+        seen += one.name + std::to_string(one.line) + " ";
     EXPECT_EQ(seen, "a1 c3 d3 e5 ");
 }
 

@@ -184,8 +184,8 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
             },
             120.0));
         ASSERT_EQ(result->frame, frame);
-        const auto array = osgMidair::SceneAccess::array(scene.haptics());
-        const haptics::Medium medium = osgMidair::SceneAccess::medium(scene.haptics());
+        const auto array = osgMidair::SceneAccess::engine(scene.haptics()).array();
+        const haptics::Medium medium = osgMidair::SceneAccess::engine(scene.haptics()).medium();
         const double half = 0.5 * medium.wavelength(array->frequency_Hz);
         const Eigen::Vector3d played = strongestSpot(*result, *array, medium);
         const osg::Vec3d place = osg::Vec3d(played.x(), played.y(), played.z()) * toWorld;
