@@ -33,43 +33,6 @@ namespace midair::samples
 namespace
 {
 
-/// Plays rows of a plan on a device, and knows whether it really does. Silences it at its end.
-class RowPlayer
-{
-public:
-    /// Opens the device. Throws device::DeviceError.
-    RowPlayer(const std::string& uri,
-              const haptics::TuningPlan& plan,
-              const haptics::TransducerArray& array);
-    ~RowPlayer(); ///< silences
-    RowPlayer(const RowPlayer&) = delete;
-    RowPlayer& operator=(const RowPlayer&) = delete;
-
-    /// Plays a row and waits, at most \a patience_s, until the device says that it sounds. Returns
-    /// false if \a goesOn did. Throws device::DeviceError where the device or its limits don't let
-    /// it sound as the plan has it.
-    bool play(int row, double patience_s, const std::function<bool()>& goesOn);
-
-    /// Throws device::DeviceError if the row doesn't sound any more, or did not all the time.
-    void requireThatItSounds();
-
-    /// Says that the row is still wanted; a device with a hold falls silent without.
-    void keepAlive() { _device->keepAlive(); }
-    void silence() { _device->silence(); }
-
-private:
-    bool sounds() const;
-    void requireThatItCan(int row, const device::DriveSignal& signal) const;
-
-    const std::string _uri;
-    const haptics::TuningPlan& _plan;
-    const haptics::TransducerArray& _array;
-    const std::unique_ptr<device::ArrayDevice> _device;
-    std::vector<std::complex<float>> _wanted;
-    int _row = -1;
-    std::uint64_t _silences = 0;
-};
-
 constexpr double kTick_s = 2e-4;
 // Of what is played against what is wanted; a duty level is up to 0.006 of full drive.
 constexpr float kAmplitude = 0.02F;
@@ -79,139 +42,132 @@ void sleepFor(double seconds)
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-RowPlayer::RowPlayer(const std::string& uri,
-                     const haptics::TuningPlan& plan,
-                     const haptics::TransducerArray& array) :
-    _uri(uri),
-    _plan(plan),
-    _array(array),
-    _device(
-        device::playsByItself(uri)
-            ? throw device::DeviceError("device \"" + uri + "\": plays by itself and takes no plan")
-            : bridge::openForUser(uri, {array.size(), array.board}, &array))
-{
-    if (_device->ability().maxPressure_Pa > 0)
-        throw device::DeviceError("device \"" + uri +
-                                  "\": max-pressure can't be held, the rows of a plan have no "
-                                  "control points; max-amplitude and the plan's --duty limit them");
-}
-
-RowPlayer::~RowPlayer()
-{
-    _device->silence();
-}
-
-// What the device would play has to be what the plan has: readings of lowered rows would be taken
-// for weak transducers. Foci may have their phases rounded.
-void RowPlayer::requireThatItCan(int row, const device::DriveSignal& signal) const
-{
-    std::vector<std::complex<float>> planned;
-    device::decode(signal, planned);
-    for (std::size_t i = 0; i < planned.size(); ++i)
-    {
-        const bool isAsPlanned =
-            _plan.method == haptics::TuningMethod::FOCUS
-                ? std::abs(std::abs(_wanted[i]) - std::abs(planned[i])) <= kAmplitude
-                : std::abs(_wanted[i] - planned[i]) <= kAmplitude;
-        if (isAsPlanned) continue;
-        throw device::DeviceError(fmt::format(
-            "device \"{}\": row {} has transducer {} at {:.2f} of full drive and phase level {}; "
-            "its "
-            "levels or limits make {:.2f} of it, and {:.0f} of 256: plan with a lower --duty",
-            _uri,
-            row,
-            i,
-            std::abs(planned[i]),
-            signal.phase[i],
-            std::abs(_wanted[i]),
-            std::fmod(std::arg(_wanted[i]) / 6.2831853F * 256.0F + 256.0F, 256.0F)));
-    }
-}
-
-bool RowPlayer::sounds() const
-{
-    const device::DeviceReport report = _device->report();
-    if (report.state != device::DeviceState::READY || report.pending > 0) return false;
-    const std::vector<std::complex<float>> played = _device->played();
-    if (played.size() != _wanted.size()) return false;
-    for (std::size_t i = 0; i < played.size(); ++i)
-        if (!(std::abs(played[i] - _wanted[i]) < kAmplitude)) return false;
-    return true;
-}
-
-bool RowPlayer::play(int row, double patience_s, const std::function<bool()>& goesOn)
-{
-    const haptics::TuningDrive drive =
-        haptics::driveOf(_plan, _plan.rows[static_cast<std::size_t>(row)], &_array);
-    const device::DriveSignal signal{drive.phase, drive.duty};
-    _wanted = _device->wouldPlay(signal);
-    requireThatItCan(row, signal);
-    _row = row;
-    if (!_device->send(signal))
-        throw device::DeviceError(
-            fmt::format("device \"{}\": refuses row {}: {}", _uri, row, _device->status()));
-    const double end_s = base::steadySeconds() + patience_s;
-    while (!sounds())
-    {
-        if (!goesOn()) return false;
-        const device::DeviceReport report = _device->report();
-        if (report.state == device::DeviceState::LOST || base::steadySeconds() > end_s)
-            throw device::DeviceError(fmt::format(
-                "device \"{}\": row {} doesn't sound as planned within {:g} s: {}; a limit such as "
-                "mean-drive may hold it down, then plan with a lower --duty",
-                _uri,
-                row,
-                patience_s,
-                _device->status()));
-        keepAlive();
-        sleepFor(kTick_s);
-    }
-    _silences = _device->report().silences;
-    return true;
-}
-
-void RowPlayer::requireThatItSounds()
-{
-    if (sounds() && _device->report().silences == _silences) return;
-    throw device::DeviceError(
-        fmt::format("device \"{}\": row {} did not sound until it was read: {}",
-                    _uri,
-                    _row,
-                    _device->status()));
-}
-
-/// The file of readings while they are taken: each is appended when it is there, and what a run
-/// left behind is continued by the next.
-class ReadingJournal
+/// Plays rows of a plan on a device, and knows whether it really does. Silences it at its end.
+class RowPlayer
 {
 public:
-    /// Opens \a path, or begins it. Throws base::InputError if another run has it, if it belongs to
-    /// another plan, or can't be read or written.
-    ReadingJournal(const std::string& path,
-                   const haptics::TuningPlan& plan,
-                   const std::string& planSum);
+    /// Opens the device. Throws device::DeviceError.
+    RowPlayer(const std::string& uri,
+              const haptics::TuningPlan& plan,
+              const haptics::TransducerArray& array) :
+        _uri(uri),
+        _plan(plan),
+        _array(array),
+        _device(device::playsByItself(uri)
+                    ? throw device::DeviceError("device \"" + uri +
+                                                "\": plays by itself and takes no plan")
+                    : bridge::openForUser(uri, {array.size(), array.board}, &array))
+    {
+        if (_device->ability().maxPressure_Pa > 0)
+            throw device::DeviceError(
+                "device \"" + uri +
+                "\": max-pressure can't be held, the rows of a plan have no "
+                "control points; max-amplitude and the plan's --duty limit them");
+    }
 
-    /// What there is of each row; rows without a number are to be read.
-    const haptics::TuningReadings& found() const { return _found; }
-    bool isRead(int row) const;
+    /// silences
+    ~RowPlayer() { _device->silence(); }
 
-    /// Appends a reading; it survives a kill at once, and a failing power supply after half a
-    /// second. Throws base::InputError if it can't be written.
-    void append(int row, std::complex<double> value, bool isLevel);
+    RowPlayer(const RowPlayer&) = delete;
+    RowPlayer& operator=(const RowPlayer&) = delete;
 
-    /// Takes the readings of \a place out, so that it is read anew; the file as it was stays as
-    /// PATH.old.
-    void forget(int place);
+    /// Plays a row and waits, at most \a patience_s, until the device says that it sounds. Returns
+    /// false if \a goesOn did. Throws device::DeviceError where the device or its limits don't let
+    /// it sound as the plan has it.
+    bool play(int row, double patience_s, const std::function<bool()>& goesOn)
+    {
+        const haptics::TuningDrive drive =
+            haptics::driveOf(_plan, _plan.rows[static_cast<std::size_t>(row)], &_array);
+        const device::DriveSignal signal{drive.phase, drive.duty};
+        _wanted = _device->wouldPlay(signal);
+        requireThatItCan(row, signal);
+        _row = row;
+        if (!_device->send(signal))
+            throw device::DeviceError(
+                fmt::format("device \"{}\": refuses row {}: {}", _uri, row, _device->status()));
+        const double end_s = base::steadySeconds() + patience_s;
+        while (!sounds())
+        {
+            if (!goesOn()) return false;
+            const device::DeviceReport report = _device->report();
+            if (report.state == device::DeviceState::LOST || base::steadySeconds() > end_s)
+                throw device::DeviceError(
+                    fmt::format("device \"{}\": row {} doesn't sound as planned within {:g} s: {}; "
+                                "a limit such as "
+                                "mean-drive may hold it down, then plan with a lower --duty",
+                                _uri,
+                                row,
+                                patience_s,
+                                _device->status()));
+            keepAlive();
+            sleepFor(kTick_s);
+        }
+        _silences = _device->report().silences;
+        return true;
+    }
+
+    /// Throws device::DeviceError if the row doesn't sound any more, or did not all the time.
+    void requireThatItSounds()
+    {
+        if (sounds() && _device->report().silences == _silences) return;
+        throw device::DeviceError(
+            fmt::format("device \"{}\": row {} did not sound until it was read: {}",
+                        _uri,
+                        _row,
+                        _device->status()));
+    }
+
+    /// Says that the row is still wanted; a device with a hold falls silent without.
+    void keepAlive() { _device->keepAlive(); }
+    void silence() { _device->silence(); }
 
 private:
-    void write(const std::string& text);
+    bool sounds() const
+    {
+        const device::DeviceReport report = _device->report();
+        if (report.state != device::DeviceState::READY || report.pending > 0) return false;
+        const std::vector<std::complex<float>> played = _device->played();
+        if (played.size() != _wanted.size()) return false;
+        for (std::size_t i = 0; i < played.size(); ++i)
+            if (!(std::abs(played[i] - _wanted[i]) < kAmplitude)) return false;
+        return true;
+    }
 
-    const std::string _path;
+    // What the device would play has to be what the plan has: readings of lowered rows would be
+    // taken for weak transducers. Foci may have their phases rounded.
+    void requireThatItCan(int row, const device::DriveSignal& signal) const
+    {
+        std::vector<std::complex<float>> planned;
+        device::decode(signal, planned);
+        for (std::size_t i = 0; i < planned.size(); ++i)
+        {
+            const bool isAsPlanned =
+                _plan.method == haptics::TuningMethod::FOCUS
+                    ? std::abs(std::abs(_wanted[i]) - std::abs(planned[i])) <= kAmplitude
+                    : std::abs(_wanted[i] - planned[i]) <= kAmplitude;
+            if (isAsPlanned) continue;
+            throw device::DeviceError(fmt::format(
+                "device \"{}\": row {} has transducer {} at {:.2f} of full drive and phase level "
+                "{}; "
+                "its "
+                "levels or limits make {:.2f} of it, and {:.0f} of 256: plan with a lower --duty",
+                _uri,
+                row,
+                i,
+                std::abs(planned[i]),
+                signal.phase[i],
+                std::abs(_wanted[i]),
+                std::fmod(std::arg(_wanted[i]) / 6.2831853F * 256.0F + 256.0F, 256.0F)));
+        }
+    }
+
+    const std::string _uri;
     const haptics::TuningPlan& _plan;
-    const std::string _sum;
-    LineJournal _file;
-    haptics::TuningReadings _found;
-    double _synced_s = 0.0;
+    const haptics::TransducerArray& _array;
+    const std::unique_ptr<device::ArrayDevice> _device;
+    std::vector<std::complex<float>> _wanted;
+    int _row = -1;
+    std::uint64_t _silences = 0;
 };
 
 constexpr double kSync_s = 0.5;
@@ -224,65 +180,84 @@ std::string lineOf(int row, std::complex<double> value, bool isLevel)
                    : fmt::format("{},{},{}\n", row, text(value.real()), text(value.imag()));
 }
 
-ReadingJournal::ReadingJournal(const std::string& path,
-                               const haptics::TuningPlan& plan,
-                               const std::string& planSum) :
-    _path(path),
-    _plan(plan),
-    _sum(planSum),
-    _file(path, "readings"),
-    _found(haptics::readingsFromCsv(_file.text(), _path, _plan))
+/// The file of readings while they are taken: each is appended when it is there, and what a run
+/// left behind is continued by the next.
+class ReadingJournal
 {
-    if (_found.isTorn) _file.cutTornLine();
-    if (_file.text().find('\n') == std::string::npos)
-        write(fmt::format("# plan {}\n", _sum));
-    else if (_found.planSum != _sum)
-        throw base::InputError(fmt::format(
-            "readings \"{}\" belong to {}, this plan is {}; take another file with --out",
-            _path,
-            _found.planSum.empty() ? "no plan that they name" : "plan " + _found.planSum,
-            _sum));
-}
-
-bool ReadingJournal::isRead(int row) const
-{
-    return std::isfinite(_found.values[row].real());
-}
-
-void ReadingJournal::write(const std::string& text)
-{
-    _file.append(text);
-    const double now_s = base::steadySeconds();
-    if (now_s - _synced_s < kSync_s) return;
-    _file.sync();
-    _synced_s = now_s;
-}
-
-void ReadingJournal::append(int row, std::complex<double> value, bool isLevel)
-{
-    write(lineOf(row, value, isLevel));
-    _found.values[row] = value;
-    _found.areLevels = isLevel;
-}
-
-void ReadingJournal::forget(int place)
-{
-    std::error_code error;
-    std::filesystem::copy_file(
-        _path, _path + ".old", std::filesystem::copy_options::overwrite_existing, error);
-    if (error)
-        throw base::InputError("readings \"" + _path + "\" can't be copied to \"" + _path +
-                               ".old\": " + error.message());
-    std::string text = fmt::format("# plan {}\n", _sum);
-    for (int row = 0; row < _plan.size(); ++row)
+public:
+    /// Opens \a path, or begins it. Throws base::InputError if another run has it, if it belongs to
+    /// another plan, or can't be read or written.
+    ReadingJournal(const std::string& path,
+                   const haptics::TuningPlan& plan,
+                   const std::string& planSum) :
+        _path(path),
+        _plan(plan),
+        _sum(planSum),
+        _file(path, "readings"),
+        _found(haptics::readingsFromCsv(_file.text(), _path, _plan))
     {
-        if (_plan.rows[static_cast<std::size_t>(row)].place == place)
-            _found.values[row] = {std::nan(""), 0.0};
-        else if (isRead(row))
-            text += lineOf(row, _found.values[row], _found.areLevels);
+        if (_found.isTorn) _file.cutTornLine();
+        if (_file.text().find('\n') == std::string::npos)
+            write(fmt::format("# plan {}\n", _sum));
+        else if (_found.planSum != _sum)
+            throw base::InputError(fmt::format(
+                "readings \"{}\" belong to {}, this plan is {}; take another file with --out",
+                _path,
+                _found.planSum.empty() ? "no plan that they name" : "plan " + _found.planSum,
+                _sum));
     }
-    _file.replace(text);
-}
+
+    /// What there is of each row; rows without a number are to be read.
+    const haptics::TuningReadings& found() const { return _found; }
+    bool isRead(int row) const { return std::isfinite(_found.values[row].real()); }
+
+    /// Appends a reading; it survives a kill at once, and a failing power supply after half a
+    /// second. Throws base::InputError if it can't be written.
+    void append(int row, std::complex<double> value, bool isLevel)
+    {
+        write(lineOf(row, value, isLevel));
+        _found.values[row] = value;
+        _found.areLevels = isLevel;
+    }
+
+    /// Takes the readings of \a place out, so that it is read anew; the file as it was stays as
+    /// PATH.old.
+    void forget(int place)
+    {
+        std::error_code error;
+        std::filesystem::copy_file(
+            _path, _path + ".old", std::filesystem::copy_options::overwrite_existing, error);
+        if (error)
+            throw base::InputError("readings \"" + _path + "\" can't be copied to \"" + _path +
+                                   ".old\": " + error.message());
+        std::string text = fmt::format("# plan {}\n", _sum);
+        for (int row = 0; row < _plan.size(); ++row)
+        {
+            if (_plan.rows[static_cast<std::size_t>(row)].place == place)
+                _found.values[row] = {std::nan(""), 0.0};
+            else if (isRead(row))
+                text += lineOf(row, _found.values[row], _found.areLevels);
+        }
+        _file.replace(text);
+    }
+
+private:
+    void write(const std::string& text)
+    {
+        _file.append(text);
+        const double now_s = base::steadySeconds();
+        if (now_s - _synced_s < kSync_s) return;
+        _file.sync();
+        _synced_s = now_s;
+    }
+
+    const std::string _path;
+    const haptics::TuningPlan& _plan;
+    const std::string _sum;
+    LineJournal _file;
+    haptics::TuningReadings _found;
+    double _synced_s = 0.0;
+};
 
 using base::InputError;
 
