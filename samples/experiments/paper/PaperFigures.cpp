@@ -317,15 +317,15 @@ void PaperArray::draw(const PaperField& field,
                       const std::string& title,
                       const std::string& path) const
 {
-    FieldImage image;
-    image.grid = bestSlice(field.points, 0.03, 4e-4);
-    image.pressure_Pa = haptics::pressureAt(image.grid.points(), _array, _medium, field.played, 2);
-    image.points = field.points;
-    image.achieved_Pa = field.achieved_Pa.cast<float>();
-    image.level_Pa = field.report.level_Pa;
-    image.title = title;
+    const haptics::FieldGrid grid = bestSlice(field.points, 0.03, 4e-4);
+    osgMidair::FieldPicture picture = fieldPicture(grid,
+                                                   pressure(grid.points(), field).cast<float>(),
+                                                   field.points,
+                                                   field.achieved_Pa,
+                                                   field.report.level_Pa);
+    picture.title = title;
     std::string message;
-    writeFieldImage(path, image, &message);
+    writeFieldPicture(path, picture, message);
     if (!message.empty()) std::fprintf(stderr, "midair-paper: %s\n", message.c_str());
 }
 
