@@ -51,12 +51,10 @@ std::string draw(const Solution& solution, const std::string& title, const std::
 extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
                                   const std::string& title,
                                   const std::string& path,
-                                  midair::base::InstructionSet set,
                                   std::string& problem)
 {
     try
     {
-        midair::base::useInstructionSet(set);
         problem = midair::samples::draw(solution, title, path);
     }
     catch (const std::exception& error)

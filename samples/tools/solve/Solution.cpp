@@ -1,8 +1,6 @@
 #include "samples/tools/solve/Solution.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
-#include "haptics/base/text/Words.h"
 #include "haptics/probe/PressureProbe.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
@@ -11,12 +9,7 @@
 #include "haptics/solvers/certificate/Certificate.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
-#include <locale>
-#include <sstream>
 
 #include <fmt/format.h>
 
@@ -25,26 +18,6 @@ namespace midair::samples
 
 namespace
 {
-
-constexpr std::size_t kMostPlaces = 100000;
-constexpr std::array<const char*, 3> kColumns = {"x_m", "y_m", "z_m"};
-
-std::array<std::size_t, 3> cellsOf(const std::string& path, const std::string& header)
-{
-    const std::vector<std::string> names = base::splitColumns(header);
-    std::array<std::size_t, 3> cells{};
-    for (std::size_t axis = 0; axis < cells.size(); ++axis)
-    {
-        const auto found = std::find(names.begin(), names.end(), kColumns[axis]);
-        if (found == names.end())
-            throw base::InputError(
-                fmt::format("{}:1: there is no column {}; the header must hold x_m,y_m,z_m",
-                            path,
-                            kColumns[axis]));
-        cells[axis] = static_cast<std::size_t>(found - names.begin());
-    }
-    return cells;
-}
 
 constexpr double kMostSamples = 1e7; // about 700 MB of text
 
@@ -67,35 +40,6 @@ void append(const Eigen::Matrix3Xd& more, Eigen::Matrix3Xd& places)
     places.conservativeResize(3, places.cols() + more.cols());
     places.rightCols(more.cols()) = more;
 }
-
-class CsvFile
-{
-public:
-    CsvFile(std::string path, const std::string& header) : _path(std::move(path)), _file(_path)
-    {
-        if (!_file) throw base::InputError("cannot write " + _path);
-        _file << header << '\n';
-    }
-    template<typename... Values>
-    void row(fmt::format_string<Values...> format, Values&&... values)
-    {
-        _line.clear();
-        fmt::format_to(std::back_inserter(_line), format, std::forward<Values>(values)...);
-        _line.push_back('\n');
-        _file.write(_line.data(), static_cast<std::streamsize>(_line.size()));
-    }
-    void finish()
-    {
-        _file.close();
-        if (!_file)
-            throw base::InputError("could not write " + _path + " to its end: is the disk full?");
-    }
-
-private:
-    std::string _path;
-    std::ofstream _file;
-    fmt::memory_buffer _line;
-};
 
 /// The mean radiation pressure at a point over the steps of \a schedule, each as its steady field.
 double steadyMean_Pa(const haptics::PressureProbe& probe,
@@ -216,39 +160,6 @@ void certify(const SolveArguments& arguments, Solution& solution)
 
 } // namespace
 
-Eigen::Matrix3Xd readEars(const std::string& path)
-{
-    std::istringstream file(textOf(path));
-    std::string line;
-    std::getline(file, line);
-    const std::array<std::size_t, 3> cells = cellsOf(path, line);
-    std::vector<Eigen::Vector3d> places;
-    for (int number = 2; std::getline(file, line); ++number)
-    {
-        const std::vector<std::string> row = base::splitColumns(line);
-        if (row.empty()) continue;
-        Eigen::Vector3d& place = places.emplace_back();
-        for (std::size_t axis = 0; axis < 3; ++axis)
-        {
-            const std::string text = cells[axis] < row.size() ? row[cells[axis]] : "";
-            if (!base::parseNumber(text, place[static_cast<Eigen::Index>(axis)]))
-                throw base::InputError(fmt::format("{}:{}: {} is '{}', it must be a finite number",
-                                                   path,
-                                                   number,
-                                                   kColumns[axis],
-                                                   text));
-        }
-        if (places.size() > kMostPlaces)
-            throw base::InputError(
-                fmt::format("{}:{}: there are more than {} places", path, number, kMostPlaces));
-    }
-    if (places.empty()) throw base::InputError(path + ": there are no places below the header");
-    Eigen::Matrix3Xd all(3, static_cast<Eigen::Index>(places.size()));
-    for (std::size_t l = 0; l < places.size(); ++l)
-        all.col(static_cast<Eigen::Index>(l)) = places[l];
-    return all;
-}
-
 SolveEars::SolveEars(const haptics::TransducerArray& array,
                      const haptics::Medium& medium,
                      const Eigen::Matrix3Xd& given,
@@ -279,19 +190,16 @@ void SolveEars::write(const std::string& path, const std::vector<Eigen::VectorXc
         incoherent +=
             _exposure->incoherent_Pa2(q).cast<double>() / static_cast<double>(fields.size());
     }
-    std::ofstream file(path);
-    file.imbue(std::locale::classic());
-    file.precision(9);
-    file << "x_m,y_m,z_m,L_dB,incoherent_dB\n";
+    TextFile file(path);
+    file.line("x_m,y_m,z_m,L_dB,incoherent_dB");
     for (Eigen::Index l = _exposure->size() - _given; l < _exposure->size(); ++l)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-            file << _exposure->places()(axis, l) << ',';
-        file << haptics::soundLevel_dB(coherent[l]) << ',' << haptics::soundLevel_dB(incoherent[l])
-             << '\n';
-    }
-    file.close();
-    if (!file) throw base::InputError("cannot write " + path);
+        file.line("{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+                  _exposure->places()(0, l),
+                  _exposure->places()(1, l),
+                  _exposure->places()(2, l),
+                  haptics::soundLevel_dB(coherent[l]),
+                  haptics::soundLevel_dB(incoherent[l]));
+    file.finish();
 }
 
 bool asksForProbes(const SolveArguments& arguments)
@@ -352,35 +260,38 @@ ProbeTraces probe(const SolveArguments& arguments,
 
 void writeProbe(const std::string& folder, const ProbeTraces& traces, const haptics::Medium& medium)
 {
-    CsvFile probes(folder + "/probe.csv", "point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
-    CsvFile spectra(folder + "/spectrum.csv", "point,frequency_Hz,radiation_Pa");
-    CsvFile places(folder + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
+    TextFile probes(folder + "/probe.csv");
+    TextFile spectra(folder + "/spectrum.csv");
+    TextFile places(folder + "/probe_points.csv");
+    probes.line("point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
+    spectra.line("point,frequency_Hz,radiation_Pa");
+    places.line("point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
     for (std::size_t l = 0; l < traces.pressure_Pa.size(); ++l)
     {
         const Eigen::VectorXcd& p_Pa = traces.pressure_Pa[l];
         const Eigen::VectorXd radiation_Pa = haptics::radiationOf(p_Pa, medium);
         for (Eigen::Index k = 0; k < p_Pa.size(); ++k)
-            probes.row("{},{:.9g},{:.9g},{:.9g},{:.9g}",
-                       l,
-                       static_cast<double>(k) / traces.rate_Hz,
-                       p_Pa[k].real(),
-                       p_Pa[k].imag(),
-                       radiation_Pa[k]);
+            probes.line("{},{:.9g},{:.9g},{:.9g},{:.9g}",
+                        l,
+                        static_cast<double>(k) / traces.rate_Hz,
+                        p_Pa[k].real(),
+                        p_Pa[k].imag(),
+                        radiation_Pa[k]);
         const auto column = static_cast<Eigen::Index>(l);
-        places.row("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
-                   l,
-                   traces.points(0, column),
-                   traces.points(1, column),
-                   traces.points(2, column),
-                   radiation_Pa.mean(),
-                   traces.steadyMean_Pa[column]);
+        places.line("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+                    l,
+                    traces.points(0, column),
+                    traces.points(1, column),
+                    traces.points(2, column),
+                    radiation_Pa.mean(),
+                    traces.steadyMean_Pa[column]);
         if (radiation_Pa.size() < 2) continue;
         const haptics::Spectrum spectrum = haptics::spectrumOf(radiation_Pa, traces.rate_Hz);
         for (Eigen::Index k = 0; k < spectrum.amplitude.size(); ++k)
-            spectra.row("{},{:.9g},{:.9g}",
-                        l,
-                        static_cast<double>(k) * spectrum.step_Hz,
-                        spectrum.amplitude[k]);
+            spectra.line("{},{:.9g},{:.9g}",
+                         l,
+                         static_cast<double>(k) * spectrum.step_Hz,
+                         spectrum.amplitude[k]);
     }
     probes.finish();
     spectra.finish();

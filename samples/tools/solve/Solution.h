@@ -22,11 +22,6 @@
 namespace midair::samples
 {
 
-/// Reads listening places (3 x n) from a CSV file with a header line that has x_m, y_m and z_m, in
-/// any order; other columns are ignored. At most 100,000 places. Throws base::InputError that names
-/// the file and the line.
-Eigen::Matrix3Xd readEars(const std::string& path);
-
 /// The places that hear a solved field: those around the array, then those of a file.
 class SolveEars
 {

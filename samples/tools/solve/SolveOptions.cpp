@@ -7,10 +7,10 @@
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/tools/solve/SolveFiles.h"
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 
@@ -61,11 +61,6 @@ void addFieldSettings(CLI::App& app, SolveArguments& arguments)
         });
 }
 
-} // namespace
-
-namespace
-{
-
 void addProbeOptions(CLI::App& app, SolveArguments& arguments)
 {
     auto* probe =
@@ -107,6 +102,38 @@ void addProbeOptions(CLI::App& app, SolveArguments& arguments)
                    "Time constant of the transducers in place of the array's, seconds; 0: none")
         ->transform(inUnit("s", base::parseQuantity))
         ->check(CLI::Range(0.0, haptics::kMostRinging_s));
+}
+
+std::string orEmpty(double value)
+{
+    return std::isnan(value) ? std::string() : fmt::format("{:.6g}", value);
+}
+
+std::string lineOf(const haptics::ToleranceRow& row, const char* name, const char* unit)
+{
+    return fmt::format("{},{:.6g},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{}\n",
+                       name,
+                       row.value,
+                       unit,
+                       row.draws,
+                       row.rms,
+                       row.rms90,
+                       row.loudness,
+                       row.loudness10,
+                       row.focus,
+                       row.focus10,
+                       orEmpty(row.expectedRms),
+                       orEmpty(row.expectedFocus));
+}
+
+void printLine(const std::string& what, const haptics::ToleranceRow& row)
+{
+    std::printf("%-12s%-18s rms %.2f %%, loudness E %.3f, focus %.3f\n",
+                "",
+                what.c_str(),
+                100.0 * row.rms,
+                row.loudness,
+                row.focus);
 }
 
 } // namespace
@@ -238,54 +265,16 @@ void addToleranceOptions(CLI::App& app, SolveArguments& arguments)
         ->capture_default_str();
 }
 
-namespace
-{
-
-std::string orEmpty(double value)
-{
-    return std::isnan(value) ? std::string() : fmt::format("{:.6g}", value);
-}
-
-std::string lineOf(const haptics::ToleranceRow& row, const char* name, const char* unit)
-{
-    return fmt::format("{},{:.6g},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{}\n",
-                       name,
-                       row.value,
-                       unit,
-                       row.draws,
-                       row.rms,
-                       row.rms90,
-                       row.loudness,
-                       row.loudness10,
-                       row.focus,
-                       row.focus10,
-                       orEmpty(row.expectedRms),
-                       orEmpty(row.expectedFocus));
-}
-
-void printLine(const std::string& what, const haptics::ToleranceRow& row)
-{
-    std::printf("%-12s%-18s rms %.2f %%, loudness E %.3f, focus %.3f\n",
-                "",
-                what.c_str(),
-                100.0 * row.rms,
-                row.loudness,
-                row.focus);
-}
-
-} // namespace
-
 void writeTolerance(const std::string& path, const haptics::ToleranceStudy& study)
 {
-    std::ofstream file(path);
-    file << "deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,"
-            "expected_rms,expected_focus\n"
-         << lineOf(study.nominal, "nominal", "");
+    TextFile file(path);
+    file.stream() << "deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,"
+                     "expected_rms,expected_focus\n"
+                  << lineOf(study.nominal, "nominal", "");
     for (const haptics::ToleranceRow& row : study.rows)
-        file << lineOf(
+        file.stream() << lineOf(
             row, haptics::deviationName(row.deviation), haptics::deviationUnit(row.deviation));
-    file.close();
-    if (!file) throw base::InputError("could not write " + path + ": is the disk full?");
+    file.finish();
 }
 
 void printTolerance(const haptics::ToleranceStudy& study)

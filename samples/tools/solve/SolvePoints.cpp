@@ -38,13 +38,30 @@ Eigen::Isometry3d poseOf(const SolveArguments& arguments)
     return pose;
 }
 
+/// Returns the spacing of control points, metres.
+double spacingOf(const SolveArguments& arguments, const SolveScene& scene)
+{
+    return arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+}
+
+/// Returns samples of the model, \a spacing_m apart, array frame.
+Eigen::Matrix3Xd
+samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spacing_m)
+{
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = spacing_m;
+    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
+    sampling.maxPoints = 200000;
+    return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
+}
+
 /// Returns the model's samples in the array frame, a set for each field; all targets are 1, or the
 /// wanted pressure.
 std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
                                               const SolveScene& scene)
 {
     haptics::SamplerOptions options;
-    options.spacing_m = arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+    options.spacing_m = spacingOf(arguments, scene);
     options.sampling = arguments.sampling;
     std::vector<haptics::PosedObject> objects;
     for (const haptics::SurfaceSamples& samples :
@@ -77,7 +94,7 @@ int pointsIfSmall(const SolveArguments& arguments, const SolveScene& scene)
 {
     if (!haptics::isOneFocus(scene.mesh, scene.wavelength_m())) return 0;
     haptics::SamplerOptions sampling;
-    sampling.spacing_m = arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+    sampling.spacing_m = spacingOf(arguments, scene);
     sampling.sampling = arguments.sampling;
     haptics::SelectorOptions options;
     if (arguments.settings.maxPoints > 0) options.maxPoints = arguments.settings.maxPoints;
@@ -195,28 +212,6 @@ modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& an
                      reached.apart);
     return std::move(reached.inside);
 }
-
-namespace
-{
-
-/// Returns the spacing of control points, metres.
-double spacingOf(const SolveArguments& arguments, const SolveScene& scene)
-{
-    return arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
-}
-
-/// Returns samples of the model, \a spacing_m apart, array frame.
-Eigen::Matrix3Xd
-samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spacing_m)
-{
-    haptics::SamplerOptions sampling;
-    sampling.spacing_m = spacing_m;
-    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
-    sampling.maxPoints = 200000;
-    return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
-}
-
-} // namespace
 
 haptics::ControlPoints placesToEven(const SolveArguments& arguments,
                                     const haptics::ControlPoints& points,
