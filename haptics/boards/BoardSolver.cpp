@@ -23,31 +23,18 @@ constexpr int kMostSteps = 200;
 constexpr double kEnough_m = 1e-9; // a step that is shorter ends the fit
 constexpr double kHuber = 1.5;     // sigmas
 
-/// Huber's cost of a residual in sigmas, and the weight that has its slope.
-double huberCost(double r)
-{
-    const double size = std::fabs(r);
-    return size <= kHuber ? 0.5 * r * r : kHuber * (size - 0.5 * kHuber);
-}
-
-double huberWeight(double r)
-{
-    return std::fabs(r) <= kHuber ? 1.0 : kHuber / std::fabs(r);
-}
-
 constexpr double kApart_m = 5e-3; // mirror images that are nearer to each other are one
 constexpr double kAsLikely = 2.0; // more of the cost: two standard deviations
 
-double costOf(const BoardSolver& solver,
-              const std::vector<char>& used,
-              double sigma_m,
-              const BoardState& state)
+/// Residuals of those in \a used, in sigmas; 0: not used.
+Eigen::ArrayXd sigmasOf(const BoardSolver& solver,
+                        const std::vector<char>& used,
+                        double sigma_m,
+                        const BoardState& state)
 {
-    const Eigen::VectorXd r = solver.residuals_m(state) / sigma_m;
-    double sum = 0.0;
-    for (Eigen::Index k = 0; k < r.size(); ++k)
-        if (used[static_cast<std::size_t>(k)]) sum += 0.5 * r[k] * r[k];
-    return sum;
+    const Eigen::Map<const Eigen::Array<char, Eigen::Dynamic, 1>> isUsed(
+        used.data(), static_cast<Eigen::Index>(used.size()));
+    return (isUsed != 0).select(solver.residuals_m(state).array() / sigma_m, 0.0);
 }
 
 /// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
@@ -221,39 +208,37 @@ void BoardSolver::step(const Eigen::VectorXd& by, BoardState& state) const
     if (_parameterOfDelay >= 0) state.delay_m += by[_parameterOfDelay];
 }
 
-double BoardSolver::fit(const std::vector<char>& used,
-                        double sigma_m,
-                        int freeBoard,
-                        BoardState& state) const
+void BoardSolver::fit(const std::vector<char>& used,
+                      double sigma_m,
+                      int freeBoard,
+                      BoardState& state) const
 {
+    // Huber's cost: of large residuals in sigmas, their size.
     const auto costOf = [&](const BoardState& of)
     {
-        const Eigen::VectorXd r = residuals_m(of) / sigma_m;
-        double sum = 0.0;
-        for (Eigen::Index k = 0; k < r.size(); ++k)
-            if (used[static_cast<std::size_t>(k)]) sum += huberCost(r[k]);
-        return sum;
+        const Eigen::ArrayXd size = sigmasOf(*this, used, sigma_m, of).abs();
+        return (size <= kHuber).select(0.5 * size.square(), kHuber * (size - 0.5 * kHuber)).sum();
     };
     double cost = costOf(state), damping = 1e-3;
-    for (int k = 0; k < kMostSteps && damping < 1e12; ++k)
+    for (int step = 0; step < kMostSteps && damping < 1e12; ++k)
     {
-        const Eigen::VectorXd r = residuals_m(state) / sigma_m;
+        const Eigen::ArrayXd r = sigmasOf(*this, used, sigma_m, state);
         Eigen::MatrixXd J = jacobian(state) / sigma_m;
         if (freeBoard >= 0)
         {
             J.leftCols(parameterOf(freeBoard)).setZero();
             J.rightCols(_parameters - parameterOf(freeBoard) - 6).setZero();
         }
-        Eigen::VectorXd w(r.size());
-        for (Eigen::Index l = 0; l < r.size(); ++l)
-            w[l] = used[static_cast<std::size_t>(l)] ? huberWeight(r[l]) : 0.0;
-        const Eigen::VectorXd slope = J.transpose() * w.cwiseProduct(r);
+        for (Eigen::Index k = 0; k < r.size(); ++k)
+            if (!used[static_cast<std::size_t>(k)]) J.row(k).setZero();
+        const Eigen::VectorXd w = kHuber / r.abs().max(kHuber);
+        const Eigen::VectorXd slope = J.transpose() * (w.array() * r).matrix();
         Eigen::MatrixXd H = J.transpose() * w.asDiagonal() * J;
         // Damped in metres, the same for all, so that what nothing determines stays where it is.
         H.diagonal().array() += damping / (sigma_m * sigma_m);
         const Eigen::VectorXd by = -H.ldlt().solve(slope);
         BoardState next = state;
-        step(by, next);
+        this->step(by, next);
         const double nextCost = costOf(next);
         if (!(nextCost <= cost))
         {
@@ -265,7 +250,6 @@ double BoardSolver::fit(const std::vector<char>& used,
         damping = std::max(damping / 10.0, 1e-9);
         if (by.cwiseAbs().maxCoeff() < kEnough_m) break;
     }
-    return cost;
 }
 
 Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal)
@@ -300,7 +284,9 @@ std::vector<std::string> mirrorNotes(const BoardSolver& solver,
                                      const BoardState& state)
 {
     std::vector<std::string> notes;
-    const double cost = costOf(solver, used, sigma_m, state);
+    const auto costOf = [&](const BoardState& of)
+    { return 0.5 * sigmasOf(solver, used, sigma_m, of).square().sum(); };
+    const double cost = costOf(state);
     for (int b = 0; b < solver.boards(); ++b)
     {
         BoardState other = state;
@@ -312,7 +298,7 @@ std::vector<std::string> mirrorNotes(const BoardSolver& solver,
             Eigen::AngleAxisd(other.motion[at].linear() * state.motion[at].linear().transpose())
                 .angle();
         if (std::hypot(apart_m, BoardSolver::kArm_m * turn) < kApart_m ||
-            costOf(solver, used, sigma_m, other) > cost + kAsLikely)
+            costOf(other) > cost + kAsLikely)
             continue;
         notes.push_back(fmt::format(
             "board {} is measured to points in one plane: it could as well be {:.0f} mm away, "

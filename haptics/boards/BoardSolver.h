@@ -40,10 +40,8 @@ public:
     int parameterOf(int board) const { return 6 * board; } ///< of six: shift, then turn
 
     /// Fits by Levenberg-Marquardt with Huber's weights beyond \a sigma_m, for the measurements in
-    /// \a used (0, 1), from \a state. \a freeBoard: only this one moves; -1: all. Returns the cost,
-    /// of residuals over \a sigma_m.
-    double
-    fit(const std::vector<char>& used, double sigma_m, int freeBoard, BoardState& state) const;
+    /// \a used (0, 1), from \a state. \a freeBoard: only this one moves; -1: all.
+    void fit(const std::vector<char>& used, double sigma_m, int freeBoard, BoardState& state) const;
 
     Eigen::VectorXd residuals_m(const BoardState& state) const;
     Eigen::MatrixXd jacobian(const BoardState& state) const;
