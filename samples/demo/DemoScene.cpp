@@ -10,7 +10,6 @@
 #include <osgMidair/HapticSurface>
 #include <osgMidair/SettingDescription>
 
-#include <osg/Material>
 #include <osgDB/FileNameUtils>
 
 #include <algorithm>
@@ -213,7 +212,6 @@ void DemoScene::wrap(const DemoOptions& options)
     _moved->setDataVariance(osg::Object::DYNAMIC);
     _moved->addChild(surface);
     _moved->addChild(object.edges);
-    _edges = object.edges;
     _haptics = new osgMidair::HapticScene;
     _haptics->addChild(_moved);
     applySettings(options);
@@ -233,21 +231,6 @@ void DemoScene::applySettings(const DemoOptions& options)
 void DemoScene::moveTo(double time_s)
 {
     if (_moved && !_still) _moved->setMatrix(demoPose(time_s));
-}
-
-void DemoScene::paintPlain(const osg::Vec4& color)
-{
-    if (_edges) _edges->setNodeMask(0);
-    osg::ref_ptr<osg::Material> material = new osg::Material;
-    for (const auto set :
-         {&osg::Material::setAmbient, &osg::Material::setDiffuse, &osg::Material::setSpecular})
-        (*material.*set)(osg::Material::FRONT_AND_BACK, {0.0F, 0.0F, 0.0F, 1.0F});
-    material->setEmission(osg::Material::FRONT_AND_BACK, color);
-    osg::StateSet* state = _haptics->getOrCreateStateSet();
-    constexpr auto kForced =
-        osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE | osg::StateAttribute::PROTECTED;
-    state->setAttributeAndModes(material, kForced);
-    state->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
 }
 
 void DemoScene::lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up)
