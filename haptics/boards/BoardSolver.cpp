@@ -23,62 +23,8 @@ constexpr int kMostSteps = 200;
 constexpr double kEnough_m = 1e-9; // a step that is shorter ends the fit
 constexpr double kHuber = 1.5;     // sigmas
 
-/// Huber's cost of a residual in sigmas, and the weight that has its slope.
-double huberCost(double r)
-{
-    const double size = std::fabs(r);
-    return size <= kHuber ? 0.5 * r * r : kHuber * (size - 0.5 * kHuber);
-}
-
-double huberWeight(double r)
-{
-    return std::fabs(r) <= kHuber ? 1.0 : kHuber / std::fabs(r);
-}
-
 constexpr double kApart_m = 5e-3; // mirror images that are nearer to each other are one
 constexpr double kAsLikely = 2.0; // more of the cost: two standard deviations
-
-double costOf(const BoardSolver& solver,
-              const std::vector<char>& used,
-              double sigma_m,
-              const BoardState& state)
-{
-    const Eigen::VectorXd r = solver.residuals_m(state) / sigma_m;
-    double sum = 0.0;
-    for (Eigen::Index k = 0; k < r.size(); ++k)
-        if (used[static_cast<std::size_t>(k)]) sum += 0.5 * r[k] * r[k];
-    return sum;
-}
-
-/// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
-/// measured to shows them. Returns false if that is no plane.
-bool reflect(int board,
-             const BoardSolver& solver,
-             const BoardMeasurements& measurements,
-             const std::vector<char>& used,
-             BoardState& state)
-{
-    const std::vector<int> of = measurementsOf(board, solver, measurements, used);
-    Eigen::Matrix3Xd own(3, static_cast<Eigen::Index>(of.size()));
-    Eigen::Matrix3Xd others = own;
-    for (std::size_t k = 0; k < of.size(); ++k)
-    {
-        const BoardMeasurement& one = measurements.all[static_cast<std::size_t>(of[k])];
-        const bool isFrom = solver.boardOf(one.from) == board;
-        const auto column = static_cast<Eigen::Index>(k);
-        own.col(column) = solver.at(isFrom ? one.from : one.to, state);
-        others.col(column) = solver.at(isFrom ? one.to : one.from, state);
-    }
-    Eigen::Vector3d normal;
-    if (of.size() < 3 || flatness(others, normal)[0] > kFlat_m) return false;
-    const Eigen::Vector3d middle = others.rowwise().mean();
-    Eigen::Matrix3Xd image = own;
-    image -= 2.0 * normal * (normal.transpose() * (own.colwise() - middle));
-    const Eigen::Isometry3d motion(base::nearestMotion(own, image, false));
-    Eigen::Isometry3d& moved = state.motion[static_cast<std::size_t>(board)];
-    moved = motion * moved;
-    return true;
-}
 
 } // namespace
 
@@ -221,33 +167,31 @@ void BoardSolver::step(const Eigen::VectorXd& by, BoardState& state) const
     if (_parameterOfDelay >= 0) state.delay_m += by[_parameterOfDelay];
 }
 
-double BoardSolver::fit(const std::vector<char>& used,
-                        double sigma_m,
-                        int freeBoard,
-                        BoardState& state) const
+void BoardSolver::fit(const std::vector<char>& used,
+                      double sigma_m,
+                      int freeBoard,
+                      BoardState& state) const
 {
+    // Huber's cost: of large residuals in sigmas, their size.
     const auto costOf = [&](const BoardState& of)
     {
-        const Eigen::VectorXd r = residuals_m(of) / sigma_m;
-        double sum = 0.0;
-        for (Eigen::Index k = 0; k < r.size(); ++k)
-            if (used[static_cast<std::size_t>(k)]) sum += huberCost(r[k]);
-        return sum;
+        const Eigen::ArrayXd size = sigmasOf(used, sigma_m, of).abs();
+        return (size <= kHuber).select(0.5 * size.square(), kHuber * (size - 0.5 * kHuber)).sum();
     };
     double cost = costOf(state), damping = 1e-3;
-    for (int k = 0; k < kMostSteps && damping < 1e12; ++k)
+    for (int tried = 0; tried < kMostSteps && damping < 1e12; ++tried)
     {
-        const Eigen::VectorXd r = residuals_m(state) / sigma_m;
+        const Eigen::ArrayXd r = sigmasOf(used, sigma_m, state);
         Eigen::MatrixXd J = jacobian(state) / sigma_m;
         if (freeBoard >= 0)
         {
             J.leftCols(parameterOf(freeBoard)).setZero();
             J.rightCols(_parameters - parameterOf(freeBoard) - 6).setZero();
         }
-        Eigen::VectorXd w(r.size());
-        for (Eigen::Index l = 0; l < r.size(); ++l)
-            w[l] = used[static_cast<std::size_t>(l)] ? huberWeight(r[l]) : 0.0;
-        const Eigen::VectorXd slope = J.transpose() * w.cwiseProduct(r);
+        for (Eigen::Index k = 0; k < r.size(); ++k)
+            if (!used[static_cast<std::size_t>(k)]) J.row(k).setZero();
+        const Eigen::VectorXd w = kHuber / r.abs().max(kHuber);
+        const Eigen::VectorXd slope = J.transpose() * (w.array() * r).matrix();
         Eigen::MatrixXd H = J.transpose() * w.asDiagonal() * J;
         // Damped in metres, the same for all, so that what nothing determines stays where it is.
         H.diagonal().array() += damping / (sigma_m * sigma_m);
@@ -265,7 +209,6 @@ double BoardSolver::fit(const std::vector<char>& used,
         damping = std::max(damping / 10.0, 1e-9);
         if (by.cwiseAbs().maxCoeff() < kEnough_m) break;
     }
-    return cost;
 }
 
 Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal)
@@ -278,41 +221,71 @@ Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal
     return Eigen::Vector2d(sizes[2], sizes[1]) / std::sqrt(static_cast<double>(places.cols()));
 }
 
-std::vector<int> measurementsOf(int board,
-                                const BoardSolver& solver,
-                                const BoardMeasurements& measurements,
-                                const std::vector<char>& used)
+std::vector<BoardMeasurement> BoardSolver::measurementsOf(int board,
+                                                          const std::vector<char>& used) const
 {
-    std::vector<int> found;
-    for (std::size_t k = 0; k < measurements.all.size(); ++k)
+    std::vector<BoardMeasurement> found;
+    for (std::size_t k = 0; k < used.size(); ++k)
     {
-        const BoardMeasurement& one = measurements.all[k];
-        if (used[k] && (solver.boardOf(one.from) == board || solver.boardOf(one.to) == board))
-            found.push_back(static_cast<int>(k));
+        const BoardMeasurement& one = _measurements.all[k];
+        if (used[k] && (boardOf(one.from) == board || boardOf(one.to) == board))
+            found.push_back(one);
     }
     return found;
 }
 
-std::vector<std::string> mirrorNotes(const BoardSolver& solver,
-                                     const BoardMeasurements& measurements,
-                                     const std::vector<char>& used,
-                                     double sigma_m,
-                                     const BoardState& state)
+/// Residuals of those in \a used, in sigmas; 0: not used.
+Eigen::ArrayXd
+BoardSolver::sigmasOf(const std::vector<char>& used, double sigma_m, const BoardState& state) const
+{
+    const Eigen::Map<const Eigen::Array<char, Eigen::Dynamic, 1>> isUsed(
+        used.data(), static_cast<Eigen::Index>(used.size()));
+    return (isUsed != 0).select(residuals_m(state).array() / sigma_m, 0.0);
+}
+
+/// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
+/// measured to shows them. Returns false if that is no plane.
+bool BoardSolver::reflect(int board, const std::vector<char>& used, BoardState& state) const
+{
+    const std::vector<BoardMeasurement> of = measurementsOf(board, used);
+    Eigen::Matrix3Xd own(3, static_cast<Eigen::Index>(of.size()));
+    Eigen::Matrix3Xd others = own;
+    for (Eigen::Index k = 0; k < own.cols(); ++k)
+    {
+        const BoardMeasurement& one = of[static_cast<std::size_t>(k)];
+        const bool isFrom = boardOf(one.from) == board;
+        own.col(k) = at(isFrom ? one.from : one.to, state);
+        others.col(k) = at(isFrom ? one.to : one.from, state);
+    }
+    Eigen::Vector3d normal;
+    if (of.size() < 3 || flatness(others, normal)[0] > kFlat_m) return false;
+    const Eigen::Vector3d middle = others.rowwise().mean();
+    Eigen::Matrix3Xd image = own;
+    image -= 2.0 * normal * (normal.transpose() * (own.colwise() - middle));
+    Eigen::Isometry3d& moved = state.motion[static_cast<std::size_t>(board)];
+    moved = Eigen::Isometry3d(base::nearestMotion(own, image, false)) * moved;
+    return true;
+}
+
+std::vector<std::string> BoardSolver::mirrorNotes(const std::vector<char>& used,
+                                                  double sigma_m,
+                                                  const BoardState& state) const
 {
     std::vector<std::string> notes;
-    const double cost = costOf(solver, used, sigma_m, state);
-    for (int b = 0; b < solver.boards(); ++b)
+    const auto costOf = [&](const BoardState& of)
+    { return 0.5 * sigmasOf(used, sigma_m, of).square().sum(); };
+    const double cost = costOf(state);
+    for (int b = 0; b < boards(); ++b)
     {
         BoardState other = state;
-        if (!reflect(b, solver, measurements, used, other)) continue;
-        solver.fit(used, sigma_m, b, other);
-        const auto at = static_cast<std::size_t>(b);
-        const double apart_m = (solver.middleOf(b, other) - solver.middleOf(b, state)).norm();
-        const double turn =
-            Eigen::AngleAxisd(other.motion[at].linear() * state.motion[at].linear().transpose())
-                .angle();
-        if (std::hypot(apart_m, BoardSolver::kArm_m * turn) < kApart_m ||
-            costOf(solver, used, sigma_m, other) > cost + kAsLikely)
+        if (!reflect(b, used, other)) continue;
+        fit(used, sigma_m, b, other);
+        const auto index = static_cast<std::size_t>(b);
+        const double apart_m = (middleOf(b, other) - middleOf(b, state)).norm();
+        const double turn = Eigen::AngleAxisd(other.motion[index].linear() *
+                                              state.motion[index].linear().transpose())
+                                .angle();
+        if (std::hypot(apart_m, kArm_m * turn) < kApart_m || costOf(other) > cost + kAsLikely)
             continue;
         notes.push_back(fmt::format(
             "board {} is measured to points in one plane: it could as well be {:.0f} mm away, "

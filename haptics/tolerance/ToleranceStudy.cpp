@@ -17,20 +17,32 @@
 #include <random>
 #include <utility>
 
-#include <fmt/format.h>
-
 namespace midair::haptics
 {
 
 namespace
 {
 
-constexpr double kMostPosition_m = 0.1;
-constexpr double kMostTilt_deg = 45.0;
-constexpr double kMostPhase_deg = 180.0;
-constexpr double kMostWarmer_K = 50.0;
 constexpr int kMostDraws = 10000;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// What a deviation is called, its values among the options, and their range.
+struct DeviationRow
+{
+    const char* name;
+    const char* unit;
+    const char* option;
+    std::vector<double> ToleranceOptions::*values;
+    double low, high;
+};
+
+/// By Deviation.
+constexpr DeviationRow kDeviations[] = {
+    {"position", "m", "position_m", &ToleranceOptions::position_m, 0.0, 0.1},
+    {"tilt", "deg", "tilt_deg", &ToleranceOptions::tilt_deg, 0.0, 45.0},
+    {"phase", "deg", "phase_deg", &ToleranceOptions::phase_deg, 0.0, 180.0},
+    {"temperature", "K", "temperature_K", &ToleranceOptions::temperature_K, -50.0, 50.0},
+    {"dead", "share", "dead", &ToleranceOptions::dead, 0.0, 1.0}};
 
 /// A real array in its air.
 struct Reality
@@ -203,17 +215,9 @@ double processor_s()
 bool ToleranceOptions::isValid(std::string* error) const
 {
     base::RangeCheck check("tolerance: ");
-    const auto within =
-        [&check](const char* name, const std::vector<double>& values, double low, double high)
-    {
-        for (const double value : values)
-            check.within(name, value, low, high);
-    };
-    within("position_m", position_m, 0.0, kMostPosition_m);
-    within("tilt_deg", tilt_deg, 0.0, kMostTilt_deg);
-    within("phase_deg", phase_deg, 0.0, kMostPhase_deg);
-    within("temperature_K", temperature_K, -kMostWarmer_K, kMostWarmer_K);
-    within("dead", dead, 0.0, 1.0);
+    for (const DeviationRow& row : kDeviations)
+        for (const double value : this->*row.values)
+            check.within(row.option, value, row.low, row.high);
     return check.within("draws", draws, 1.0, kMostDraws)
         .within("threads", threads, 1.0, base::kMostThreads)
         .passed(error);
@@ -236,9 +240,12 @@ ToleranceStudy toleranceOf(const FieldSequence& sequence,
     study.nominal = rowOf(Deviation::POSITION, 0.0, {player.play(nominal)});
     study.draws = options.draws;
     study.arrays = 1;
-    const auto add = [&](Deviation deviation, const std::vector<double>& values)
-    {
-        for (const double value : values)
+    for (const Deviation deviation : {Deviation::POSITION,
+                                      Deviation::TILT,
+                                      Deviation::PHASE,
+                                      Deviation::TEMPERATURE,
+                                      Deviation::DEAD})
+        for (const double value : options.*kDeviations[static_cast<std::size_t>(deviation)].values)
         {
             std::vector<Played> all;
             const int draws = deviation == Deviation::TEMPERATURE ? 1 : options.draws;
@@ -258,49 +265,18 @@ ToleranceStudy toleranceOf(const FieldSequence& sequence,
             study.rows.push_back(rowOf(deviation, value, all));
             expect(study.nominal, player.points(), array.size(), study.rows.back());
         }
-    };
-    add(Deviation::POSITION, options.position_m);
-    add(Deviation::TILT, options.tilt_deg);
-    add(Deviation::PHASE, options.phase_deg);
-    add(Deviation::TEMPERATURE, options.temperature_K);
-    add(Deviation::DEAD, options.dead);
     study.cpu_s = processor_s() - start_s;
     return study;
 }
 
 const char* deviationName(Deviation deviation)
 {
-    switch (deviation)
-    {
-    case Deviation::POSITION:
-        return "position";
-    case Deviation::TILT:
-        return "tilt";
-    case Deviation::PHASE:
-        return "phase";
-    case Deviation::TEMPERATURE:
-        return "temperature";
-    case Deviation::DEAD:
-        return "dead";
-    }
-    return "";
+    return kDeviations[static_cast<std::size_t>(deviation)].name;
 }
 
 const char* deviationUnit(Deviation deviation)
 {
-    switch (deviation)
-    {
-    case Deviation::POSITION:
-        return "m";
-    case Deviation::TILT:
-    case Deviation::PHASE:
-        return "deg";
-    case Deviation::TEMPERATURE:
-        return "K";
-    case Deviation::DEAD:
-        return "share";
-    }
-    return "";
+    return kDeviations[static_cast<std::size_t>(deviation)].unit;
 }
 
 } // namespace midair::haptics

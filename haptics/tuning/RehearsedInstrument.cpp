@@ -10,8 +10,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 namespace midair::haptics
 {
 
@@ -153,9 +151,7 @@ std::complex<double> RehearsedInstrument::reading(int row, const TransducerArray
     if (_options.clip > 0.0 && std::abs(p_Pa) > _options.clip)
         p_Pa *= _options.clip / std::abs(p_Pa);
     p_Pa *= _options.sensitivity;
-    const bool isLevel =
-        _plan.method == TuningMethod::LEVELS || _plan.method == TuningMethod::FOCUS;
-    return isLevel ? std::complex<double>(std::abs(p_Pa), 0.0) : p_Pa;
+    return needsPhases(_plan.method) ? p_Pa : std::complex<double>(std::abs(p_Pa), 0.0);
 }
 
 } // namespace midair::haptics

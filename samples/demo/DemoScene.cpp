@@ -1,6 +1,7 @@
 #include "samples/demo/DemoScene.h"
 
 #include "samples/shared/OverlayOptions.h"
+#include "samples/shared/ScenesBelow.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/ShownObject.h"
@@ -11,7 +12,6 @@
 #include <osgMidair/HapticSurface>
 #include <osgMidair/SettingDescription>
 
-#include <osg/Material>
 #include <osgDB/FileNameUtils>
 
 #include <algorithm>
@@ -25,19 +25,24 @@ namespace midair::samples
 namespace
 {
 
-/// Returns the settings that \a T describes as options.
+/// Adds the settings that \a T describes, but for those of \a without.
 template<typename T>
-std::vector<SettingOption> optionsOf()
+void addSettingsOf(CLI::App& app,
+                   const char* group,
+                   const std::vector<std::string>& without,
+                   Given& given)
 {
-    std::vector<SettingOption> options;
     for (const osgMidair::SettingDescription& said : T::getDescriptions())
-        options.push_back({said.name,
-                           said.summary,
-                           typeOf(said.unit, !said.words.empty()),
-                           said.isFlag,
-                           [name = said.name](const std::string& text)
-                           { return T::problemOf(name, text); }});
-    return options;
+        if (std::count(without.begin(), without.end(), said.name) == 0)
+            addSetting(
+                app,
+                said.name,
+                said.summary,
+                typeOf(said.unit, !said.words.empty()),
+                said.isFlag,
+                [name = said.name](const std::string& text) { return T::problemOf(name, text); },
+                given)
+                ->group(group);
 }
 
 /// Returns the most that an object's pressure may be.
@@ -63,19 +68,6 @@ void useRecordings(DemoOptions& options)
         if (text.compare(0, 9, "recorded:") == 0) options.still = true;
     }
 }
-
-/// Finds the first HapticScene of a graph.
-class FindHapticScene : public osg::NodeVisitor
-{
-public:
-    FindHapticScene() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
-    void apply(osg::Group& group) override
-    {
-        if (!found) found = dynamic_cast<osgMidair::HapticScene*>(&group);
-        if (!found) traverse(group);
-    }
-    osgMidair::HapticScene* found = nullptr;
-};
 
 std::string starFile()
 {
@@ -104,10 +96,9 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    "Wanted peak pressure in Pa; 0: as loud as it accurately can")
         ->transform(inUnit("Pa", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, mostPressure()));
-    addSettings(app, optionsOf<osgMidair::HapticSettings>(), "The scene", {}, options.scene);
-    addSettings(
+    addSettingsOf<osgMidair::HapticSettings>(app, "The scene", {}, options.scene);
+    addSettingsOf<osgMidair::HapticProperty>(
         app,
-        optionsOf<osgMidair::HapticProperty>(),
         "The object",
         {"enabled", "pressure", "render", "unit"}, // set by the scene's options and --pressure
         options.object);
@@ -167,15 +158,15 @@ DemoScene::DemoScene(const DemoOptions& options) :
 {
     const std::string file = options.model.empty() ? starFile() : options.model;
     _name = osgDB::getSimpleFileName(file);
-    FindHapticScene finder;
     osg::ref_ptr<osg::Node> read;
     if (osgDB::getLowerCaseFileExtension(file).compare(0, 3, "osg") == 0 ||
         osgDB::getLowerCaseFileExtension(file) == "haptic")
         read = osgMidair::readModel(file).getNode();
-    if (read) read->accept(finder);
-    if (finder.found)
+    if (read)
+        for (osgMidair::HapticScene* scene : scenesBelow(*read, false))
+            if (!_haptics) _haptics = scene;
+    if (_haptics)
     {
-        _haptics = finder.found;
         _root->addChild(lit(read));
         applySettings(options);
         if (!options.object.empty() || options.pressure_Pa > 0.0)
@@ -214,7 +205,6 @@ void DemoScene::wrap(const DemoOptions& options)
     _moved->setDataVariance(osg::Object::DYNAMIC);
     _moved->addChild(surface);
     _moved->addChild(object.edges);
-    _edges = object.edges;
     _haptics = new osgMidair::HapticScene;
     _haptics->addChild(_moved);
     applySettings(options);
@@ -234,21 +224,6 @@ void DemoScene::applySettings(const DemoOptions& options)
 void DemoScene::moveTo(double time_s)
 {
     if (_moved && !_still) _moved->setMatrix(demoPose(time_s));
-}
-
-void DemoScene::paintPlain(const osg::Vec4& color)
-{
-    if (_edges) _edges->setNodeMask(0);
-    osg::ref_ptr<osg::Material> material = new osg::Material;
-    for (const auto set :
-         {&osg::Material::setAmbient, &osg::Material::setDiffuse, &osg::Material::setSpecular})
-        (*material.*set)(osg::Material::FRONT_AND_BACK, {0.0F, 0.0F, 0.0F, 1.0F});
-    material->setEmission(osg::Material::FRONT_AND_BACK, color);
-    osg::StateSet* state = _haptics->getOrCreateStateSet();
-    constexpr auto kForced =
-        osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE | osg::StateAttribute::PROTECTED;
-    state->setAttributeAndModes(material, kForced);
-    state->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
 }
 
 void DemoScene::lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up)

@@ -64,10 +64,6 @@ public:
     /// Moves the object to its pose at \a time_s. A scene file with haptic nodes is left unchanged.
     void moveTo(double time_s);
 
-    /// Draws the object opaque, unlit and in \a color, without its edges, so that tests find it in
-    /// a picture.
-    void paintPlain(const osg::Vec4& color);
-
     /// View from the open end of the prism, a little off its axis.
     static void lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up);
     static constexpr double kFovy_deg = 25.6;
@@ -81,7 +77,6 @@ private:
     osg::ref_ptr<osg::Group> _root;
     osg::ref_ptr<osgMidair::HapticScene> _haptics;
     osg::ref_ptr<osg::MatrixTransform> _moved;
-    osg::ref_ptr<osg::Node> _edges;
     osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
 };
 

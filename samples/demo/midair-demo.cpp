@@ -1,5 +1,6 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
+#include "haptics/base/Percentile.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/Offscreen.h"
@@ -9,6 +10,7 @@
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/FieldVolumeOverlay>
 #include <osgMidair/HapticStatistics>
+#include <osgMidair/HologramCounters>
 #include <osgMidair/Hud>
 
 #include <osg/Timer>
@@ -50,18 +52,79 @@ struct DemoPicture
     double peakToPoint_mm = 0.0;  ///< .. and its distance from the nearest control point
 };
 
+using base::percentile;
+
+/// "median" and "p99" of times.
+nlohmann::ordered_json spreadOf(const std::vector<double>& values)
+{
+    return {{"median", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
+}
+
 /// Collects figures of a run frame by frame, for report.json and for the ten lines at the end.
 class DemoReport
 {
 public:
     /// Adds a frame, and once the figures of each new field in \a now.
-    void addFrame(double frame_ms, const osgMidair::HapticStatistics& now);
+    void addFrame(double frame_ms, const osgMidair::HapticStatistics& now)
+    {
+        _frame_ms.push_back(frame_ms);
+        if (now.figures.empty() || now.fieldFrame == _lastField) return;
+        _lastField = now.fieldFrame;
+        _solve_ms.push_back(now.matrix_ms + now.solve_ms);
+        _rms.push_back(now.rms);
+        _loudness.push_back(now.loudness);
+        _latency_ms.push_back(now.latency_ms);
+    }
+
     void addPicture(const DemoPicture& picture) { _pictures.push_back(picture); }
 
     /// Writes the report to \a path, replacing the file. Returns false, with \a error, if it can't
     /// be written.
-    bool write(const std::string& path, std::string& error) const;
-    void print() const;
+    bool write(const std::string& path, std::string& error) const
+    {
+        std::ofstream file(path);
+        file << toJson().dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+        file.close();
+        if (file) return true;
+        error = "can't write " + path;
+        return false;
+    }
+
+    void print() const
+    {
+        std::printf("object      %s, largest extent %.0f mm, %d control points\n",
+                    model.c_str(),
+                    1e3 * options.size_m,
+                    statistics.points);
+        std::printf(
+            "array       %s, %d transducers, %.1f C\n", array.c_str(), transducers, temperature_C);
+        std::printf("device      %s\n", statistics.device.c_str());
+        std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
+                    _frame_ms.size(),
+                    framesPerSecond(),
+                    percentile(_frame_ms, 0.99));
+        std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
+                    static_cast<unsigned long long>(statistics.solves),
+                    static_cast<unsigned long long>(statistics.snapshots),
+                    static_cast<unsigned long long>(statistics.superseded),
+                    static_cast<unsigned long long>(statistics.skippedUnmoved));
+        std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
+                    percentile(_solve_ms, 0.5),
+                    percentile(_solve_ms, 0.99));
+        printField();
+        std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
+                    percentile(_latency_ms, 0.5),
+                    percentile(_latency_ms, 0.99));
+        if (picturesProblem.empty())
+            std::printf("pictures    %zu in %s, slice in %.1f ms\n",
+                        _pictures.size(),
+                        options.out.c_str(),
+                        slice_ms);
+        else
+            std::printf("pictures    none: %s\n", picturesProblem.c_str());
+        for (const std::string& message : statistics.messages)
+            std::printf("note        %s\n", message.c_str());
+    }
 
     std::string model;
     int transducers = 0;
@@ -75,6 +138,123 @@ public:
     std::string picturesProblem; ///< why there are no pictures; empty: there are
 
 private:
+    double framesPerSecond() const
+    {
+        return seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
+    }
+
+    nlohmann::ordered_json toJson() const
+    {
+        nlohmann::ordered_json json = {{"model", model},
+                                       {"size_m", options.size_m},
+                                       {"array", array},
+                                       {"transducers", transducers},
+                                       {"device", statistics.device},
+                                       {"stop", statistics.stop},
+                                       {"temperature_C", temperature_C},
+                                       {"frames", _frame_ms.size()},
+                                       {"framesPerSecond", framesPerSecond()},
+                                       {"frame_ms", spreadOf(_frame_ms)},
+                                       {"objects", statistics.objects},
+                                       {"points", statistics.points}};
+        for (const bridge::CounterRow& row : bridge::kHologramCounters)
+            json[row.name] = statistics.*row.value;
+        json["idleFrames"] = statistics.idleFrames;
+        json["updatesPerSecond"] = statistics.updatesPerSecond;
+        json["solve_ms"] = spreadOf(_solve_ms);
+        json["rms"] = {{"median", percentile(_rms, 0.5)}, {"max", percentile(_rms, 1.0)}};
+        json["loudness"] = {{"median", percentile(_loudness, 0.5)},
+                            {"min", percentile(_loudness, 0.0)}};
+        json["maxPressure_Pa"] = statistics.maxPressure_Pa;
+        json["latency_ms"] = spreadOf(_latency_ms);
+        json["fieldsInTurn"] = statistics.fieldsInTurn;
+        json["fieldRate_Hz"] = statistics.fieldRate_Hz;
+        json["outline"] = statistics.outline;
+        addFigures(json);
+        json["slice_ms"] = slice_ms;
+        json["slicesPerSecond"] = slicesPerSecond;
+        json["pictures"] = nlohmann::ordered_json::array();
+        for (const DemoPicture& picture : _pictures)
+            json["pictures"].push_back({{"file", picture.file},
+                                        {"frame", picture.frame},
+                                        {"fieldFrame", picture.fieldFrame},
+                                        {"latency_ms", picture.latency_ms},
+                                        {"peak_Pa", picture.peak_Pa},
+                                        {"peakToPoint_mm", picture.peakToPoint_mm}});
+        if (!picturesProblem.empty()) json["picturesProblem"] = picturesProblem;
+        json["messages"] = statistics.messages;
+        return json;
+    }
+
+    /// Figures of the newest field, except those that are already there as medians.
+    void addFigures(nlohmann::ordered_json& json) const
+    {
+        for (const auto& [name, value] : statistics.figures)
+        {
+            std::string place = "/" + name; // "/surface/mean_Pa"
+            std::replace(place.begin(), place.end(), '.', '/');
+            const nlohmann::ordered_json::json_pointer pointer(place);
+            if (json.contains(pointer)) continue;
+            // Counts are whole numbers.
+            if (value == std::floor(value) && std::abs(value) < 1e15)
+                json[pointer] = static_cast<std::int64_t>(value);
+            else
+                json[pointer] = value;
+        }
+        if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
+        json["exposure"]["what"] = haptics::kExposureMeaning;
+        for (const haptics::ExposureRow& row : haptics::kExposureFigures)
+            std::visit([&](auto member)
+                       { json["exposure"][row.name] = statistics.exposure.*member; },
+                       row.value);
+    }
+
+    void printField() const
+    {
+        std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
+                    100.0 * percentile(_rms, 0.5),
+                    100.0 * percentile(_rms, 1.0));
+        std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s\n",
+                    percentile(_loudness, 0.5),
+                    statistics.level_Pa,
+                    statistics.stop == "silenced" ? ": silenced" : "");
+        if (statistics.maxPressure_Pa > 0.0)
+            std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to "
+                        "%.3f of its amplitude\n",
+                        statistics.maxPressure_Pa,
+                        static_cast<unsigned long long>(statistics.capped),
+                        statistics.capFactor);
+        const haptics::ExposureFigures& heard = statistics.exposure;
+        if (heard.places > 0)
+            std::printf(
+                "at ears     %.0f dB re 20 uPa (rms) in the mean of %.1f s, at most %.0f dB over "
+                "a second, of %d places, %.0f dB of it for a head%s\n",
+                heard.eq_dB,
+                heard.time_s,
+                heard.max_dB,
+                heard.places,
+                heard.head_dB,
+                heard.limit_dB > 0.0 ? ", with a limit" : "");
+        if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
+        if (statistics.fieldsInTurn > 1)
+            std::printf("in turn     %d fields at %.0f/s, audible change %.2f of the drive\n",
+                        statistics.fieldsInTurn,
+                        statistics.fieldRate_Hz,
+                        statistics.audibleChange);
+        if (statistics.surface.samples > 0)
+            std::printf(
+                "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
+                "%.2f +- %.2f\n",
+                statistics.surface.mean_Pa,
+                statistics.surface.coefficientOfVariation,
+                statistics.surface.percentile1,
+                statistics.surface.contrast,
+                statistics.surface.contrastError);
+        if (statistics.certifiedGap >= 0.0)
+            std::printf("certificate phases at most %.2f %% over the best there are\n",
+                        100.0 * statistics.certifiedGap);
+    }
+
     std::vector<double> _frame_ms;
     std::vector<double> _solve_ms;
     std::vector<double> _rms;
@@ -83,186 +263,6 @@ private:
     std::vector<DemoPicture> _pictures;
     std::uint64_t _lastField = 0;
 };
-
-/// What is said behind the pressure of the newest field.
-const char* silenceOf(const osgMidair::HapticStatistics& statistics)
-{
-    return statistics.stop == "silenced" ? ": silenced" : "";
-}
-
-/// Returns the value below which the fraction \a share (0 .. 1) of \a values lies, interpolated
-/// between two of them; 0 if there are none.
-double percentile(std::vector<double> values, double share)
-{
-    if (values.empty()) return 0.0;
-    std::sort(values.begin(), values.end());
-    const double place = share * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    const std::size_t above = std::min(below + 1, values.size() - 1);
-    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
-}
-
-void DemoReport::addFrame(double frame_ms, const osgMidair::HapticStatistics& now)
-{
-    _frame_ms.push_back(frame_ms);
-    if (now.figures.empty() || now.fieldFrame == _lastField) return;
-    _lastField = now.fieldFrame;
-    _solve_ms.push_back(now.matrix_ms + now.solve_ms);
-    _rms.push_back(now.rms);
-    _loudness.push_back(now.loudness);
-    _latency_ms.push_back(now.latency_ms);
-}
-
-bool DemoReport::write(const std::string& path, std::string& error) const
-{
-    nlohmann::ordered_json json;
-    json["model"] = model;
-    json["size_m"] = options.size_m;
-    json["array"] = array;
-    json["transducers"] = transducers;
-    json["device"] = statistics.device;
-    json["stop"] = statistics.stop;
-    json["temperature_C"] = temperature_C;
-    json["frames"] = _frame_ms.size();
-    json["framesPerSecond"] = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
-    json["frame_ms"] = {{"median", percentile(_frame_ms, 0.5)},
-                        {"p99", percentile(_frame_ms, 0.99)}};
-    json["objects"] = statistics.objects;
-    json["points"] = statistics.points;
-    json["snapshots"] = statistics.snapshots;
-    json["superseded"] = statistics.superseded;
-    json["solves"] = statistics.solves;
-    json["skippedUnmoved"] = statistics.skippedUnmoved;
-    json["idleFrames"] = statistics.idleFrames;
-    json["meshesSampled"] = statistics.meshesSampled;
-    json["outOfWorkspace"] = statistics.outOfWorkspace;
-    json["updatesPerSecond"] = statistics.updatesPerSecond;
-    json["solve_ms"] = {{"median", percentile(_solve_ms, 0.5)},
-                        {"p99", percentile(_solve_ms, 0.99)}};
-    json["rms"] = {{"median", percentile(_rms, 0.5)}, {"max", percentile(_rms, 1.0)}};
-    json["loudness"] = {{"median", percentile(_loudness, 0.5)},
-                        {"min", percentile(_loudness, 0.0)}};
-    json["maxPressure_Pa"] = statistics.maxPressure_Pa;
-    json["capped"] = statistics.capped;
-    json["latency_ms"] = {{"median", percentile(_latency_ms, 0.5)},
-                          {"p99", percentile(_latency_ms, 0.99)}};
-    json["fieldsInTurn"] = statistics.fieldsInTurn;
-    json["fieldRate_Hz"] = statistics.fieldRate_Hz;
-    json["outline"] = statistics.outline;
-    // Figures of the newest field, except those that are already there as medians.
-    for (const auto& [name, value] : statistics.figures)
-    {
-        std::string place = "/" + name; // "/surface/mean_Pa"
-        std::replace(place.begin(), place.end(), '.', '/');
-        const nlohmann::ordered_json::json_pointer pointer(place);
-        if (json.contains(pointer)) continue;
-        // Counts are whole numbers.
-        if (value == std::floor(value) && std::abs(value) < 1e15)
-            json[pointer] = static_cast<std::int64_t>(value);
-        else
-            json[pointer] = value;
-    }
-    if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
-    json["exposure"]["what"] = midair::haptics::kExposureMeaning;
-    for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
-        std::visit([&](auto member) { json["exposure"][row.name] = statistics.exposure.*member; },
-                   row.value);
-    json["slice_ms"] = slice_ms;
-    json["slicesPerSecond"] = slicesPerSecond;
-    json["pictures"] = nlohmann::ordered_json::array();
-    for (const DemoPicture& picture : _pictures)
-        json["pictures"].push_back({{"file", picture.file},
-                                    {"frame", picture.frame},
-                                    {"fieldFrame", picture.fieldFrame},
-                                    {"latency_ms", picture.latency_ms},
-                                    {"peak_Pa", picture.peak_Pa},
-                                    {"peakToPoint_mm", picture.peakToPoint_mm}});
-    if (!picturesProblem.empty()) json["picturesProblem"] = picturesProblem;
-    json["messages"] = statistics.messages;
-    std::ofstream file(path);
-    file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-    file.close();
-    if (file) return true;
-    error = "can't write " + path;
-    return false;
-}
-
-void DemoReport::print() const
-{
-    const double fps = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
-    std::printf("object      %s, largest extent %.0f mm, %d control points\n",
-                model.c_str(),
-                1e3 * options.size_m,
-                statistics.points);
-    std::printf(
-        "array       %s, %d transducers, %.1f C\n", array.c_str(), transducers, temperature_C);
-    std::printf("device      %s\n", statistics.device.c_str());
-    std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
-                _frame_ms.size(),
-                fps,
-                percentile(_frame_ms, 0.99));
-    std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
-                static_cast<unsigned long long>(statistics.solves),
-                static_cast<unsigned long long>(statistics.snapshots),
-                static_cast<unsigned long long>(statistics.superseded),
-                static_cast<unsigned long long>(statistics.skippedUnmoved));
-    std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
-                percentile(_solve_ms, 0.5),
-                percentile(_solve_ms, 0.99));
-    std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
-                100.0 * percentile(_rms, 0.5),
-                100.0 * percentile(_rms, 1.0));
-    std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s\n",
-                percentile(_loudness, 0.5),
-                statistics.level_Pa,
-                silenceOf(statistics));
-    if (statistics.maxPressure_Pa > 0.0)
-        std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to %.3f "
-                    "of its amplitude\n",
-                    statistics.maxPressure_Pa,
-                    static_cast<unsigned long long>(statistics.capped),
-                    statistics.capFactor);
-    if (statistics.exposure.places > 0)
-        std::printf(
-            "at ears     %.0f dB re 20 uPa (rms) in the mean of %.1f s, at most %.0f dB over "
-            "a second, of %d places, %.0f dB of it for a head%s\n",
-            statistics.exposure.eq_dB,
-            statistics.exposure.time_s,
-            statistics.exposure.max_dB,
-            statistics.exposure.places,
-            statistics.exposure.head_dB,
-            statistics.exposure.limit_dB > 0.0 ? ", with a limit" : "");
-    if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
-    if (statistics.fieldsInTurn > 1)
-        std::printf("in turn     %d fields at %.0f/s, audible change %.2f of the drive\n",
-                    statistics.fieldsInTurn,
-                    statistics.fieldRate_Hz,
-                    statistics.audibleChange);
-    if (statistics.surface.samples > 0)
-        std::printf(
-            "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
-            "%.2f +- %.2f\n",
-            statistics.surface.mean_Pa,
-            statistics.surface.coefficientOfVariation,
-            statistics.surface.percentile1,
-            statistics.surface.contrast,
-            statistics.surface.contrastError);
-    if (statistics.certifiedGap >= 0.0)
-        std::printf("certificate phases at most %.2f %% over the best there are\n",
-                    100.0 * statistics.certifiedGap);
-    std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
-                percentile(_latency_ms, 0.5),
-                percentile(_latency_ms, 0.99));
-    if (picturesProblem.empty())
-        std::printf("pictures    %zu in %s, slice in %.1f ms\n",
-                    _pictures.size(),
-                    options.out.c_str(),
-                    slice_ms);
-    else
-        std::printf("pictures    none: %s\n", picturesProblem.c_str());
-    for (const std::string& message : statistics.messages)
-        std::printf("note        %s\n", message.c_str());
-}
 
 constexpr double kFrameTime_s = 1.0 / 60.0;
 constexpr int kPictures = 6;
@@ -298,15 +298,47 @@ struct CpuTimes
     }
 };
 
-/// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
-void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
+/// A scene that is shown: what it follows, what it reports and what shows it.
+struct Show
 {
-    scene.moveTo(time_s);
-    viewer.advance(time_s);
-    viewer.eventTraversal();
-    viewer.updateTraversal();
-    if (draw) viewer.renderingTraversals();
-}
+    explicit Show(const DemoOptions& options) :
+        scene(options),
+        monitor(options.monitor, scene.haptics(), "midair-demo: " + scene.name())
+    {
+        report.options = options;
+        report.model = scene.name();
+        viewer.setLightingMode(osg::View::NO_LIGHT);
+    }
+
+    /// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
+    void frame(double time_s, bool draw)
+    {
+        scene.moveTo(time_s);
+        viewer.advance(time_s);
+        viewer.eventTraversal();
+        viewer.updateTraversal();
+        if (draw) viewer.renderingTraversals();
+    }
+
+    /// Fills in what is known at the end.
+    void finish()
+    {
+        const auto& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
+        report.statistics = scene.haptics().getStatistics();
+        report.array = scene.haptics().getArray();
+        report.temperature_C = scene.haptics().getTemperature();
+        report.slice_ms = slice.getComputeTime_ms();
+        report.slicesPerSecond = slice.getSlicesPerSecond();
+        report.transducers = report.statistics.transducers;
+    }
+
+    DemoScene scene;
+    MuteSignals signals{[this](bool isMuted) { scene.haptics().setMuted(isMuted); }};
+    const SilenceAtStop atStop{[this] { scene.haptics().setMuted(true); }};
+    SceneMonitor monitor;
+    DemoReport report;
+    osgViewer::Viewer viewer;
+};
 
 double seconds()
 {
@@ -325,11 +357,12 @@ double nearestPoint_mm(const osgMidair::HapticField& field, const osg::Vec3d& pl
 
 /// Holds the scene at \a time_s, the time of its last frame, until the field for it is solved and
 /// its slice is drawn, so that all parts of a picture belong together.
-DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
+DemoPicture settle(Show& show, double time_s, bool draw)
 {
+    DemoScene& scene = show.scene;
     DemoPicture picture;
     osgMidair::FieldSliceOverlay& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
-    picture.frame = viewer.getFrameStamp()->getFrameNumber();
+    picture.frame = show.viewer.getFrameStamp()->getFrameNumber();
     const double start = seconds();
     // Fields of contacts go on by themselves and are of no frame.
     const bool isWhole =
@@ -349,7 +382,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     }
     if (!field) return picture;
     picture.latency_ms = scene.haptics().getStatistics().latency_ms;
-    frame(viewer, scene, time_s, draw); // hands the field to the overlays
+    show.frame(time_s, draw); // hands the field to the overlays
     if (slice.isShown()) slice.waitFor(field->getFrameNumber(), 20.0);
     if (scene.overlays().isShown("volume"))
         scene.overlays().get<osgMidair::FieldVolumeOverlay>()->waitFor(field->getFrameNumber(),
@@ -357,42 +390,38 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     picture.fieldFrame = slice.getShownFrame();
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
-    frame(viewer, scene, time_s, draw); // updates the figures of the HUD
+    show.frame(time_s, draw); // updates the figures of the HUD
     // Contacts that heard nothing of hands while the slice was drawn are silent, and come up again.
     for (int i = 0; i < kContactFrames && scene.haptics().getStatistics().contactFields > 0; ++i)
     {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        frame(viewer, scene, time_s, draw);
+        show.frame(time_s, draw);
     }
     return picture;
 }
 
-void finish(DemoScene& scene, DemoReport& report)
+/// Takes the picture \a file of the frame at \a time_s, with newest figures. Returns false if it
+/// can't be written.
+bool takePicture(Show& show, double time_s, PictureTaker& camera, const std::string& file)
 {
-    report.statistics = scene.haptics().getStatistics();
-    report.array = scene.haptics().getArray();
-    report.temperature_C = scene.haptics().getTemperature();
-    report.slice_ms = scene.overlays().get<osgMidair::FieldSliceOverlay>()->getComputeTime_ms();
-    report.slicesPerSecond =
-        scene.overlays().get<osgMidair::FieldSliceOverlay>()->getSlicesPerSecond();
-    report.transducers = report.statistics.transducers;
-}
-
-/// Name of what is shown, for the operator.
-std::string nameOf(const DemoScene& scene)
-{
-    return "midair-demo: " + scene.name();
+    osgMidair::Hud& figures = *show.scene.overlays().get<osgMidair::Hud>();
+    const double interval_s = figures.getUpdateInterval();
+    figures.setUpdateInterval(0.0);
+    DemoPicture picture = settle(show, time_s, true);
+    figures.setUpdateInterval(interval_s);
+    picture.file = file;
+    const osg::ref_ptr<osg::Image> image = camera.take();
+    if (!image || !osgDB::writeImageFile(*image, file)) return false;
+    show.report.addPicture(picture);
+    return true;
 }
 
 int runHeadless(const DemoOptions& options)
 {
-    DemoScene scene(options);
-    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
-    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
-    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
-    DemoReport report;
-    report.options = options;
-    report.model = scene.name();
+    Show show(options);
+    DemoScene& scene = show.scene;
+    osgViewer::Viewer& viewer = show.viewer;
+    DemoReport& report = show.report;
     std::filesystem::create_directories(options.out);
 
     // Nobody presses keys here; --key-time lists them all the same.
@@ -401,17 +430,15 @@ int runHeadless(const DemoOptions& options)
                                           [](const auto& each) { return each.first == "keyTime"; });
     if (!areKeysAsked) scene.overlays().get<osgMidair::Hud>()->setKeyTime(0.0);
 
-    osgViewer::Viewer viewer;
-    viewer.setLightingMode(osg::View::NO_LIGHT);
     const bool draw =
         setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
     if (draw)
     {
         aim(*viewer.getCamera(), options.zoom);
-        monitor.show(*viewer.getCamera());
+        show.monitor.show(*viewer.getCamera());
     }
     else
-        monitor.showNothing(report.picturesProblem);
+        show.monitor.showNothing(report.picturesProblem);
     viewer.setSceneData(scene.root());
     PictureTaker camera(
         *scene.root(),
@@ -431,26 +458,16 @@ int runHeadless(const DemoOptions& options)
     for (int i = 0; i < frames && !isStopAsked(); ++i)
     {
         const double begin = seconds();
-        frame(viewer, scene, i * kFrameTime_s, draw);
+        show.frame(i * kFrameTime_s, draw);
         const double spent = seconds() - begin;
         report.seconds += spent;
         report.addFrame(1e3 * spent, scene.haptics().getStatistics());
         if (!draw || i % between != between - 1) continue;
-        osgMidair::Hud& figures = *scene.overlays().get<osgMidair::Hud>();
-        const double interval_s = figures.getUpdateInterval();
-        figures.setUpdateInterval(0.0);
-        DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
-        figures.setUpdateInterval(interval_s);
-        picture.file = fmt::format("{}_{}.png", stem, ++taken);
-        const osg::ref_ptr<osg::Image> image = camera.take();
-        if (!image || !osgDB::writeImageFile(*image, picture.file))
-        {
-            report.picturesProblem = unwritten = "can't write " + picture.file;
-            continue;
-        }
-        report.addPicture(picture);
+        const std::string file = fmt::format("{}_{}.png", stem, ++taken);
+        if (!takePicture(show, i * kFrameTime_s, camera, file))
+            report.picturesProblem = unwritten = "can't write " + file;
     }
-    finish(scene, report);
+    show.finish();
     std::string error;
     const bool written = report.write(options.out + "/report.json", error);
     report.print();
@@ -460,15 +477,10 @@ int runHeadless(const DemoOptions& options)
 
 int runBenchmark(const DemoOptions& options)
 {
-    DemoScene scene(options);
-    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
-    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
-    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
-    DemoReport report;
-    report.options = options;
-    report.model = scene.name();
-    osgViewer::Viewer viewer;
-    viewer.setLightingMode(osg::View::NO_LIGHT);
+    Show show(options);
+    DemoScene& scene = show.scene;
+    osgViewer::Viewer& viewer = show.viewer;
+    DemoReport& report = show.report;
     std::string problem;
     if (!setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &problem))
     {
@@ -476,10 +488,10 @@ int runBenchmark(const DemoOptions& options)
         return 1;
     }
     aim(*viewer.getCamera(), options.zoom);
-    monitor.show(*viewer.getCamera());
+    show.monitor.show(*viewer.getCamera());
     viewer.setSceneData(scene.root());
-    frame(viewer, scene, 0.0, true);
-    settle(viewer, scene, 0.0, true);
+    show.frame(0.0, true);
+    settle(show, 0.0, true);
     const int frames = options.frames > 0 ? options.frames : 300;
     const double start = seconds();
     const CpuTimes before = CpuTimes::now();
@@ -489,14 +501,14 @@ int runBenchmark(const DemoOptions& options)
     {
         const double begin = seconds();
         const double beginUpdate_ms = CpuTimes::now().thread_ms;
-        frame(viewer, scene, begin - start, false);
+        show.frame(begin - start, false);
         update_ms += CpuTimes::now().thread_ms - beginUpdate_ms;
         viewer.renderingTraversals();
         report.addFrame(1e3 * (seconds() - begin), scene.haptics().getStatistics());
     }
     report.seconds = seconds() - start;
     const CpuTimes after = CpuTimes::now();
-    finish(scene, report);
+    show.finish();
     report.picturesProblem = "benchmark";
     report.print();
     std::printf("slice       %.1f/s, %.1f ms each; volume %.1f/s, %.1f ms each\n",
@@ -515,12 +527,10 @@ int runBenchmark(const DemoOptions& options)
 
 int runWindow(const DemoOptions& options)
 {
-    DemoScene scene(options);
-    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
-    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
-    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
-    osgViewer::Viewer viewer;
-    viewer.setLightingMode(osg::View::NO_LIGHT);
+    Show show(options);
+    DemoScene& scene = show.scene;
+    osgViewer::Viewer& viewer = show.viewer;
+    DemoReport& report = show.report;
     viewer.setUpViewInWindow(60, 60, options.width, options.height);
     viewer.getCamera()->setProjectionMatrixAsPerspective(DemoScene::kFovy_deg / options.zoom,
                                                          static_cast<double>(options.width) /
@@ -540,23 +550,20 @@ int runWindow(const DemoOptions& options)
     viewer.addEventHandler(new osgViewer::StatsHandler);
     viewer.addEventHandler(new osgViewer::WindowSizeHandler);
     viewer.addEventHandler(new osgViewer::HelpHandler(usage));
-    monitor.show(*viewer.getCamera());
+    show.monitor.show(*viewer.getCamera());
     viewer.setSceneData(scene.root());
     viewer.realize();
-    DemoReport report;
-    report.options = options;
-    report.model = scene.name();
     report.picturesProblem = "shown in a window";
     const double start = seconds();
     for (int i = 0; !viewer.done() && !isStopAsked() && (options.frames == 0 || i < options.frames);
          ++i)
     {
         const double begin = seconds();
-        frame(viewer, scene, begin - start, true);
+        show.frame(begin - start, true);
         report.addFrame(1e3 * (seconds() - begin), scene.haptics().getStatistics());
     }
     report.seconds = seconds() - start;
-    finish(scene, report);
+    show.finish();
     report.print();
     return 0;
 }

@@ -46,54 +46,6 @@ struct JndOptions
     bool isShown = false; ///< lines can be seen
 };
 
-/// The paper's two experiments with a participant who answers by keys, or a simulated one.
-class JndInstallation : public Installation
-{
-public:
-    InstallationTitle title() const override;
-    void addOptions(CLI::App& app) override;
-    void arrange(osgMidair::HapticSettings& settings) override;
-    void build(Stage& stage) override;
-    void update(const Moment& now) override;
-    void pressed(int key) override;
-    bool isOver() const override;
-    bool canRehearse() const override { return false; } ///< answers would be kept
-    bool restsAlone() const override { return false; }
-    std::string caption() const override;
-    void report(nlohmann::ordered_json& figures) const override;
-
-    /// The session, once it was built; null before.
-    const TrialLog* log() const { return _log.get(); }
-    const std::string& resultsFile() const { return _options.results; }
-
-private:
-    SessionHead head() const;
-    void buildLine(Stage& stage);
-    PlayedNow playedNow(const osgMidair::HapticStatistics& now);
-    void take(const TrialRunner::Step& step);
-    void play(std::optional<double> value);
-    void place(double value);
-    void beginWhenReady(const PlayedNow& played);
-    void say(const std::string& text) const;
-    bool isLive() const { return !_options.isSimulated; }
-
-    JndOptions _options;
-    SimulatedParticipant _simulated;
-    std::unique_ptr<TrialLog> _log;
-    std::unique_ptr<TrialRunner> _runner;
-    osgMidair::HapticScene* _haptics = nullptr;
-    osg::ref_ptr<osgMidair::HapticPoints> _line;
-    osg::ref_ptr<osg::Node> _shown; ///< null where lines aren't shown
-    std::optional<double> _playing; ///< value of the line that was set last; none yet
-    bool _isOn = false;             ///< a line is wanted now
-    double _wantedSince_s = 0.0;    ///< since when, of the steady clock
-    Trial _figures;                 ///< of the line that was played last
-    std::string _trouble;           ///< why nothing is played; empty: nothing of the kind
-    bool _isBegun = false;          ///< somebody said that it may begin
-    double _done_s = -1.0;          ///< when it was finished; -1: it isn't
-    double _now_s = 0.0;
-};
-
 /// How long the end is shown to a participant.
 constexpr double kFarewell_s = 10.0;
 /// A line that is played with less than this share of its pressure at a point isn't that line.
@@ -123,331 +75,366 @@ double weakestShare(const osgMidair::HapticField& field)
     return share;
 }
 
-InstallationTitle JndInstallation::title() const
+/// The paper's two experiments with a participant who answers by keys, or a simulated one.
+class JndInstallation : public Installation
 {
-    return {"jnd",
+public:
+    InstallationTitle title() const override
+    {
+        return {
+            "jnd",
             "The paper's two experiments: from which angle, and from which distance on a line that "
             "is felt in mid-air is told from a straight one. `midair-jnd rehearse` and `midair-jnd "
             "plot` need no array; each has a --help.",
             "First a straight line, then another one: feel them with a fingertip"};
-}
+    }
 
-void JndInstallation::addOptions(CLI::App& app)
-{
-    const std::string group = "Experiment";
-    app.add_option("--experiment", _options.experiment, "oblique or shifted")
-        ->capture_default_str()
-        ->group(group);
-    app.add_option("--participant", _options.participant, "A code such as P07; names aren't stored")
-        ->required()
-        ->group(group);
-    app.add_option("--results",
-                   _options.results,
-                   "File of the answers, gone on with if it is there [jnd-EXPERIMENT-CODE.csv]")
-        ->type_name("FILE")
-        ->group(group);
-    app.add_option("--step", _options.step, "Of the staircase [2.5 deg, 1.5 mm]")
-        ->check(CLI::PositiveNumber)
-        ->group(group);
-    app.add_option("--times", _options.times, "Times down and up")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str()
-        ->group(group);
-    const auto seconds = [&](const char* name, double& value, double least, const char* help)
+    void addOptions(CLI::App& app) override
     {
-        app.add_option(name, value, help)
-            ->check(CLI::Range(least, 60.0))
+        const std::string group = "Experiment";
+        app.add_option("--experiment", _options.experiment, "oblique or shifted")
             ->capture_default_str()
-            ->type_name("S")
             ->group(group);
-    };
-    seconds("--reference", _options.trial.reference_s, 0.0, "How long the first line is; 0: none");
-    seconds("--between", _options.trial.between_s, 0.0, "Silence between the two lines");
-    seconds("--line", _options.trial.line_s, 0.05, "How long the second line is at most");
-    seconds("--rest", _options.trial.rest_s, 0.0, "Silence after an answer");
-    app.add_option("--pressure", _options.pressure_Pa, "Of every line, peak, Pa")
-        ->check(CLI::Range(1.0, 1e5))
-        ->capture_default_str()
-        ->group(group);
-    app.add_flag("--show", _options.isShown, "Lines are seen, too: not for participants")
-        ->group(group);
-    app.add_flag("--simulate", _options.isSimulated, "A simulated participant answers, with --seed")
-        ->group(group);
-    app.add_option("--threshold", _options.threshold, "Of the simulated one [the paper's mean]")
-        ->check(CLI::NonNegativeNumber)
-        ->group(group);
-    app.add_option("--spread", _options.spread, "Of its threshold [two steps]")
-        ->check(CLI::PositiveNumber)
-        ->group(group);
-    app.add_option("--lapse", _options.lapse, "Share of its answers by a coin")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str()
-        ->group(group);
-}
-
-SessionHead JndInstallation::head() const
-{
-    SessionHead head;
-    head.experiment = lineExperiment(_options.experiment);
-    head.participant = _options.participant;
-    head.staircase = {head.experiment.maximum, _options.step, _options.times};
-    head.others["reference_s"] = _options.trial.reference_s;
-    head.others["between_s"] = _options.trial.between_s;
-    head.others["line_s"] = _options.trial.line_s;
-    head.others["rest_s"] = _options.trial.rest_s;
-    head.others["pressure_Pa"] = _options.pressure_Pa;
-    head.others["array"] = _haptics->getArray();
-    const std::string device = _haptics->getDevice();
-    head.others["device"] = device.substr(0, device.find(':'));
-    if (isLive())
-        head.others["answers"] = "keys";
-    else
-        head.others["answers"] = {{"threshold", _simulated.threshold},
-                                  {"spread", _simulated.spread},
-                                  {"lapse", _simulated.lapse},
-                                  {"seed", _simulated.seed}};
-    return head;
-}
-
-// A line that is louder than it should be is none, so the cap is just above.
-void JndInstallation::arrange(osgMidair::HapticSettings& settings)
-{
-    settings.maxPressure = kMostShare * _options.pressure_Pa;
-}
-
-void JndInstallation::build(Stage& stage)
-{
-    const LineExperiment& experiment = lineExperiment(_options.experiment);
-    std::string problem = problemOfCode(_options.participant);
-    if (!problem.empty()) throw base::InputError(problem);
-    if (_options.step <= 0.0) _options.step = experiment.step;
-    if (_options.results.empty())
-        _options.results = fmt::format("jnd-{}-{}.csv", experiment.name, _options.participant);
-    _simulated = {_options.threshold < 0.0 ? experiment.paperMean : _options.threshold,
-                  _options.spread > 0.0 ? _options.spread : 2.0 * _options.step,
-                  _options.lapse,
-                  stage.seed};
-    _haptics = &stage.haptics;
-    const SessionHead session = head();
-    problem = problemOf(session.staircase);
-    if (problem.empty() && _options.isSimulated) problem = problemOf(_simulated);
-    if (!problem.empty()) throw base::InputError(problem);
-    _log = std::make_unique<TrialLog>(_options.results, session);
-    if (!_log->dropped().empty()) say(_log->dropped());
-    if (!_log->results().trials.empty())
-        say(fmt::format("goes on with \"{}\" after {} trials",
-                        _options.results,
-                        _log->results().trials.size()));
-    _runner = std::make_unique<TrialRunner>(_options.trial);
-    buildLine(stage);
-    play(std::nullopt);
-    if (_log->results().staircase.isFinished())
-    {
-        _runner->finish();
-        _done_s = base::steadySeconds() - kFarewell_s;
-        return;
+        app.add_option(
+               "--participant", _options.participant, "A code such as P07; names aren't stored")
+            ->required()
+            ->group(group);
+        app.add_option("--results",
+                       _options.results,
+                       "File of the answers, gone on with if it is there [jnd-EXPERIMENT-CODE.csv]")
+            ->type_name("FILE")
+            ->group(group);
+        app.add_option("--step", _options.step, "Of the staircase [2.5 deg, 1.5 mm]")
+            ->check(CLI::PositiveNumber)
+            ->group(group);
+        app.add_option("--times", _options.times, "Times down and up")
+            ->check(CLI::Range(1, 100))
+            ->capture_default_str()
+            ->group(group);
+        const auto seconds = [&](const char* name, double& value, double least, const char* help)
+        {
+            app.add_option(name, value, help)
+                ->check(CLI::Range(least, 60.0))
+                ->capture_default_str()
+                ->type_name("S")
+                ->group(group);
+        };
+        seconds(
+            "--reference", _options.trial.reference_s, 0.0, "How long the first line is; 0: none");
+        seconds("--between", _options.trial.between_s, 0.0, "Silence between the two lines");
+        seconds("--line", _options.trial.line_s, 0.05, "How long the second line is at most");
+        seconds("--rest", _options.trial.rest_s, 0.0, "Silence after an answer");
+        app.add_option("--pressure", _options.pressure_Pa, "Of every line, peak, Pa")
+            ->check(CLI::Range(1.0, 1e5))
+            ->capture_default_str()
+            ->group(group);
+        app.add_flag("--show", _options.isShown, "Lines are seen, too: not for participants")
+            ->group(group);
+        app.add_flag(
+               "--simulate", _options.isSimulated, "A simulated participant answers, with --seed")
+            ->group(group);
+        app.add_option("--threshold", _options.threshold, "Of the simulated one [the paper's mean]")
+            ->check(CLI::NonNegativeNumber)
+            ->group(group);
+        app.add_option("--spread", _options.spread, "Of its threshold [two steps]")
+            ->check(CLI::PositiveNumber)
+            ->group(group);
+        app.add_option("--lapse", _options.lapse, "Share of its answers by a coin")
+            ->check(CLI::Range(0.0, 1.0))
+            ->capture_default_str()
+            ->group(group);
     }
-    _runner->ask(_log->results().staircase.value());
-    _isBegun = _options.isSimulated;
-}
 
-void JndInstallation::buildLine(Stage& stage)
-{
-    _line = new osgMidair::HapticPoints;
-    _line->setName("line");
-    _line->setPressureUnit(osgMidair::HapticProperty::PASCAL);
-    _line->setPressure(_options.pressure_Pa);
-    stage.haptics.addChild(_line);
-    if (!_options.isShown) return;
-    // Along x, as the line at 0.
-    const osg::ref_ptr<osg::Capsule> tube = new osg::Capsule(osg::Vec3(), 0.002F, kLine_m);
-    tube->setRotation(osg::Quat(osg::PI_2, osg::Y_AXIS));
-    const osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
-    place->addChild(solid(tube, kShownColors[1]));
-    place->setNodeMask(0);
-    stage.lit.addChild(place);
-    stage.lit.addChild(glassBox(osg::Vec3d(0.0, 0.0, 0.0), osg::Vec3d(0.09, 0.03, 0.09)));
-    _shown = place;
-}
+    // A line that is louder than it should be is none, so the cap is just above.
+    void arrange(osgMidair::HapticSettings& settings) override
+    {
+        settings.maxPressure = kMostShare * _options.pressure_Pa;
+    }
 
-void JndInstallation::say(const std::string& text) const
-{
-    std::fprintf(stderr, "midair-jnd: %s\n", text.c_str());
-}
+    void build(Stage& stage) override
+    {
+        const LineExperiment& experiment = lineExperiment(_options.experiment);
+        std::string problem = problemOfCode(_options.participant);
+        if (!problem.empty()) throw base::InputError(problem);
+        if (_options.step <= 0.0) _options.step = experiment.step;
+        if (_options.results.empty())
+            _options.results = fmt::format("jnd-{}-{}.csv", experiment.name, _options.participant);
+        _simulated = {_options.threshold < 0.0 ? experiment.paperMean : _options.threshold,
+                      _options.spread > 0.0 ? _options.spread : 2.0 * _options.step,
+                      _options.lapse,
+                      stage.seed};
+        _haptics = &stage.haptics;
+        const SessionHead session = head();
+        problem = problemOf(session.staircase);
+        if (problem.empty() && _options.isSimulated) problem = problemOf(_simulated);
+        if (!problem.empty()) throw base::InputError(problem);
+        _log = std::make_unique<TrialLog>(_options.results, session);
+        if (!_log->dropped().empty()) say(_log->dropped());
+        if (!_log->results().trials.empty())
+            say(fmt::format("goes on with \"{}\" after {} trials",
+                            _options.results,
+                            _log->results().trials.size()));
+        _runner = std::make_unique<TrialRunner>(_options.trial);
+        buildLine(stage);
+        play(std::nullopt);
+        if (_log->results().staircase.isFinished())
+        {
+            _runner->finish();
+            _done_s = base::steadySeconds() - kFarewell_s;
+            return;
+        }
+        _runner->ask(_log->results().staircase.value());
+        _isBegun = _options.isSimulated;
+    }
 
-PlayedNow JndInstallation::playedNow(const osgMidair::HapticStatistics& now)
-{
-    using osgMidair::ArrayState;
-    PlayedNow played;
-    // A mute counts at once, and while no device is open, too.
-    const ArrayState state = _haptics->getMuted() ? ArrayState::MUTED : now.state;
-    played.isReady =
-        state != ArrayState::MUTED && state != ArrayState::LOST && state != ArrayState::FAULT;
-    played.problem = fmt::format("the array is {}", midair::bridge::stateName(state));
-    // A scene that is off opens no device, so one that is closed may be about to be opened.
-    if (!played.isReady || now.state == ArrayState::CLOSED || now.state == ArrayState::OPENING)
+    void update(const Moment& now) override
+    {
+        _now_s = base::steadySeconds();
+        const PlayedNow played = playedNow(now.statistics);
+        beginWhenReady(played);
+        take(_runner->step(_now_s, played));
+        if (_options.isSimulated && _runner->phase() == TrialRunner::Phase::ANSWER)
+            _runner->answer(
+                _simulated.feels(_log->results().staircase.trials() + 1, _runner->value()));
+        play(_runner->wanted());
+    }
+
+    void pressed(int key) override
+    {
+        using Key = osgGA::GUIEventAdapter::KeySymbol;
+        if (key == Key::KEY_Space) _isBegun = true;
+        if (_options.isSimulated) return;
+        if (key == Key::KEY_Left || key == 'n' || key == 'N') _runner->answer(false);
+        if (key == Key::KEY_Right || key == 'y' || key == 'Y') _runner->answer(true);
+    }
+
+    bool isOver() const override
+    {
+        if (_done_s < 0.0) return false;
+        return _options.isSimulated || _now_s - _done_s >= kFarewell_s;
+    }
+
+    bool canRehearse() const override { return false; } ///< answers would be kept
+    bool restsAlone() const override { return false; }
+    std::string caption() const override
+    {
+        const std::string begin = fmt::format(
+            "{} - trial {}: ", _options.participant, _log->results().staircase.trials() + 1);
+        const std::string keys = "   left arrow: no    right arrow: yes";
+        switch (_runner->phase())
+        {
+        case TrialRunner::Phase::WAITING:
+            if (!_trouble.empty()) return "One moment: " + _trouble;
+            return _isBegun ? "One moment" : "Ready? Press the space bar";
+        case TrialRunner::Phase::REFERENCE:
+            return begin + "first line";
+        case TrialRunner::Phase::BETWEEN:
+            return begin + "..";
+        case TrialRunner::Phase::LINE:
+        case TrialRunner::Phase::ANSWER:
+            return begin + _log->results().head.experiment.question + keys;
+        case TrialRunner::Phase::RESTING:
+            return begin + "a moment";
+        case TrialRunner::Phase::STOPPED:
+            return begin + "doesn't count, once more (" + _trouble + ")";
+        case TrialRunner::Phase::DONE:
+            return "Thank you, that was all";
+        }
+        return {};
+    }
+
+    void report(nlohmann::ordered_json& figures) const override
+    {
+        if (!_log) return;
+        const TrialFile& session = _log->results();
+        figures["experiment"] = session.head.experiment.name;
+        figures["participant"] = session.head.participant;
+        figures["trials"] = session.trials.size();
+        figures["void"] = session.voided.size();
+        figures["finished"] = session.staircase.isFinished();
+        figures["unit"] = session.head.experiment.unit;
+        if (session.staircase.isFinished())
+        {
+            const PsychometricFit fit = fitTrials(session.trials, session.head.staircase);
+            figures["threshold"] = fit.threshold;
+            figures["thresholdError"] = fit.thresholdError;
+            figures["meanOfTurns"] = thresholdOf(session.staircase.turns()).value;
+        }
+        figures["paper"] = session.head.experiment.paperMean;
+        figures["paperDeviation"] = session.head.experiment.paperDeviation;
+    }
+
+    /// The session, once it was built; null before.
+    const TrialLog* log() const { return _log.get(); }
+    const std::string& resultsFile() const { return _options.results; }
+
+private:
+    SessionHead head() const
+    {
+        SessionHead head;
+        head.experiment = lineExperiment(_options.experiment);
+        head.participant = _options.participant;
+        head.staircase = {head.experiment.maximum, _options.step, _options.times};
+        head.others["reference_s"] = _options.trial.reference_s;
+        head.others["between_s"] = _options.trial.between_s;
+        head.others["line_s"] = _options.trial.line_s;
+        head.others["rest_s"] = _options.trial.rest_s;
+        head.others["pressure_Pa"] = _options.pressure_Pa;
+        head.others["array"] = _haptics->getArray();
+        const std::string device = _haptics->getDevice();
+        head.others["device"] = device.substr(0, device.find(':'));
+        if (isLive())
+            head.others["answers"] = "keys";
+        else
+            head.others["answers"] = {{"threshold", _simulated.threshold},
+                                      {"spread", _simulated.spread},
+                                      {"lapse", _simulated.lapse},
+                                      {"seed", _simulated.seed}};
+        return head;
+    }
+
+    void buildLine(Stage& stage)
+    {
+        _line = new osgMidair::HapticPoints;
+        _line->setName("line");
+        _line->setPressureUnit(osgMidair::HapticProperty::PASCAL);
+        _line->setPressure(_options.pressure_Pa);
+        stage.haptics.addChild(_line);
+        if (!_options.isShown) return;
+        // Along x, as the line at 0.
+        const osg::ref_ptr<osg::Capsule> tube = new osg::Capsule(osg::Vec3(), 0.002F, kLine_m);
+        tube->setRotation(osg::Quat(osg::PI_2, osg::Y_AXIS));
+        const osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
+        place->addChild(solid(tube, kShownColors[1]));
+        place->setNodeMask(0);
+        stage.lit.addChild(place);
+        stage.lit.addChild(glassBox(osg::Vec3d(0.0, 0.0, 0.0), osg::Vec3d(0.09, 0.03, 0.09)));
+        _shown = place;
+    }
+
+    PlayedNow playedNow(const osgMidair::HapticStatistics& now)
+    {
+        using osgMidair::ArrayState;
+        PlayedNow played;
+        // A mute counts at once, and while no device is open, too.
+        const ArrayState state = _haptics->getMuted() ? ArrayState::MUTED : now.state;
+        played.isReady =
+            state != ArrayState::MUTED && state != ArrayState::LOST && state != ArrayState::FAULT;
+        played.problem = fmt::format("the array is {}", midair::bridge::stateName(state));
+        // A scene that is off opens no device, so one that is closed may be about to be opened.
+        if (!played.isReady || now.state == ArrayState::CLOSED || now.state == ArrayState::OPENING)
+            return played;
+        const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
+        // The same line of an earlier trial is another field.
+        const bool isLine = field && _playing && field->getHandedOverTime() >= _wantedSince_s &&
+                            isLineOf(*field, _log->results().head.experiment.points(*_playing));
+        if (!isLine || now.state != ArrayState::PLAYING || !field->isPlaying())
+        {
+            played.problem = isLine ? "the device doesn't play it" : "there is no such field";
+            return played;
+        }
+        const double share = weakestShare(*field);
+        played.isPlayed = share >= kLeastShare;
+        played.problem.clear();
+        if (!played.isPlayed)
+            played.problem = fmt::format("it reaches only {:.0f} % of its {:g} Pa at a point",
+                                         100.0 * share,
+                                         _options.pressure_Pa);
+        if (now.fieldFrame != field->getFrameNumber()) return played;
+        _figures.rms = now.rms;
+        _figures.loudness = now.loudness;
+        _figures.level_Pa = now.level_Pa;
         return played;
-    const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
-    // The same line of an earlier trial is another field.
-    const bool isLine = field && _playing && field->getHandedOverTime() >= _wantedSince_s &&
-                        isLineOf(*field, _log->results().head.experiment.points(*_playing));
-    if (!isLine || now.state != ArrayState::PLAYING || !field->isPlaying())
-    {
-        played.problem = isLine ? "the device doesn't play it" : "there is no such field";
-        return played;
     }
-    const double share = weakestShare(*field);
-    played.isPlayed = share >= kLeastShare;
-    played.problem.clear();
-    if (!played.isPlayed)
-        played.problem = fmt::format("it reaches only {:.0f} % of its {:g} Pa at a point",
-                                     100.0 * share,
-                                     _options.pressure_Pa);
-    if (now.fieldFrame != field->getFrameNumber()) return played;
-    _figures.rms = now.rms;
-    _figures.loudness = now.loudness;
-    _figures.level_Pa = now.level_Pa;
-    return played;
-}
 
-void JndInstallation::take(const TrialRunner::Step& step)
-{
-    if (!step.voided.empty())
+    void take(const TrialRunner::Step& step)
     {
-        _trouble = step.voided;
-        say(fmt::format("trial {} doesn't count and is played again: {}",
-                        _log->results().staircase.trials() + 1,
-                        step.voided));
-        _log->addVoid(step.voided);
-    }
-    if (!step.counted) return;
-    _trouble.clear();
-    _figures.answer_s = step.answer_s;
-    _figures.line_s = step.line_s;
-    _log->add(*step.counted, _figures);
-    const Staircase& staircase = _log->results().staircase;
-    if (!staircase.isFinished())
-    {
-        _runner->ask(staircase.value());
-        return;
-    }
-    _runner->finish();
-    _done_s = _now_s;
-}
-
-void JndInstallation::beginWhenReady(const PlayedNow& played)
-{
-    if (_runner->phase() != TrialRunner::Phase::WAITING || !_isBegun) return;
-    if (played.isReady)
-    {
+        if (!step.voided.empty())
+        {
+            _trouble = step.voided;
+            say(fmt::format("trial {} doesn't count and is played again: {}",
+                            _log->results().staircase.trials() + 1,
+                            step.voided));
+            _log->addVoid(step.voided);
+        }
+        if (!step.counted) return;
         _trouble.clear();
-        _runner->begin(_now_s);
+        _figures.answer_s = step.answer_s;
+        _figures.line_s = step.line_s;
+        _log->add(*step.counted, _figures);
+        const Staircase& staircase = _log->results().staircase;
+        if (!staircase.isFinished())
+        {
+            _runner->ask(staircase.value());
+            return;
+        }
+        _runner->finish();
+        _done_s = _now_s;
     }
-    else if (_trouble != played.problem)
+
+    // Between lines the whole scene is off: nothing is missing from it, so nothing is told.
+    void play(std::optional<double> value)
     {
-        _trouble = played.problem;
-        say("no trial begins: " + _trouble);
+        if (value && (!_isOn || value != _playing)) _wantedSince_s = _now_s;
+        _isOn = value.has_value();
+        if (_haptics->getEnabled() != _isOn) _haptics->setEnabled(_isOn);
+        if (_shown) _shown->setNodeMask(value ? ~0U : 0U);
+        if (!value || value == _playing) return;
+        _playing = value;
+        const Eigen::Matrix3Xd points = _log->results().head.experiment.points(*value);
+        std::vector<osg::Vec3d> places;
+        for (Eigen::Index k = 0; k < points.cols(); ++k)
+            places.emplace_back(points(0, k), points(1, k), points(2, k));
+        _line->setPoints(places);
+        if (_shown) place(*value);
     }
-}
 
-void JndInstallation::update(const Moment& now)
-{
-    _now_s = base::steadySeconds();
-    const PlayedNow played = playedNow(now.statistics);
-    beginWhenReady(played);
-    take(_runner->step(_now_s, played));
-    if (_options.isSimulated && _runner->phase() == TrialRunner::Phase::ANSWER)
-        _runner->answer(_simulated.feels(_log->results().staircase.trials() + 1, _runner->value()));
-    play(_runner->wanted());
-}
-
-// Between lines the whole scene is off: nothing is missing from it, so nothing is told.
-void JndInstallation::play(std::optional<double> value)
-{
-    if (value && (!_isOn || value != _playing)) _wantedSince_s = _now_s;
-    _isOn = value.has_value();
-    if (_haptics->getEnabled() != _isOn) _haptics->setEnabled(_isOn);
-    if (_shown) _shown->setNodeMask(value ? ~0U : 0U);
-    if (!value || value == _playing) return;
-    _playing = value;
-    const Eigen::Matrix3Xd points = _log->results().head.experiment.points(*value);
-    std::vector<osg::Vec3d> places;
-    for (Eigen::Index k = 0; k < points.cols(); ++k)
-        places.emplace_back(points(0, k), points(1, k), points(2, k));
-    _line->setPoints(places);
-    if (_shown) place(*value);
-}
-
-void JndInstallation::place(double value)
-{
-    auto& transform = static_cast<osg::MatrixTransform&>(*_shown);
-    const bool isOblique = _log->results().head.experiment.kind == LineKind::OBLIQUE;
-    transform.setMatrix(isOblique ? osg::Matrixd::rotate(base::toRadians(value), osg::Y_AXIS)
-                                  : osg::Matrixd::translate(0.0, 0.0, 1e-3 * value));
-}
-
-void JndInstallation::pressed(int key)
-{
-    using Key = osgGA::GUIEventAdapter::KeySymbol;
-    if (key == Key::KEY_Space) _isBegun = true;
-    if (_options.isSimulated) return;
-    if (key == Key::KEY_Left || key == 'n' || key == 'N') _runner->answer(false);
-    if (key == Key::KEY_Right || key == 'y' || key == 'Y') _runner->answer(true);
-}
-
-bool JndInstallation::isOver() const
-{
-    if (_done_s < 0.0) return false;
-    return _options.isSimulated || _now_s - _done_s >= kFarewell_s;
-}
-
-std::string JndInstallation::caption() const
-{
-    const std::string begin = fmt::format(
-        "{} - trial {}: ", _options.participant, _log->results().staircase.trials() + 1);
-    const std::string keys = "   left arrow: no    right arrow: yes";
-    switch (_runner->phase())
+    void place(double value)
     {
-    case TrialRunner::Phase::WAITING:
-        if (!_trouble.empty()) return "One moment: " + _trouble;
-        return _isBegun ? "One moment" : "Ready? Press the space bar";
-    case TrialRunner::Phase::REFERENCE:
-        return begin + "first line";
-    case TrialRunner::Phase::BETWEEN:
-        return begin + "..";
-    case TrialRunner::Phase::LINE:
-    case TrialRunner::Phase::ANSWER:
-        return begin + _log->results().head.experiment.question + keys;
-    case TrialRunner::Phase::RESTING:
-        return begin + "a moment";
-    case TrialRunner::Phase::STOPPED:
-        return begin + "doesn't count, once more (" + _trouble + ")";
-    case TrialRunner::Phase::DONE:
-        return "Thank you, that was all";
+        auto& transform = static_cast<osg::MatrixTransform&>(*_shown);
+        const bool isOblique = _log->results().head.experiment.kind == LineKind::OBLIQUE;
+        transform.setMatrix(isOblique ? osg::Matrixd::rotate(base::toRadians(value), osg::Y_AXIS)
+                                      : osg::Matrixd::translate(0.0, 0.0, 1e-3 * value));
     }
-    return {};
-}
 
-void JndInstallation::report(nlohmann::ordered_json& figures) const
-{
-    if (!_log) return;
-    const TrialFile& session = _log->results();
-    figures["experiment"] = session.head.experiment.name;
-    figures["participant"] = session.head.participant;
-    figures["trials"] = session.trials.size();
-    figures["void"] = session.voided.size();
-    figures["finished"] = session.staircase.isFinished();
-    figures["unit"] = session.head.experiment.unit;
-    if (session.staircase.isFinished())
+    void beginWhenReady(const PlayedNow& played)
     {
-        const PsychometricFit fit = fitTrials(session.trials, session.head.staircase);
-        figures["threshold"] = fit.threshold;
-        figures["thresholdError"] = fit.thresholdError;
-        figures["meanOfTurns"] = thresholdOf(session.staircase.turns()).value;
+        if (_runner->phase() != TrialRunner::Phase::WAITING || !_isBegun) return;
+        if (played.isReady)
+        {
+            _trouble.clear();
+            _runner->begin(_now_s);
+        }
+        else if (_trouble != played.problem)
+        {
+            _trouble = played.problem;
+            say("no trial begins: " + _trouble);
+        }
     }
-    figures["paper"] = session.head.experiment.paperMean;
-    figures["paperDeviation"] = session.head.experiment.paperDeviation;
-}
+
+    void say(const std::string& text) const
+    {
+        std::fprintf(stderr, "midair-jnd: %s\n", text.c_str());
+    }
+
+    bool isLive() const { return !_options.isSimulated; }
+
+    JndOptions _options;
+    SimulatedParticipant _simulated;
+    std::unique_ptr<TrialLog> _log;
+    std::unique_ptr<TrialRunner> _runner;
+    osgMidair::HapticScene* _haptics = nullptr;
+    osg::ref_ptr<osgMidair::HapticPoints> _line;
+    osg::ref_ptr<osg::Node> _shown; ///< null where lines aren't shown
+    std::optional<double> _playing; ///< value of the line that was set last; none yet
+    bool _isOn = false;             ///< a line is wanted now
+    double _wantedSince_s = 0.0;    ///< since when, of the steady clock
+    Trial _figures;                 ///< of the line that was played last
+    std::string _trouble;           ///< why nothing is played; empty: nothing of the kind
+    bool _isBegun = false;          ///< somebody said that it may begin
+    double _done_s = -1.0;          ///< when it was finished; -1: it isn't
+    double _now_s = 0.0;
+};
 
 /// Prints what was found, and draws it beside the file of results.
 int conclude(const JndInstallation& installation)

@@ -26,6 +26,17 @@ namespace midair::samples
 namespace
 {
 
+using Eigen::Vector3d;
+
+haptics::ControlPoints equalTargets(const Eigen::Matrix3Xd& positions)
+{
+    haptics::ControlPoints points;
+    points.positions = positions;
+    points.normals = Vector3d::UnitZ().replicate(1, positions.cols());
+    points.targets = Eigen::VectorXd::Ones(positions.cols());
+    return points;
+}
+
 struct Row
 {
     double equal = 0.0;           // evenness from equal phases
@@ -65,8 +76,6 @@ void print(const PaperSolve& how, const Row& row)
                 base::percentile(row.loudness, 0.5));
     std::fflush(stdout);
 }
-
-using Eigen::Vector3d;
 
 constexpr double kStarWidth_m = 0.034;
 constexpr double kPaperFocus_kPa = 5.53; // rms at 20 % of full duty
@@ -218,22 +227,6 @@ void drawLine(const PaperArray& paper, const std::string& folder)
 
 } // namespace
 
-using Eigen::Vector3d;
-
-namespace
-{
-
-haptics::ControlPoints equalTargets(const Eigen::Matrix3Xd& positions)
-{
-    haptics::ControlPoints points;
-    points.positions = positions;
-    points.normals = Vector3d::UnitZ().replicate(1, positions.cols());
-    points.targets = Eigen::VectorXd::Ones(positions.cols());
-    return points;
-}
-
-} // namespace
-
 double PaperField::evenness() const
 {
     return achieved_Pa.minCoeff() / achieved_Pa.maxCoeff();
@@ -317,15 +310,15 @@ void PaperArray::draw(const PaperField& field,
                       const std::string& title,
                       const std::string& path) const
 {
-    FieldImage image;
-    image.grid = bestSlice(field.points, 0.03, 4e-4);
-    image.pressure_Pa = haptics::pressureAt(image.grid.points(), _array, _medium, field.played, 2);
-    image.points = field.points;
-    image.achieved_Pa = field.achieved_Pa.cast<float>();
-    image.level_Pa = field.report.level_Pa;
-    image.title = title;
+    const haptics::FieldGrid grid = bestSlice(field.points, 0.03, 4e-4);
+    osgMidair::FieldPicture picture = fieldPicture(grid,
+                                                   pressure(grid.points(), field).cast<float>(),
+                                                   field.points,
+                                                   field.achieved_Pa,
+                                                   field.report.level_Pa);
+    picture.title = title;
     std::string message;
-    writeFieldImage(path, image, &message);
+    writeFieldPicture(path, picture, message);
     if (!message.empty()) std::fprintf(stderr, "midair-paper: %s\n", message.c_str());
 }
 

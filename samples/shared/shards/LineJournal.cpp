@@ -17,6 +17,8 @@ namespace midair::samples
 namespace
 {
 
+using device::recording::OpenFile;
+
 constexpr std::size_t kMostBytes = std::size_t(1) << 30;
 
 // The end of what line feeds close.
@@ -28,28 +30,32 @@ std::size_t wholeLines(const std::string& text)
 
 } // namespace
 
+bool writeAll(int file, const void* bytes, std::size_t count)
+{
+    const char* const text = static_cast<const char*>(bytes);
+    for (std::size_t done = 0; done < count;)
+    {
+        const ssize_t wrote = ::write(file, text + done, count - done);
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote < 0) return false;
+        done += static_cast<std::size_t>(wrote);
+    }
+    return true;
+}
+
 LineJournal::LineJournal(const std::string& path, std::string name, unsigned int mode) :
     _path(path),
     _name(std::move(name)),
-    _mode(mode)
+    _mode(mode),
+    _file(openLocked(path)),
+    _text(base::readRegularFile(path, kMostBytes, _name + " \"" + path + "\": "))
 {
-    try
-    {
-        _file = openLocked(path);
-        _text = base::readRegularFile(path, kMostBytes, _name + " \"" + path + "\": ");
-        if (_text.empty()) syncFolderOf(path);
-    }
-    catch (...)
-    {
-        if (_file >= 0) ::close(_file);
-        throw;
-    }
+    if (_text.empty()) syncFolderOf(path);
 }
 
 LineJournal::~LineJournal()
 {
-    ::fdatasync(_file);
-    ::close(_file);
+    ::fdatasync(_file.descriptor());
 }
 
 void LineJournal::fail(const std::string& path, const char* what) const
@@ -60,21 +66,20 @@ void LineJournal::fail(const std::string& path, const char* what) const
 
 // What was opened may have been replaced before it was locked: then nobody would find what is
 // written into it.
-int LineJournal::openLocked(const std::string& path) const
+OpenFile LineJournal::openLocked(const std::string& path) const
 {
     for (;;)
     {
-        const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, _mode);
+        OpenFile opened(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, _mode));
+        const int file = opened.descriptor();
         if (file < 0) fail(path, "opened");
-        const bool isLocked = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+        if (::flock(file, LOCK_EX | LOCK_NB) != 0)
+            throw base::InputError(_name + " \"" + path + "\" are being written by another run");
         struct stat locked = {};
         struct stat named = {};
-        const bool isNamed = ::fstat(file, &locked) == 0 && ::stat(path.c_str(), &named) == 0 &&
-                             locked.st_dev == named.st_dev && locked.st_ino == named.st_ino;
-        if (isLocked && isNamed) return file;
-        ::close(file);
-        if (!isLocked)
-            throw base::InputError(_name + " \"" + path + "\" are being written by another run");
+        if (::fstat(file, &locked) == 0 && ::stat(path.c_str(), &named) == 0 &&
+            locked.st_dev == named.st_dev && locked.st_ino == named.st_ino)
+            return opened;
     }
 }
 
@@ -87,19 +92,13 @@ void LineJournal::cutTornLine()
 {
     const std::size_t whole = wholeLines(_text);
     if (whole == _text.size()) return;
-    if (::ftruncate(_file, static_cast<off_t>(whole)) != 0) fail(_path, "shortened");
+    if (::ftruncate(_file.descriptor(), static_cast<off_t>(whole)) != 0) fail(_path, "shortened");
     _text.resize(whole);
 }
 
 void LineJournal::write(const std::string& path, const std::string& text)
 {
-    for (std::size_t done = 0; done < text.size();)
-    {
-        const ssize_t wrote = ::write(_file, text.data() + done, text.size() - done);
-        if (wrote < 0 && errno == EINTR) continue;
-        if (wrote < 0) fail(path, "written");
-        done += static_cast<std::size_t>(wrote);
-    }
+    if (!writeAll(_file.descriptor(), text.data(), text.size())) fail(path, "written");
 }
 
 void LineJournal::append(const std::string& text)
@@ -109,23 +108,18 @@ void LineJournal::append(const std::string& text)
 
 void LineJournal::sync()
 {
-    if (::fdatasync(_file) != 0) fail(_path, "written");
+    if (::fdatasync(_file.descriptor()) != 0) fail(_path, "written");
 }
 
 void LineJournal::replace(const std::string& text)
 {
     // Into a file beside it, which takes its place when it is whole; the old one is locked till
     // then.
-    struct Locked
-    {
-        int file;
-        ~Locked() { ::close(file); }
-    };
     const std::string whole = _path + ".new";
-    const Locked old{std::exchange(_file, openLocked(whole))};
-    if (::ftruncate(_file, 0) != 0) fail(whole, "written");
+    const OpenFile old = std::exchange(_file, openLocked(whole));
+    if (::ftruncate(_file.descriptor(), 0) != 0) fail(whole, "written");
     write(whole, text);
-    if (::fdatasync(_file) != 0 || ::rename(whole.c_str(), _path.c_str()) != 0)
+    if (::fdatasync(_file.descriptor()) != 0 || ::rename(whole.c_str(), _path.c_str()) != 0)
         fail(whole, "written");
     syncFolderOf(_path);
 }

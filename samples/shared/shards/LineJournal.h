@@ -1,5 +1,8 @@
 #pragma once
 
+#include "device/recording/RecordingFile.h"
+
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -19,6 +22,9 @@ inline void syncFolderOf(const std::string& path)
     ::fsync(file);
     ::close(file);
 }
+
+/// Writes all of \a bytes into an open file. Returns false, with errno, if it can't be done.
+bool writeAll(int file, const void* bytes, std::size_t count);
 
 /// A text file that is written line by line while something goes on, and gone on with by the next
 /// run when this one ends, however it ends. One process has it at a time.
@@ -49,14 +55,14 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& path, const char* what) const;
-    int openLocked(const std::string& path) const;
+    device::recording::OpenFile openLocked(const std::string& path) const;
     void write(const std::string& path, const std::string& text);
 
     const std::string _path;
     const std::string _name;
     const unsigned int _mode;
+    device::recording::OpenFile _file;
     std::string _text;
-    int _file = -1;
 };
 
 } // namespace midair::samples

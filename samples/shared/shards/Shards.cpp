@@ -4,6 +4,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/shared/shards/LineJournal.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -60,14 +61,6 @@ std::uint64_t sizeOf(const OpenFile& file, const std::string& path)
     return static_cast<std::uint64_t>(about.st_size);
 }
 
-nlohmann::json toJson(const PartHeader& header)
-{
-    return {{"work", header.work},
-            {"shard", header.shard},
-            {"shards", header.shards},
-            {"pieces", header.pieces}};
-}
-
 constexpr int kMostShards = 100000;
 constexpr int kBar = 30;              // characters
 constexpr double kTerminal_s = 0.2;   // between two looks of the bar
@@ -82,6 +75,8 @@ constexpr std::size_t kBuffer = std::size_t(1) << 20;
 }
 
 } // namespace
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(PartHeader, work, shard, shards, pieces)
 
 std::uint64_t PartHeader::share() const
 {
@@ -118,8 +113,9 @@ PartFile::PartFile(std::string path, OpenFile file) : _path(std::move(path)), _f
 
 PartFile PartFile::openToGoOn(const std::string& path, const PartHeader& header)
 {
-    PartFile part(path,
-                  OpenFile(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666)));
+    PartFile part(
+        path,
+        OpenFile(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666)));
     const int descriptor = part._file.descriptor();
     if (descriptor < 0) failSystem(path, "can't be written");
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
@@ -127,7 +123,7 @@ PartFile PartFile::openToGoOn(const std::string& path, const PartHeader& header)
     if (sizeOf(part._file, path) > 0) part.scan();
     if (part._hasHeader)
     {
-        const std::string other = differenceOf(toJson(part._header), toJson(header));
+        const std::string other = differenceOf(part._header, header);
         if (!other.empty())
             fail(path,
                  "is there and is of other work: " + other +
@@ -137,10 +133,9 @@ PartFile PartFile::openToGoOn(const std::string& path, const PartHeader& header)
     if (::ftruncate(descriptor, static_cast<off_t>(part._end)) != 0)
         failSystem(path, "can't be cut to its whole pieces");
     if (part._hasHeader) return part;
-    if (::pwrite(descriptor, kMagic, kMagicBytes, 0) != static_cast<ssize_t>(kMagicBytes))
-        failSystem(path, "can't be written");
+    if (!writeAll(descriptor, kMagic, kMagicBytes)) failSystem(path, "can't be written");
     part._end = kMagicBytes;
-    part.write(kHeaderNumber, toJson(header).dump());
+    part.write(kHeaderNumber, nlohmann::json(header).dump());
     part._hasHeader = true;
     return part;
 }
@@ -198,10 +193,7 @@ bool PartFile::scanPiece(std::uint64_t& offset, std::uint64_t size, int& damaged
     {
         const nlohmann::json json = nlohmann::json::parse(payload.substr(0, bytes), nullptr, false);
         if (json.is_discarded() || !json.is_object()) fail(_path, "its header isn't JSON");
-        _header.work = json.value("work", nlohmann::json());
-        _header.shard = json.value("shard", 1);
-        _header.shards = json.value("shards", 1);
-        _header.pieces = json.value("pieces", std::uint64_t(0));
+        _header = json.get<PartHeader>();
         if (_header.pieces > kMostPieces || _header.shard < 1 || _header.shards < _header.shard)
             fail(_path, "its header names a share that there can't be");
         _hasHeader = true;
@@ -247,17 +239,8 @@ void PartFile::write(std::uint64_t number, const std::string& payload)
     writer.u32(crcOf(bytes.data(), bytes.size()));
     writer.bytes(reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size());
     writer.u32(crcOf(payload.data(), payload.size()));
-    std::size_t done = 0;
-    while (done < bytes.size())
-    {
-        const ssize_t put = ::pwrite(_file.descriptor(),
-                                     bytes.data() + done,
-                                     bytes.size() - done,
-                                     static_cast<off_t>(_end + done));
-        if (put < 0 && errno == EINTR) continue;
-        if (put <= 0) failSystem(_path, "can't be written");
-        done += static_cast<std::size_t>(put);
-    }
+    if (!writeAll(_file.descriptor(), bytes.data(), bytes.size()))
+        failSystem(_path, "can't be written");
     if (number != kHeaderNumber) _places[number] = {_end + kFrontBytes, payload.size()};
     _end += bytes.size();
 }
@@ -433,14 +416,7 @@ WholeFile::~WholeFile()
 
 void WholeFile::flush()
 {
-    std::size_t done = 0;
-    while (done < _buffer.size())
-    {
-        const ssize_t put = ::write(_descriptor, _buffer.data() + done, _buffer.size() - done);
-        if (put < 0 && errno == EINTR) continue;
-        if (put <= 0) failToWrite(_temporary);
-        done += static_cast<std::size_t>(put);
-    }
+    if (!writeAll(_descriptor, _buffer.data(), _buffer.size())) failToWrite(_temporary);
     _buffer.clear();
 }
 

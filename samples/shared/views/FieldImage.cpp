@@ -3,8 +3,6 @@
 #include "haptics/base/SmallMatrices.h"
 #include "samples/shared/views/Offscreen.h"
 
-#include <osgMidair/FieldPicture>
-
 #include <osgDB/WriteFile>
 
 #include <algorithm>
@@ -24,34 +22,32 @@ osg::Vec3d toOsg(const Eigen::Vector3d& v)
     return {v.x(), v.y(), v.z()};
 }
 
-osgMidair::FieldPicture pictureOf(const FieldImage& image)
+} // namespace
+
+osgMidair::FieldPicture fieldPicture(const haptics::FieldGrid& grid,
+                                     const Eigen::VectorXf& pressure_Pa,
+                                     const haptics::ControlPoints& points,
+                                     const Eigen::VectorXd& achieved_Pa,
+                                     double level_Pa)
 {
     osgMidair::FieldPicture picture;
-    picture.corner = toOsg(image.grid.corner);
-    picture.across = toOsg(image.grid.u);
-    picture.up = toOsg(image.grid.v);
-    picture.columns = image.grid.columns;
-    picture.rows = image.grid.rows;
-    for (const std::complex<float> pressure : image.pressure_Pa)
-        picture.pressures_Pa.push_back(std::abs(pressure));
-    const bool isKnown = image.achieved_Pa.size() == image.points.size() && image.level_Pa > 0.0;
-    for (int l = 0; l < image.points.size(); ++l)
+    picture.corner = toOsg(grid.corner);
+    picture.across = toOsg(grid.u);
+    picture.up = toOsg(grid.v);
+    picture.columns = grid.columns;
+    picture.rows = grid.rows;
+    picture.pressures_Pa.assign(pressure_Pa.begin(), pressure_Pa.end());
+    const bool isKnown = achieved_Pa.size() == points.size() && level_Pa > 0.0;
+    for (int l = 0; l < points.size(); ++l)
     {
         osgMidair::FieldPicture::Point& point = picture.points.emplace_back();
-        point.position = toOsg(image.points.positions.col(l));
+        point.position = toOsg(points.positions.col(l));
         if (!isKnown) continue;
-        point.wanted_Pa =
-            image.level_Pa * image.points.targets[l] / image.points.targets.maxCoeff();
-        point.achieved_Pa = image.achieved_Pa[l];
+        point.wanted_Pa = level_Pa * points.targets[l] / points.targets.maxCoeff();
+        point.achieved_Pa = achieved_Pa[l];
     }
-    for (Eigen::Index s = 0; s < image.outline.cols(); ++s)
-        picture.outline.push_back(toOsg(image.outline.col(s)));
-    picture.title = image.title;
-    picture.caption = image.caption;
     return picture;
 }
-
-} // namespace
 
 haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin_m, double step_m)
 {
@@ -102,67 +98,62 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
     return grid;
 }
 
-Eigen::Matrix3Xd outlineInPlane(const haptics::TriangleMesh& mesh,
-                                const Eigen::Isometry3d& pose,
-                                const haptics::FieldGrid& grid)
+// Rounding puts vertices of the plane on either side of it, so they count as in it.
+std::vector<osg::Vec3d> outlineInPlane(const haptics::TriangleMesh& mesh,
+                                       const Eigen::Isometry3d& pose,
+                                       const haptics::FieldGrid& grid)
 {
     const Eigen::Vector3d normal = grid.u.cross(grid.v).normalized();
     const Eigen::Matrix3Xd vertices = pose * mesh.vertices;
-    const Eigen::VectorXd height =
-        (normal.transpose() * (vertices.colwise() - grid.corner)).transpose();
     const double flat = 1e-6 + 1e-4 * mesh.extent().maxCoeff();
-    std::vector<Eigen::Vector3d> ends;
-    // Number of triangles of the plane that use each edge.
-    std::map<std::pair<int, int>, int> edgesInPlane;
+    Eigen::VectorXd height = (normal.transpose() * (vertices.colwise() - grid.corner)).transpose();
+    height = (height.array().abs() < flat).select(0.0, height);
+    std::vector<osg::Vec3d> outline;
+    std::map<std::pair<int, int>, int> facesAt; // of the plane, at each edge in it
     for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
     {
-        std::vector<Eigen::Vector3d> crossings;
+        const Eigen::Vector3i corners = mesh.triangles.col(t);
+        const bool isFace = corners[0] != corners[1] && corners[1] != corners[2]; // or a line
+        const bool isInPlane = isFace && height(corners).isZero(0.0);
+        std::vector<osg::Vec3d> cut; // where it meets the plane, but for edges in it
         for (int k = 0; k < 3; ++k)
         {
-            const int a = mesh.triangles(k, t);
-            const int b = mesh.triangles((k + 1) % 3, t);
-            if (std::abs(height[a]) < flat && std::abs(height[b]) < flat)
-                ++edgesInPlane[std::minmax(a, b)];
-            else if ((height[a] < 0.0) != (height[b] < 0.0))
-            {
-                const double f = height[a] / (height[a] - height[b]);
-                crossings.emplace_back(vertices.col(a) + f * (vertices.col(b) - vertices.col(a)));
-            }
+            const int a = corners[k], b = corners[(k + 1) % 3], c = corners[(k + 2) % 3];
+            if (a != b && height[a] == 0.0 && height[b] == 0.0)
+                facesAt[std::minmax(a, b)] += isInPlane ? 1 : 0;
+            if (height[c] == 0.0 && height[a] * height[b] < 0.0)
+                cut.push_back(toOsg(vertices.col(c)));
+            if (height[a] * height[b] >= 0.0) continue;
+            const double f = height[a] / (height[a] - height[b]);
+            cut.push_back(toOsg(vertices.col(a) + f * (vertices.col(b) - vertices.col(a))));
         }
-        if (crossings.size() == 2) ends.insert(ends.end(), crossings.begin(), crossings.end());
+        outline.insert(outline.end(), cut.begin(), cut.end());
     }
-    for (const auto& [edge, count] : edgesInPlane)
-        if (count == 1)
-        {
-            ends.emplace_back(vertices.col(edge.first));
-            ends.emplace_back(vertices.col(edge.second));
-        }
-    Eigen::Matrix3Xd outline(3, static_cast<Eigen::Index>(ends.size()));
-    for (std::size_t i = 0; i < ends.size(); ++i)
-        outline.col(static_cast<Eigen::Index>(i)) = ends[i];
+    for (const auto& [edge, faces] : facesAt)
+        if (faces != 2)
+            for (const int end : {edge.first, edge.second})
+                outline.push_back(toOsg(vertices.col(end)));
     return outline;
 }
 
-bool writeFieldImage(const std::string& path, const FieldImage& image, std::string* message)
+bool writeFieldPicture(const std::string& path,
+                       const osgMidair::FieldPicture& picture,
+                       std::string& message)
 {
     const osg::Vec4 paper(1.0F, 1.0F, 1.0F, 1.0F);
-    const osgMidair::FieldPicture picture = pictureOf(image);
-    std::string problem = picture.getProblem();
-    if (message) *message = problem;
-    if (!problem.empty()) return false;
+    message = picture.getProblem();
+    if (!message.empty()) return false;
     int width = 0;
     int height = 0;
     const osg::ref_ptr<osg::Node> figure = picture.createFigure(width, height);
-    osg::ref_ptr<osg::Image> drawn = renderFlat(*figure, width, height, paper, &problem);
+    osg::ref_ptr<osg::Image> drawn = renderFlat(*figure, width, height, paper, &message);
     if (!drawn)
     {
         drawn = picture.createSlice();
-        problem = path + " has no axes and no text: " + problem;
+        message = path + " has no axes and no text: " + message;
     }
-    if (message) *message = problem;
     if (osgDB::writeImageFile(*drawn, path)) return true;
-    if (message)
-        *message = "can't write the picture " + path + " (is the folder there, and is it a .png?)";
+    message = "can't write the picture " + path + " (is the folder there, and is it a .png?)";
     return false;
 }
 

@@ -147,8 +147,7 @@ std::string drawField(const Solution& solution, const std::string& title, const 
                (why ? std::string("can't be loaded: ") + why : std::string("isn't there"));
     }
     std::string problem;
-    reinterpret_cast<decltype(&midairDrawPicture)>(symbol)(
-        solution, title, path, base::instructionSet(), problem);
+    reinterpret_cast<decltype(&midairDrawPicture)>(symbol)(solution, title, path, problem);
     return problem;
 }
 

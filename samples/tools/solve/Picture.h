@@ -1,6 +1,5 @@
 #pragma once
 
-#include "haptics/base/simd/InstructionSet.h"
 #include "samples/tools/solve/Solution.h"
 
 #include <string>
@@ -17,10 +16,8 @@ drawPictures(const Solution& solution, const std::string& title, const std::stri
 
 } // namespace midair::samples
 
-/// Function that the module exports, and nothing else: it has the field's code a second time, which
-/// runs with \a set as the program's does.
+/// Function that the module exports, and nothing else.
 extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
                                   const std::string& title,
                                   const std::string& path,
-                                  midair::base::InstructionSet set,
                                   std::string& problem);

@@ -18,34 +18,29 @@ std::string draw(const Solution& solution, const std::string& title, const std::
 {
     const SolveScene& scene = solution.scene;
     const std::vector<Eigen::VectorXcf>& fields = solution.sequence.fields;
-    FieldImage image;
-    image.grid = bestSlice(solution.points, 0.02, 4e-4);
-    image.pressure_Pa =
-        haptics::pressureAt(image.grid.points(), scene.array, scene.medium, fields.front(), 2);
-    if (fields.size() > 1)
-    {
-        // Root mean square over the fields, as the skin averages them.
-        Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
-        for (const Eigen::VectorXcf& q : fields)
-            square += haptics::pressureAt(image.grid.points(), scene.array, scene.medium, q, 2)
-                          .cwiseAbs2() /
-                      static_cast<float>(fields.size());
-        image.pressure_Pa = square.cwiseSqrt().cast<std::complex<float>>();
-    }
-    image.points = solution.points;
-    image.achieved_Pa = solution.achieved_Pa.cast<float>();
-    image.level_Pa = solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0;
+    const haptics::FieldGrid grid = bestSlice(solution.points, 0.02, 4e-4);
+    // Of several fields the root mean square, as the skin averages them.
+    Eigen::VectorXf square = Eigen::VectorXf::Zero(grid.columns * grid.rows);
+    for (const Eigen::VectorXcf& q : fields)
+        square += haptics::pressureAt(grid.points(), scene.array, scene.medium, q, 2).cwiseAbs2() /
+                  static_cast<float>(fields.size());
+    osgMidair::FieldPicture picture =
+        fieldPicture(grid,
+                     square.cwiseSqrt(),
+                     solution.points,
+                     solution.achieved_Pa,
+                     solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0);
     if (scene.mesh.triangles.cols() > 0)
-        image.outline = outlineInPlane(scene.mesh, scene.pose, image.grid);
-    image.title = title;
+        picture.outline = outlineInPlane(scene.mesh, scene.pose, grid);
+    picture.title = title;
     const haptics::SolveReport& report = solution.sequence.report;
-    image.caption = fmt::format("{}, {} points, rms {:.2f} %, {:.0f} Pa peak",
-                                report.solver,
-                                report.points,
-                                100.0 * report.rms,
-                                report.level_Pa);
+    picture.caption = fmt::format("{}, {} points, rms {:.2f} %, {:.0f} Pa peak",
+                                  report.solver,
+                                  report.points,
+                                  100.0 * report.rms,
+                                  report.level_Pa);
     std::string message;
-    writeFieldImage(path, image, &message);
+    writeFieldPicture(path, picture, message);
     return message;
 }
 
@@ -56,12 +51,10 @@ std::string draw(const Solution& solution, const std::string& title, const std::
 extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
                                   const std::string& title,
                                   const std::string& path,
-                                  midair::base::InstructionSet set,
                                   std::string& problem)
 {
     try
     {
-        midair::base::useInstructionSet(set);
         problem = midair::samples::draw(solution, title, path);
     }
     catch (const std::exception& error)

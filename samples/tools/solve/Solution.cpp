@@ -1,22 +1,28 @@
 #include "samples/tools/solve/Solution.h"
 
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
-#include "haptics/base/text/Words.h"
+#include "haptics/base/Units.h"
+#include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/points/FittingSize.h"
+#include "haptics/points/Workspace.h"
 #include "haptics/probe/PressureProbe.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldMonitor.h"
+#include "haptics/sequence/FieldSettings.h"
+#include "haptics/sequence/FocusShare.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "haptics/surface/ObjReader.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "samples/tools/solve/SolveFiles.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
-#include <locale>
-#include <sstream>
+#include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -26,24 +32,233 @@ namespace midair::samples
 namespace
 {
 
-constexpr std::size_t kMostPlaces = 100000;
-constexpr std::array<const char*, 3> kColumns = {"x_m", "y_m", "z_m"};
-
-std::array<std::size_t, 3> cellsOf(const std::string& path, const std::string& header)
+Eigen::Isometry3d poseOf(const SolveArguments& arguments)
 {
-    const std::vector<std::string> names = base::splitColumns(header);
-    std::array<std::size_t, 3> cells{};
-    for (std::size_t axis = 0; axis < cells.size(); ++axis)
+    const auto angle = [&](int axis)
+    { return base::toRadians(arguments.rotation_deg[static_cast<std::size_t>(axis)]); };
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(
+        Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+    pose.rotate(Eigen::AngleAxisd(angle(2), Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(angle(1), Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(angle(0), Eigen::Vector3d::UnitX()));
+    return pose;
+}
+
+/// Returns the spacing of control points, metres.
+double spacingOf(const SolveArguments& arguments, const SolveScene& scene)
+{
+    return arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+}
+
+/// Returns samples of the model, \a spacing_m apart, array frame.
+Eigen::Matrix3Xd
+samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spacing_m)
+{
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = spacing_m;
+    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
+    sampling.maxPoints = 200000;
+    return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
+}
+
+/// Returns the model's samples in the array frame, a set for each field; all targets are 1, or the
+/// wanted pressure.
+std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
+                                              const SolveScene& scene)
+{
+    haptics::SamplerOptions options;
+    options.spacing_m = spacingOf(arguments, scene);
+    options.sampling = arguments.sampling;
+    std::vector<haptics::PosedObject> objects;
+    for (const haptics::SurfaceSamples& samples :
+         haptics::sampleSurfaceSets(scene.mesh, options, arguments.settings.cycle))
     {
-        const auto found = std::find(names.begin(), names.end(), kColumns[axis]);
-        if (found == names.end())
-            throw base::InputError(
-                fmt::format("{}:1: there is no column {}; the header must hold x_m,y_m,z_m",
-                            path,
-                            kColumns[axis]));
-        cells[axis] = static_cast<std::size_t>(found - names.begin());
+        haptics::PosedObject& object = objects.emplace_back();
+        object.pose(samples, scene.pose);
+        object.spacing_m = options.spacing_m;
+        if (arguments.pressure_Pa > 0.0) object.target = arguments.pressure_Pa;
     }
-    return cells;
+    return objects;
+}
+
+/// Points from the user's file are kept unchanged, without doubles, unless the user says what is
+/// done with crowded ones.
+haptics::PosedObject
+asObject(const haptics::ControlPoints& points, bool crowdingGiven, double wavelength_m)
+{
+    haptics::PosedObject object;
+    object.positions = points.positions;
+    object.normals = points.normals;
+    object.intensity = points.targets.cast<float>();
+    object.spacing_m = crowdingGiven ? wavelength_m : 1e-6;
+    return object;
+}
+
+/// Asks about a model that is one focus, and returns how many points it would have at the size that
+/// fits; 0: it is more than a focus.
+int pointsIfSmall(const SolveArguments& arguments, const SolveScene& scene)
+{
+    if (!haptics::isOneFocus(scene.mesh, scene.wavelength_m())) return 0;
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = spacingOf(arguments, scene);
+    sampling.sampling = arguments.sampling;
+    haptics::SelectorOptions options;
+    if (arguments.settings.maxPoints > 0) options.maxPoints = arguments.settings.maxPoints;
+    const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
+    haptics::LargeModel model{scene.mesh, scene.pose, scene.mesh.extent().maxCoeff()};
+    if (arguments.sampling == haptics::Sampling::SURFACE) model.spacing_m = sampling.spacing_m;
+    model.mayGrow = true;
+    const double size_m =
+        haptics::fittingSize_m(model,
+                               workspace,
+                               haptics::ArrayFront(scene.array.positions, scene.array.normals),
+                               options.maxPoints);
+    std::fprintf(stderr,
+                 "midair-solve: object.small: the model is %.3g m wide, under half a wavelength "
+                 "(%.2g m): it is one focus, and no louder than one point of something larger",
+                 model.width_m,
+                 0.5 * scene.wavelength_m());
+    std::fprintf(stderr, size_m > 0.0 ? "; --size %g fits\n" : "\n", size_m);
+    return haptics::pointsAtSize(scene.mesh, sampling, size_m, options.maxPoints);
+}
+
+/// Leaves out points that the array can't reach, with a message.
+haptics::ControlPoints selectPoints(const SolveArguments& arguments,
+                                    const haptics::PosedObject& object,
+                                    bool absolute,
+                                    const SolveScene& scene)
+{
+    haptics::SelectorOptions options;
+    if (arguments.settings.maxPoints > 0) options.maxPoints = arguments.settings.maxPoints;
+    options.crowding = arguments.crowding;
+    const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
+    haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
+    const std::string left = selection.report.summary();
+    if (!left.empty()) std::fprintf(stderr, "midair-solve: solves for %s\n", left.c_str());
+    selection.points.absolute = absolute;
+    return std::move(selection.points);
+}
+
+/// Loads the array, air and model that \a arguments name. Throws base::InputError.
+SolveScene loadScene(const SolveArguments& arguments)
+{
+    SolveScene scene;
+    scene.array = haptics::TransducerArray::load(arguments.array);
+    scene.array.mark(arguments.settings.dead, arguments.settings.weak);
+    if (bridge::keepToSignal(scene.array.drive))
+        std::fprintf(stderr,
+                     "midair-solve: the array has finer phases than the 256 levels of a drive: "
+                     "solves for 256\n");
+    if (!arguments.directivity.empty())
+        scene.array.directivity = haptics::directivityFromName(arguments.directivity);
+    if (arguments.ringing_s >= 0.0) scene.array.ringing_s = arguments.ringing_s;
+    scene.medium = haptics::mediumOf(arguments.settings);
+    std::string error;
+    if (!scene.medium.isValid(&error)) throw base::InputError(error);
+    if (!arguments.pointsFile.empty()) return scene;
+    std::vector<std::string> warnings;
+    scene.mesh = haptics::readObj(arguments.model, &warnings);
+    for (const std::string& warning : warnings)
+        std::fprintf(stderr, "midair-solve: %s\n", warning.c_str());
+    if (arguments.size_m > 0.0) scene.mesh = scene.mesh.scaledTo(arguments.size_m);
+    scene.pose = poseOf(arguments);
+    return scene;
+}
+
+/// Returns control points in the array frame, a set for each field of a cycle. Points that the
+/// array can't reach are left out, with a message on standard error. Throws base::InputError.
+std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
+                                              const SolveScene& scene)
+{
+    if (!arguments.pointsFile.empty())
+    {
+        const haptics::ControlPoints points = readControlPoints(arguments.pointsFile);
+        const haptics::PosedObject object =
+            asObject(points, arguments.crowdingGiven, scene.wavelength_m());
+        return {selectPoints(arguments, object, points.absolute, scene)};
+    }
+    std::vector<haptics::ControlPoints> sets;
+    const int whole = pointsIfSmall(arguments, scene);
+    for (const haptics::PosedObject& object : sampleModel(arguments, scene))
+    {
+        haptics::ControlPoints points =
+            selectPoints(arguments, object, arguments.pressure_Pa > 0.0, scene);
+        std::vector<int> small(whole > 0 ? static_cast<std::size_t>(points.size()) : 0);
+        std::iota(small.begin(), small.end(), 0);
+        haptics::holdToShare(
+            small, whole, arguments.settings.loudness, scene.array, scene.medium, points);
+        sets.push_back(std::move(points));
+    }
+    return sets;
+}
+
+/// Returns the model's feature edges in the array frame, with the wanted pressure or 1 as targets.
+/// Edges that are not entirely within the array's reach are left out, with a message; \a any is
+/// true if the model has edges. Throws base::InputError.
+std::vector<haptics::Outline>
+modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any)
+{
+    if (pointsIfSmall(arguments, scene) > 0)
+        throw base::InputError("a model that is one focus has no outline that can be felt");
+    const haptics::Workspace workspace(
+        scene.array, scene.wavelength_m(), haptics::SelectorOptions());
+    const double target =
+        arguments.pressure_Pa > 0.0 ? arguments.pressure_Pa : haptics::Outline().target;
+    haptics::ReachedOutlines reached =
+        haptics::reachedOutlines(scene.mesh, scene.pose, target, workspace);
+    const std::size_t all = reached.inside.size() + static_cast<std::size_t>(reached.outside);
+    any = all > 0;
+    if (reached.outside > 0)
+        std::fprintf(stderr,
+                     "midair-solve: solves for %zu of %zu outlines: %d are not whole within the "
+                     "array's reach\n",
+                     reached.inside.size(),
+                     all,
+                     reached.outside);
+    if (reached.apart > 0)
+        std::fprintf(stderr,
+                     "midair-solve: %d points of the model are on no outline: left out (without "
+                     "--outline they are solved for)\n",
+                     reached.apart);
+    return std::move(reached.inside);
+}
+
+/// Returns the places near \a points where fields in turn are evened out, with their targets; none,
+/// with a message, if the surface is too large.
+haptics::ControlPoints placesToEven(const SolveArguments& arguments,
+                                    const haptics::ControlPoints& points,
+                                    const SolveScene& scene)
+{
+    for (const double spacing : haptics::kPlaceSpacings)
+    {
+        const double spacing_m = spacing * scene.wavelength_m();
+        haptics::ControlPoints places = haptics::feltPlaces(
+            samplesOf(arguments, scene, spacing_m),
+            points,
+            haptics::kFeltReach * std::max(spacingOf(arguments, scene), spacing_m));
+        if (places.size() <= haptics::kMostPlaces) return places;
+    }
+    std::fprintf(stderr,
+                 "midair-solve: the fields are not evened out: the surface has more than %d "
+                 "places %g wavelengths apart\n",
+                 haptics::kMostPlaces,
+                 haptics::kPlaceSpacings.back());
+    return {};
+}
+
+/// Returns samples of the felt surface near \a points (3 x n), at most a fifth of a wavelength
+/// apart.
+Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
+                             const Eigen::Matrix3Xd& points,
+                             const SolveScene& scene)
+{
+    // No place is farther than kFeltReach times this from a sample.
+    const double sampled_m = 0.18 * scene.wavelength_m();
+    // Not less than the samples' spacing, or a point might have no samples.
+    const double spacing_m = std::max(spacingOf(arguments, scene), sampled_m);
+    return haptics::samplesNear(
+        samplesOf(arguments, scene, sampled_m), points, haptics::kFeltReach * spacing_m);
 }
 
 constexpr double kMostSamples = 1e7; // about 700 MB of text
@@ -67,35 +282,6 @@ void append(const Eigen::Matrix3Xd& more, Eigen::Matrix3Xd& places)
     places.conservativeResize(3, places.cols() + more.cols());
     places.rightCols(more.cols()) = more;
 }
-
-class CsvFile
-{
-public:
-    CsvFile(std::string path, const std::string& header) : _path(std::move(path)), _file(_path)
-    {
-        if (!_file) throw base::InputError("cannot write " + _path);
-        _file << header << '\n';
-    }
-    template<typename... Values>
-    void row(fmt::format_string<Values...> format, Values&&... values)
-    {
-        _line.clear();
-        fmt::format_to(std::back_inserter(_line), format, std::forward<Values>(values)...);
-        _line.push_back('\n');
-        _file.write(_line.data(), static_cast<std::streamsize>(_line.size()));
-    }
-    void finish()
-    {
-        _file.close();
-        if (!_file)
-            throw base::InputError("could not write " + _path + " to its end: is the disk full?");
-    }
-
-private:
-    std::string _path;
-    std::ofstream _file;
-    fmt::memory_buffer _line;
-};
 
 /// The mean radiation pressure at a point over the steps of \a schedule, each as its steady field.
 double steadyMean_Pa(const haptics::PressureProbe& probe,
@@ -214,40 +400,62 @@ void certify(const SolveArguments& arguments, Solution& solution)
     }
 }
 
-} // namespace
-
-Eigen::Matrix3Xd readEars(const std::string& path)
+/// Returns the places that \a arguments name: those of --probe, then the control points, or the
+/// surface's places within --probe-patch of a --probe. Throws base::InputError if there are none,
+/// or more than 10^7 samples of all together.
+Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
+                             const Eigen::Matrix3Xd& controlPoints,
+                             const SolveScene& scene)
 {
-    std::istringstream file(textOf(path));
-    std::string line;
-    std::getline(file, line);
-    const std::array<std::size_t, 3> cells = cellsOf(path, line);
-    std::vector<Eigen::Vector3d> places;
-    for (int number = 2; std::getline(file, line); ++number)
+    const haptics::ProbeOptions options = optionsOf(arguments);
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    Eigen::Matrix3Xd places = givenPlaces(arguments);
+    if (arguments.probePatch_m > 0.0)
     {
-        const std::vector<std::string> row = base::splitColumns(line);
-        if (row.empty()) continue;
-        Eigen::Vector3d& place = places.emplace_back();
-        for (std::size_t axis = 0; axis < 3; ++axis)
-        {
-            const std::string text = cells[axis] < row.size() ? row[cells[axis]] : "";
-            if (!base::parseNumber(text, place[static_cast<Eigen::Index>(axis)]))
-                throw base::InputError(fmt::format("{}:{}: {} is '{}', it must be a finite number",
-                                                   path,
-                                                   number,
-                                                   kColumns[axis],
-                                                   text));
-        }
-        if (places.size() > kMostPlaces)
-            throw base::InputError(
-                fmt::format("{}:{}: there are more than {} places", path, number, kMostPlaces));
+        places = haptics::samplesNear(
+            feltSurface(arguments, controlPoints, scene), places, arguments.probePatch_m);
+        if (places.cols() == 0)
+            throw base::InputError(fmt::format(
+                "--probe-patch: no place of the felt surface is within {:g} m of a --probe",
+                arguments.probePatch_m));
     }
-    if (places.empty()) throw base::InputError(path + ": there are no places below the header");
-    Eigen::Matrix3Xd all(3, static_cast<Eigen::Index>(places.size()));
-    for (std::size_t l = 0; l < places.size(); ++l)
-        all.col(static_cast<Eigen::Index>(l)) = places[l];
-    return all;
+    if (arguments.probePoints) append(controlPoints, places);
+    if (places.cols() == 0) throw base::InputError("--probe-points: there are no control points");
+    const double samples = static_cast<double>(places.cols()) * options.samples();
+    if (samples > kMostSamples)
+        throw base::InputError(fmt::format(
+            "{} probes of {} samples are more than {:g} in all: shorten --duration, or lower "
+            "--probe-rate",
+            places.cols(),
+            options.samples(),
+            kMostSamples));
+    return places;
 }
+
+/// Probes \a sequence at \a places (3 x n). Throws base::InputError.
+ProbeTraces probe(const SolveArguments& arguments,
+                  const Eigen::Matrix3Xd& places,
+                  const haptics::FieldSequence& sequence,
+                  const SolveScene& scene)
+{
+    const haptics::ProbeOptions options = optionsOf(arguments);
+    const haptics::DriveSchedule schedule = haptics::stepsOf(sequence, options.duration_s);
+    const haptics::PressureProbe probe(scene.array, scene.medium, schedule);
+    ProbeTraces traces;
+    traces.rate_Hz = options.rate_Hz;
+    traces.ringing_s = scene.array.ringing_s;
+    traces.points = places;
+    traces.steadyMean_Pa.resize(places.cols());
+    for (Eigen::Index l = 0; l < places.cols(); ++l)
+    {
+        traces.pressure_Pa.push_back(probe.at(places.col(l), options));
+        traces.steadyMean_Pa[l] = steadyMean_Pa(probe, schedule, places.col(l), scene.medium);
+    }
+    return traces;
+}
+
+} // namespace
 
 SolveEars::SolveEars(const haptics::TransducerArray& array,
                      const haptics::Medium& medium,
@@ -279,108 +487,52 @@ void SolveEars::write(const std::string& path, const std::vector<Eigen::VectorXc
         incoherent +=
             _exposure->incoherent_Pa2(q).cast<double>() / static_cast<double>(fields.size());
     }
-    std::ofstream file(path);
-    file.imbue(std::locale::classic());
-    file.precision(9);
-    file << "x_m,y_m,z_m,L_dB,incoherent_dB\n";
+    TextFile file(path);
+    file.line("x_m,y_m,z_m,L_dB,incoherent_dB");
     for (Eigen::Index l = _exposure->size() - _given; l < _exposure->size(); ++l)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-            file << _exposure->places()(axis, l) << ',';
-        file << haptics::soundLevel_dB(coherent[l]) << ',' << haptics::soundLevel_dB(incoherent[l])
-             << '\n';
-    }
-    file.close();
-    if (!file) throw base::InputError("cannot write " + path);
-}
-
-bool asksForProbes(const SolveArguments& arguments)
-{
-    return !arguments.probes.empty() || arguments.probePoints;
-}
-
-Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
-                             const Eigen::Matrix3Xd& controlPoints,
-                             const SolveScene& scene)
-{
-    const haptics::ProbeOptions options = optionsOf(arguments);
-    std::string error;
-    if (!options.isValid(&error)) throw base::InputError(error);
-    Eigen::Matrix3Xd places = givenPlaces(arguments);
-    if (arguments.probePatch_m > 0.0)
-    {
-        places = haptics::samplesNear(
-            feltSurface(arguments, controlPoints, scene), places, arguments.probePatch_m);
-        if (places.cols() == 0)
-            throw base::InputError(fmt::format(
-                "--probe-patch: no place of the felt surface is within {:g} m of a --probe",
-                arguments.probePatch_m));
-    }
-    if (arguments.probePoints) append(controlPoints, places);
-    if (places.cols() == 0) throw base::InputError("--probe-points: there are no control points");
-    const double samples = static_cast<double>(places.cols()) * options.samples();
-    if (samples > kMostSamples)
-        throw base::InputError(fmt::format(
-            "{} probes of {} samples are more than {:g} in all: shorten --duration, or lower "
-            "--probe-rate",
-            places.cols(),
-            options.samples(),
-            kMostSamples));
-    return places;
-}
-
-ProbeTraces probe(const SolveArguments& arguments,
-                  const Eigen::Matrix3Xd& places,
-                  const haptics::FieldSequence& sequence,
-                  const SolveScene& scene)
-{
-    const haptics::ProbeOptions options = optionsOf(arguments);
-    const haptics::DriveSchedule schedule = haptics::stepsOf(sequence, options.duration_s);
-    const haptics::PressureProbe probe(scene.array, scene.medium, schedule);
-    ProbeTraces traces;
-    traces.rate_Hz = options.rate_Hz;
-    traces.ringing_s = scene.array.ringing_s;
-    traces.points = places;
-    traces.steadyMean_Pa.resize(places.cols());
-    for (Eigen::Index l = 0; l < places.cols(); ++l)
-    {
-        traces.pressure_Pa.push_back(probe.at(places.col(l), options));
-        traces.steadyMean_Pa[l] = steadyMean_Pa(probe, schedule, places.col(l), scene.medium);
-    }
-    return traces;
+        file.line("{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+                  _exposure->places()(0, l),
+                  _exposure->places()(1, l),
+                  _exposure->places()(2, l),
+                  haptics::soundLevel_dB(coherent[l]),
+                  haptics::soundLevel_dB(incoherent[l]));
+    file.finish();
 }
 
 void writeProbe(const std::string& folder, const ProbeTraces& traces, const haptics::Medium& medium)
 {
-    CsvFile probes(folder + "/probe.csv", "point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
-    CsvFile spectra(folder + "/spectrum.csv", "point,frequency_Hz,radiation_Pa");
-    CsvFile places(folder + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
+    TextFile probes(folder + "/probe.csv");
+    TextFile spectra(folder + "/spectrum.csv");
+    TextFile places(folder + "/probe_points.csv");
+    probes.line("point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
+    spectra.line("point,frequency_Hz,radiation_Pa");
+    places.line("point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
     for (std::size_t l = 0; l < traces.pressure_Pa.size(); ++l)
     {
         const Eigen::VectorXcd& p_Pa = traces.pressure_Pa[l];
         const Eigen::VectorXd radiation_Pa = haptics::radiationOf(p_Pa, medium);
         for (Eigen::Index k = 0; k < p_Pa.size(); ++k)
-            probes.row("{},{:.9g},{:.9g},{:.9g},{:.9g}",
-                       l,
-                       static_cast<double>(k) / traces.rate_Hz,
-                       p_Pa[k].real(),
-                       p_Pa[k].imag(),
-                       radiation_Pa[k]);
+            probes.line("{},{:.9g},{:.9g},{:.9g},{:.9g}",
+                        l,
+                        static_cast<double>(k) / traces.rate_Hz,
+                        p_Pa[k].real(),
+                        p_Pa[k].imag(),
+                        radiation_Pa[k]);
         const auto column = static_cast<Eigen::Index>(l);
-        places.row("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
-                   l,
-                   traces.points(0, column),
-                   traces.points(1, column),
-                   traces.points(2, column),
-                   radiation_Pa.mean(),
-                   traces.steadyMean_Pa[column]);
+        places.line("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+                    l,
+                    traces.points(0, column),
+                    traces.points(1, column),
+                    traces.points(2, column),
+                    radiation_Pa.mean(),
+                    traces.steadyMean_Pa[column]);
         if (radiation_Pa.size() < 2) continue;
         const haptics::Spectrum spectrum = haptics::spectrumOf(radiation_Pa, traces.rate_Hz);
         for (Eigen::Index k = 0; k < spectrum.amplitude.size(); ++k)
-            spectra.row("{},{:.9g},{:.9g}",
-                        l,
-                        static_cast<double>(k) * spectrum.step_Hz,
-                        spectrum.amplitude[k]);
+            spectra.line("{},{:.9g},{:.9g}",
+                         l,
+                         static_cast<double>(k) * spectrum.step_Hz,
+                         spectrum.amplitude[k]);
     }
     probes.finish();
     spectra.finish();
@@ -409,7 +561,7 @@ Solution solveAll(const SolveArguments& arguments)
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
     rateRinging(arguments, solution);
     rateKelvin(arguments, solution);
-    if (asksForProbes(arguments))
+    if (!arguments.probes.empty() || arguments.probePoints)
         solution.probe = probe(arguments,
                                probePlaces(arguments, solution.points.positions, solution.scene),
                                solution.sequence,

@@ -6,14 +6,12 @@
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Words.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <locale>
 #include <sstream>
 #include <vector>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace midair::samples
@@ -26,76 +24,78 @@ using base::InputError;
 constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostPoints = 100000;
 
-std::vector<std::string> splitLine(std::string line)
+/// Cells between commas; none of a blank line.
+std::vector<std::string> splitLine(const std::string& line)
 {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
     std::vector<std::string> cells;
-    std::stringstream stream(line);
+    std::istringstream stream(base::trimmed(line));
     for (std::string cell; std::getline(stream, cell, ',');)
-    {
         cells.push_back(base::trimmed(cell));
-    }
     return cells;
 }
 
-double
-parseCell(const std::string& path, int line, const std::string& column, const std::string& text)
+/// A table of numbers to read: what its columns are called, and what messages say of it.
+struct NumberTable
 {
-    double value = 0.0;
-    if (!base::parseNumber(text, value))
-        throw base::InputError(
-            fmt::format("{}:{}: {} is '{}', it must be a finite number", path, line, column, text));
-    return value;
-}
-
-/// Cells of a row that hold x_m, y_m, z_m, nx, ny, nz and the target, in this order.
-struct Columns
-{
-    std::array<std::size_t, 7> cell{};
-    std::array<std::string, 7> name{"x_m", "y_m", "z_m", "nx", "ny", "nz", "target_Pa"};
-    bool absolute = true;
+    std::vector<std::string> columns;
+    const char* header;      ///< "x_m,y_m,z_m": what the header must hold
+    const char* rows;        ///< "places"
+    bool hasNormals = false; ///< columns 3 to 5, which may not be 0
 };
 
-Columns readHeader(const std::string& path, const std::string& line)
+/// Reads the columns of \a table from a CSV file, at most kMostPoints rows, a column of the result
+/// for each. \a split takes a line apart.
+Eigen::MatrixXd readTable(const std::string& path,
+                          const std::string& text,
+                          const NumberTable& table,
+                          std::vector<std::string> (*split)(const std::string&))
 {
-    const std::vector<std::string> names = splitLine(line);
-    const auto find = [&](const std::string& name)
+    std::istringstream file(text);
+    std::string line;
+    std::getline(file, line);
+    const std::vector<std::string> names = split(line);
+    std::vector<std::size_t> cells;
+    for (const std::string& column : table.columns)
     {
-        for (std::size_t cell = 0; cell < names.size(); ++cell)
-            if (names[cell] == name) return cell;
-        return names.size();
-    };
-    Columns columns;
-    if (find("target_Pa") == names.size())
-    {
-        columns.absolute = false;
-        columns.name[6] = "target";
+        const auto found = std::find(names.begin(), names.end(), column);
+        if (found == names.end())
+            throw InputError(fmt::format("{}:1: there is no column {}; the header must hold {}",
+                                         path,
+                                         column,
+                                         table.header));
+        cells.push_back(static_cast<std::size_t>(found - names.begin()));
     }
-    for (std::size_t i = 0; i < columns.name.size(); ++i)
+    std::vector<double> values;
+    const auto width = static_cast<Eigen::Index>(cells.size());
+    for (int number = 2; std::getline(file, line); ++number)
     {
-        columns.cell[i] = find(columns.name[i]);
-        if (columns.cell[i] == names.size())
-            throw base::InputError(
-                path + ":1: there is no column " +
-                (i == 6 ? "target_Pa or target" : columns.name[i]) +
-                "; the header must hold x_m,y_m,z_m,nx,ny,nz and target_Pa or target");
+        const std::vector<std::string> row = split(line);
+        if (row.empty()) continue;
+        for (std::size_t i = 0; i < cells.size(); ++i)
+        {
+            const std::string cell = cells[i] < row.size() ? row[cells[i]] : "";
+            if (!base::parseNumber(cell, values.emplace_back()))
+                throw InputError(fmt::format("{}:{}: {} is '{}', it must be a finite number",
+                                             path,
+                                             number,
+                                             table.columns[i],
+                                             cell));
+        }
+        const double* const last = &values[values.size() - cells.size()];
+        if (table.hasNormals && std::hypot(last[3], last[4], last[5]) == 0.0)
+            throw InputError(fmt::format("{}:{}: the normal nx,ny,nz is zero", path, number));
+        if (values.size() > kMostPoints * cells.size())
+            throw InputError(fmt::format("{}:{}: there are more than {} {}, which is the most "
+                                         "possible",
+                                         path,
+                                         number,
+                                         kMostPoints,
+                                         table.rows));
     }
-    return columns;
-}
-
-std::ofstream openForWriting(const std::string& path)
-{
-    std::ofstream file(path);
-    if (!file) throw base::InputError("cannot write " + path);
-    file.imbue(std::locale::classic());
-    file.precision(9);
-    return file;
-}
-
-void finish(std::ofstream& file, const std::string& path)
-{
-    file.close();
-    if (!file) throw base::InputError("could not write " + path + " to its end: is the disk full?");
+    if (values.empty())
+        throw InputError(fmt::format("{}: there are no {} below the header", path, table.rows));
+    return Eigen::Map<const Eigen::MatrixXd>(
+        values.data(), width, static_cast<Eigen::Index>(values.size()) / width);
 }
 
 } // namespace
@@ -105,50 +105,47 @@ std::string textOf(const std::string& path)
     return base::readRegularFile(path, kMostBytes, path + ": ");
 }
 
+TextFile::TextFile(std::string path) : _path(std::move(path)), _file(_path)
+{
+    if (!_file) throw InputError("cannot write " + _path);
+    _file.imbue(std::locale::classic());
+    _file.precision(9);
+}
+
+void TextFile::finish()
+{
+    _file.close();
+    if (!_file) throw InputError("could not write " + _path + " to its end: is the disk full?");
+}
+
+Eigen::Matrix3Xd readEars(const std::string& path)
+{
+    return readTable(
+        path, textOf(path), {{"x_m", "y_m", "z_m"}, "x_m,y_m,z_m", "places"}, base::splitColumns);
+}
+
 haptics::ControlPoints readControlPoints(const std::string& path)
 {
-    std::istringstream file(textOf(path));
-    std::string line;
-    std::getline(file, line);
-    const Columns columns = readHeader(path, line);
-
-    std::vector<std::array<double, 7>> rows;
-    for (int number = 2; std::getline(file, line); ++number)
-    {
-        if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-        const std::vector<std::string> cells = splitLine(line);
-        std::array<double, 7> row{};
-        for (std::size_t i = 0; i < row.size(); ++i)
-            row[i] = parseCell(path,
-                               number,
-                               columns.name[i],
-                               columns.cell[i] < cells.size() ? cells[columns.cell[i]] : "");
-        if (std::hypot(row[3], row[4], row[5]) == 0.0)
-            throw base::InputError(fmt::format("{}:{}: the normal nx,ny,nz is zero", path, number));
-        if (rows.size() == kMostPoints)
-            throw base::InputError(fmt::format(
-                "{}:{}: there are more than {} control points, which is the most possible",
-                path,
-                number,
-                kMostPoints));
-        rows.push_back(row);
-    }
-    if (rows.empty())
-        throw base::InputError(path + ": there are no control points below the header");
-
-    const auto n = static_cast<Eigen::Index>(rows.size());
+    const std::string text = textOf(path);
+    const std::vector<std::string> names = splitLine(text.substr(0, text.find('\n')));
     haptics::ControlPoints points;
-    points.absolute = columns.absolute;
-    points.positions.resize(3, n);
-    points.normals.resize(3, n);
-    points.targets.resize(n);
-    for (Eigen::Index l = 0; l < n; ++l)
-    {
-        const auto& row = rows[static_cast<std::size_t>(l)];
-        points.positions.col(l) << row[0], row[1], row[2];
-        points.normals.col(l) = Eigen::Vector3d(row[3], row[4], row[5]).stableNormalized();
-        points.targets[l] = row[6];
-    }
+    points.absolute = std::count(names.begin(), names.end(), "target_Pa") > 0;
+    const std::string target = points.absolute ? "target_Pa"
+                               : std::count(names.begin(), names.end(), "target") > 0
+                                   ? "target"
+                                   : "target_Pa or target";
+    const Eigen::MatrixXd rows = readTable(path,
+                                           text,
+                                           {{"x_m", "y_m", "z_m", "nx", "ny", "nz", target},
+                                            "x_m,y_m,z_m,nx,ny,nz and target_Pa or target",
+                                            "control points",
+                                            true},
+                                           splitLine);
+    points.positions = rows.topRows(3);
+    points.normals = rows.middleRows(3, 3);
+    for (auto normal : points.normals.colwise())
+        normal.stableNormalize();
+    points.targets = rows.row(6);
     return points;
 }
 
@@ -157,26 +154,28 @@ void writeControlPoints(const std::string& path,
                         const Eigen::VectorXd& target_Pa,
                         const Eigen::VectorXd& achieved_Pa)
 {
-    std::ofstream file = openForWriting(path);
-    file << "x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa\n";
+    TextFile file(path);
+    file.line("x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa");
     for (int l = 0; l < points.size(); ++l)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-            file << points.positions(axis, l) << ',';
-        for (int axis = 0; axis < 3; ++axis)
-            file << points.normals(axis, l) << ',';
-        file << target_Pa[l] << ',' << achieved_Pa[l] << '\n';
-    }
-    finish(file, path);
+        file.line("{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+                  points.positions(0, l),
+                  points.positions(1, l),
+                  points.positions(2, l),
+                  points.normals(0, l),
+                  points.normals(1, l),
+                  points.normals(2, l),
+                  target_Pa[l],
+                  achieved_Pa[l]);
+    file.finish();
 }
 
 void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal)
 {
-    std::ofstream file = openForWriting(path);
-    bridge::writeDrive(file, array, signal);
-    finish(file, path);
+    TextFile file(path);
+    bridge::writeDrive(file.stream(), array, signal);
+    file.finish();
 }
 
 void writeSummary(const std::string& path,
@@ -229,9 +228,9 @@ void writeSummary(const std::string& path,
                                {"field", parts.certificate->givenField},
                                {"tight", parts.certificate->tight},
                                {"total_ms", parts.certificate->total_ms}};
-    std::ofstream file = openForWriting(path);
-    file << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
-    finish(file, path);
+    TextFile file(path);
+    file.line("{}", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    file.finish();
 }
 
 } // namespace midair::samples

@@ -11,8 +11,12 @@
 
 #include <Eigen/Core>
 
+#include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -20,11 +24,36 @@ namespace midair::samples
 /// Returns the text of a regular file of at most 64 MiB. Throws base::InputError that names it.
 std::string textOf(const std::string& path);
 
+/// Reads listening places (3 x n) from a CSV file with a header line that has x_m, y_m and z_m, in
+/// any order; other columns are ignored. At most 100,000 places. Throws base::InputError that names
+/// the file and the line.
+Eigen::Matrix3Xd readEars(const std::string& path);
+
 /// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either
 /// target_Pa (absolute) or target (relative). Columns may be in any order; others are ignored. The
 /// file must be a regular one of at most 64 MiB and 100,000 points. Throws base::InputError that
 /// names the file and the line.
 haptics::ControlPoints readControlPoints(const std::string& path);
+
+/// A text file that is written from its beginning. All throw base::InputError that names it.
+class TextFile
+{
+public:
+    explicit TextFile(std::string path);
+
+    std::ofstream& stream() { return _file; }
+    /// Writes a line.
+    template<typename... Values>
+    void line(fmt::format_string<Values...> format, Values&&... values)
+    {
+        _file << fmt::format(format, std::forward<Values>(values)...) << '\n';
+    }
+    void finish();
+
+private:
+    std::string _path;
+    std::ofstream _file;
+};
 
 /// Writes x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row per control point; pressures are peak
 /// amplitudes.

@@ -1,16 +1,15 @@
 #include "samples/tools/solve/SolveOptions.h"
 
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/tools/solve/SolveFiles.h"
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 
@@ -23,34 +22,29 @@ namespace midair::samples
 namespace
 {
 
-/// Returns the settings of a field at rest as options, with the values in \a defaults as the
-/// defaults.
-std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
+/// Adds the settings of a field at rest, with the values in \a arguments as the defaults.
+void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 {
     using Setting = base::Setting<haptics::FieldSettings>;
-    std::vector<SettingOption> options;
+    const auto given = std::make_shared<Given>();
     for (const Setting& row : haptics::fieldSettings().rows())
     {
         if (!(row.use & base::Use::STILL)) continue;
-        SettingOption& option = options.emplace_back();
-        option.name = row.name;
-        option.summary = row.summary(defaults);
-        option.type = typeOf(row.unit, !row.words.empty());
-        option.isFlag = std::holds_alternative<bool haptics::FieldSettings::*>(row.member);
-        option.problemOf = [&row](const std::string& text) -> std::string
+        const auto problemOf = [&row](const std::string& text) -> std::string
         {
             haptics::FieldSettings scratch;
             if (row.assign(scratch, text)) return row.problem(scratch, text);
             return "is \"" + text + "\", should be " + row.expected();
         };
+        addSetting(app,
+                   row.name,
+                   row.summary(arguments.settings),
+                   typeOf(row.unit, !row.words.empty()),
+                   std::holds_alternative<bool haptics::FieldSettings::*>(row.member),
+                   problemOf,
+                   *given)
+            ->group("The field");
     }
-    return options;
-}
-
-void addFieldSettings(CLI::App& app, SolveArguments& arguments)
-{
-    const auto given = std::make_shared<Given>();
-    addSettings(app, fieldOptions(arguments.settings), "The field", {}, *given);
     app.parse_complete_callback(
         [given, &arguments]
         {
@@ -60,11 +54,6 @@ void addFieldSettings(CLI::App& app, SolveArguments& arguments)
                     throw CLI::ValidationError(error);
         });
 }
-
-} // namespace
-
-namespace
-{
 
 void addProbeOptions(CLI::App& app, SolveArguments& arguments)
 {
@@ -107,6 +96,38 @@ void addProbeOptions(CLI::App& app, SolveArguments& arguments)
                    "Time constant of the transducers in place of the array's, seconds; 0: none")
         ->transform(inUnit("s", base::parseQuantity))
         ->check(CLI::Range(0.0, haptics::kMostRinging_s));
+}
+
+std::string orEmpty(double value)
+{
+    return std::isnan(value) ? std::string() : fmt::format("{:.6g}", value);
+}
+
+std::string lineOf(const haptics::ToleranceRow& row, const char* name, const char* unit)
+{
+    return fmt::format("{},{:.6g},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{}\n",
+                       name,
+                       row.value,
+                       unit,
+                       row.draws,
+                       row.rms,
+                       row.rms90,
+                       row.loudness,
+                       row.loudness10,
+                       row.focus,
+                       row.focus10,
+                       orEmpty(row.expectedRms),
+                       orEmpty(row.expectedFocus));
+}
+
+void printLine(const std::string& what, const haptics::ToleranceRow& row)
+{
+    std::printf("%-12s%-18s rms %.2f %%, loudness E %.3f, focus %.3f\n",
+                "",
+                what.c_str(),
+                100.0 * row.rms,
+                row.loudness,
+                row.focus);
 }
 
 } // namespace
@@ -238,54 +259,16 @@ void addToleranceOptions(CLI::App& app, SolveArguments& arguments)
         ->capture_default_str();
 }
 
-namespace
-{
-
-std::string orEmpty(double value)
-{
-    return std::isnan(value) ? std::string() : fmt::format("{:.6g}", value);
-}
-
-std::string lineOf(const haptics::ToleranceRow& row, const char* name, const char* unit)
-{
-    return fmt::format("{},{:.6g},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{}\n",
-                       name,
-                       row.value,
-                       unit,
-                       row.draws,
-                       row.rms,
-                       row.rms90,
-                       row.loudness,
-                       row.loudness10,
-                       row.focus,
-                       row.focus10,
-                       orEmpty(row.expectedRms),
-                       orEmpty(row.expectedFocus));
-}
-
-void printLine(const std::string& what, const haptics::ToleranceRow& row)
-{
-    std::printf("%-12s%-18s rms %.2f %%, loudness E %.3f, focus %.3f\n",
-                "",
-                what.c_str(),
-                100.0 * row.rms,
-                row.loudness,
-                row.focus);
-}
-
-} // namespace
-
 void writeTolerance(const std::string& path, const haptics::ToleranceStudy& study)
 {
-    std::ofstream file(path);
-    file << "deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,"
-            "expected_rms,expected_focus\n"
-         << lineOf(study.nominal, "nominal", "");
+    TextFile file(path);
+    file.stream() << "deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,"
+                     "expected_rms,expected_focus\n"
+                  << lineOf(study.nominal, "nominal", "");
     for (const haptics::ToleranceRow& row : study.rows)
-        file << lineOf(
+        file.stream() << lineOf(
             row, haptics::deviationName(row.deviation), haptics::deviationUnit(row.deviation));
-    file.close();
-    if (!file) throw base::InputError("could not write " + path + ": is the disk full?");
+    file.finish();
 }
 
 void printTolerance(const haptics::ToleranceStudy& study)

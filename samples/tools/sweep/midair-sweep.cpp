@@ -36,41 +36,6 @@ namespace
 using namespace midair;
 using namespace midair::samples;
 
-/// A table of parameters: what midair-solve would be asked for, row by row.
-class SweepTable
-{
-public:
-    /// Reads a CSV file, whose first line has the names, or a JSON file: an array of objects, or an
-    /// object with any of "rows" (an array of objects), "common" (an object that each row has) and
-    /// "cross" (an object of arrays: each row with each combination, the last name fastest). All
-    /// rows are parsed. Throws base::InputError, which names the row and the column.
-    explicit SweepTable(const std::string& file);
-
-    std::uint64_t size() const { return _rows.size(); }
-    /// Names of the parameters, in the order in which they come.
-    const std::vector<std::string>& columns() const { return _columns; }
-    /// Value of a parameter as text; empty: the row hasn't got it.
-    std::string text(std::uint64_t row, const std::string& column) const;
-    /// What the row asks for. Throws base::InputError.
-    SolveArguments arguments(std::uint64_t row) const;
-
-    /// What the results depend on: number of rows, their CRC-32C, and those of the files and arrays
-    /// that they name.
-    nlohmann::json describe() const;
-
-private:
-    using Row = nlohmann::ordered_json;
-
-    void readCsv(const std::string& text);
-    void readJson(const std::string& text);
-    void add(Row row);
-    [[noreturn]] void fail(std::uint64_t row, const std::string& why) const;
-
-    std::string _file;
-    std::vector<Row> _rows;
-    std::vector<std::string> _columns;
-};
-
 using base::InputError;
 using Json = nlohmann::ordered_json;
 
@@ -157,178 +122,204 @@ void addWords(const CLI::Option& option, const std::string& text, std::vector<st
         words.push_back(part);
 }
 
-SweepTable::SweepTable(const std::string& file) : _file(file)
+/// A table of parameters: what midair-solve would be asked for, row by row.
+class SweepTable
 {
-    const std::string text = textOf(file);
-    const std::size_t begin = text.find_first_not_of(" \t\r\n");
-    const bool isJson = begin != std::string::npos && (text[begin] == '[' || text[begin] == '{');
-    if (isJson)
-        readJson(text);
-    else
-        readCsv(text);
-    if (_rows.empty()) throw InputError(file + ": there are no rows");
-    for (std::uint64_t row = 0; row < size(); ++row)
-        arguments(row);
-}
+public:
+    /// Reads a CSV file, whose first line has the names, or a JSON file: an array of objects, or an
+    /// object with any of "rows" (an array of objects), "common" (an object that each row has) and
+    /// "cross" (an object of arrays: each row with each combination, the last name fastest). All
+    /// rows are parsed. Throws base::InputError, which names the row and the column.
+    explicit SweepTable(const std::string& file) : _file(file)
+    {
+        const std::string text = textOf(file);
+        const std::size_t begin = text.find_first_not_of(" \t\r\n");
+        const bool isJson =
+            begin != std::string::npos && (text[begin] == '[' || text[begin] == '{');
+        if (isJson)
+            readJson(text);
+        else
+            readCsv(text);
+        if (_rows.empty()) throw InputError(file + ": there are no rows");
+        for (std::uint64_t row = 0; row < size(); ++row)
+            arguments(row);
+    }
 
-void SweepTable::fail(std::uint64_t row, const std::string& why) const
-{
-    throw InputError(fmt::format("{}: row {}: {}", _file, row, why));
-}
+    std::uint64_t size() const { return _rows.size(); }
+    /// Names of the parameters, in the order in which they come.
+    const std::vector<std::string>& columns() const { return _columns; }
+    /// Value of a parameter as text; empty: the row hasn't got it.
+    std::string text(std::uint64_t row, const std::string& column) const
+    {
+        const Row& one = _rows[row];
+        return one.contains(column) ? textOfValue(one[column]) : std::string();
+    }
 
-void SweepTable::add(Row row)
-{
-    if (!row.is_object()) fail(size(), "is no object of names and values");
-    if (size() == kMostRows)
-        throw InputError(fmt::format("{}: there are more than {} rows", _file, kMostRows));
-    for (const auto& [name, value] : row.items())
+    /// What the row asks for. Throws base::InputError.
+    SolveArguments arguments(std::uint64_t row) const
     {
-        if (value.is_object()) fail(size(), name + " is an object, should be a value");
-        if (std::find(_columns.begin(), _columns.end(), name) == _columns.end())
-            _columns.push_back(name);
-    }
-    _rows.push_back(std::move(row));
-}
-
-void SweepTable::readCsv(const std::string& text)
-{
-    const auto lines = cellsOf(text);
-    for (std::size_t i = 1; i < lines.size(); ++i)
-    {
-        if (lines[i].size() != lines[0].size())
-            fail(i - 1,
-                 fmt::format("has {} cells, the header {}", lines[i].size(), lines[0].size()));
-        Row row = Row::object();
-        for (std::size_t k = 0; k < lines[0].size(); ++k)
-            if (!lines[i][k].empty()) row[lines[0][k]] = lines[i][k];
-        add(std::move(row));
-    }
-    if (!lines.empty()) // those that no row fills, too, in the order of the header
-        _columns = lines[0];
-}
-
-void SweepTable::readJson(const std::string& text)
-{
-    Json table;
-    try
-    {
-        table = Json::parse(text);
-    }
-    catch (const Json::parse_error& error)
-    {
-        throw InputError(_file + ": " + error.what());
-    }
-    if (table.is_array()) table = Json{{"rows", table}};
-    for (const auto& [name, value] : table.items())
-        if (name != "rows" && name != "common" && name != "cross")
-            throw InputError(_file + ": \"" + name +
-                             "\" is unknown, should be rows, common or cross" +
-                             base::didYouMean(name, {"rows", "common", "cross"}));
-    const Json common = table.value("common", Json::object());
-    const Json cross = table.value("cross", Json::object());
-    const Json rows = table.value("rows", Json::array({Json::object()}));
-    if (!common.is_object() || !cross.is_object() || !rows.is_array())
-        throw InputError(_file + ": rows should be an array, common and cross objects");
-    std::vector<Json> combinations = {Json::object()};
-    for (const auto& [name, values] : cross.items())
-    {
-        if (!values.is_array() || values.empty())
-            throw InputError(_file + ": cross." + name + " should be an array of values");
-        std::vector<Json> more;
-        for (const Json& before : combinations)
-            for (const Json& value : values)
-            {
-                more.push_back(before);
-                more.back()[name] = value;
-                if (more.size() > kMostRows)
-                    throw InputError(
-                        fmt::format("{}: cross has more than {} rows", _file, kMostRows));
-            }
-        combinations = std::move(more);
-    }
-    for (const Json& own : rows)
-        for (const Json& combination : combinations)
+        SolveArguments arguments;
+        arguments.settings.threads = 1; // a process for each core
+        CLI::App app;
+        addOptions(app, arguments);
+        std::vector<std::string> words;
+        for (const auto& [name, value] : _rows[row].items())
         {
-            Row row = common;
-            if (!own.is_object()) fail(size(), "is no object of names and values");
-            row.update(own);
-            row.update(combination);
+            const std::string text = textOfValue(value);
+            if (text.empty()) continue;
+            if (name == "model")
+            {
+                words.push_back(text);
+                continue;
+            }
+            const std::string option = optionName(name).substr(0, optionName(name).find(','));
+            const CLI::Option* found = app.get_option_no_throw(option);
+            if (!found || kNoParameter.count(option) > 0)
+                fail(row,
+                     "there is no parameter \"" + name + "\"" +
+                         base::didYouMean(option.substr(2), parametersOf(app)));
+            addWords(*found, text, words);
+        }
+        try
+        {
+            std::reverse(words.begin(), words.end()); // CLI11 takes them from the back
+            app.parse(words);
+        }
+        catch (const CLI::ParseError& error)
+        {
+            fail(row, error.what());
+        }
+        for (std::string* file : {&arguments.model, &arguments.pointsFile, &arguments.earsFile})
+            if (!file->empty()) *file = beside(_file, *file);
+        if (arguments.array.find(".json") != std::string::npos)
+            arguments.array = beside(_file, arguments.array);
+        if (arguments.model.empty() && arguments.pointsFile.empty())
+            fail(row, "has neither a model nor a points-file");
+        return arguments;
+    }
+
+    /// What the results depend on: number of rows, their CRC-32C, and those of the files and arrays
+    /// that they name.
+    nlohmann::json describe() const
+    {
+        const auto crcOf = [](const std::string& text, std::uint32_t crc = 0) {
+            return base::crc32c(
+                reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), crc);
+        };
+        std::uint32_t rows = 0;
+        std::map<std::string, std::uint32_t> files;
+        std::map<std::string, std::uint32_t> arrays;
+        for (std::uint64_t row = 0; row < size(); ++row)
+        {
+            rows = crcOf(_rows[row].dump(), rows);
+            const SolveArguments asked = arguments(row);
+            for (const std::string& file : {asked.model, asked.pointsFile, asked.earsFile})
+                if (const auto name = std::filesystem::path(file).filename().string();
+                    !file.empty() && files.count(name) == 0)
+                    files[name] = crcOf(textOf(file));
+            if (arrays.count(asked.array) == 0)
+                arrays[asked.array] = crcOf(haptics::TransducerArray::load(asked.array).toJson());
+        }
+        return {{"rows", size()},
+                {"crc32c", rows},
+                {"columns", _columns},
+                {"files", files},
+                {"arrays", arrays}};
+    }
+
+private:
+    using Row = nlohmann::ordered_json;
+
+    void readCsv(const std::string& text)
+    {
+        const auto lines = cellsOf(text);
+        for (std::size_t i = 1; i < lines.size(); ++i)
+        {
+            if (lines[i].size() != lines[0].size())
+                fail(i - 1,
+                     fmt::format("has {} cells, the header {}", lines[i].size(), lines[0].size()));
+            Row row = Row::object();
+            for (std::size_t k = 0; k < lines[0].size(); ++k)
+                if (!lines[i][k].empty()) row[lines[0][k]] = lines[i][k];
             add(std::move(row));
         }
-}
+        if (!lines.empty()) // those that no row fills, too, in the order of the header
+            _columns = lines[0];
+    }
 
-std::string SweepTable::text(std::uint64_t row, const std::string& column) const
-{
-    const Row& one = _rows[row];
-    return one.contains(column) ? textOfValue(one[column]) : std::string();
-}
-
-SolveArguments SweepTable::arguments(std::uint64_t row) const
-{
-    SolveArguments arguments;
-    arguments.settings.threads = 1; // a process for each core
-    CLI::App app;
-    addOptions(app, arguments);
-    std::vector<std::string> words;
-    for (const auto& [name, value] : _rows[row].items())
+    void readJson(const std::string& text)
     {
-        const std::string text = textOfValue(value);
-        if (text.empty()) continue;
-        if (name == "model")
+        Json table;
+        try
         {
-            words.push_back(text);
-            continue;
+            table = Json::parse(text);
         }
-        const std::string option = optionName(name).substr(0, optionName(name).find(','));
-        const CLI::Option* found = app.get_option_no_throw(option);
-        if (!found || kNoParameter.count(option) > 0)
-            fail(row,
-                 "there is no parameter \"" + name + "\"" +
-                     base::didYouMean(option.substr(2), parametersOf(app)));
-        addWords(*found, text, words);
+        catch (const Json::parse_error& error)
+        {
+            throw InputError(_file + ": " + error.what());
+        }
+        if (table.is_array()) table = Json{{"rows", table}};
+        for (const auto& [name, value] : table.items())
+            if (name != "rows" && name != "common" && name != "cross")
+                throw InputError(_file + ": \"" + name +
+                                 "\" is unknown, should be rows, common or cross" +
+                                 base::didYouMean(name, {"rows", "common", "cross"}));
+        const Json common = table.value("common", Json::object());
+        const Json cross = table.value("cross", Json::object());
+        const Json rows = table.value("rows", Json::array({Json::object()}));
+        if (!common.is_object() || !cross.is_object() || !rows.is_array())
+            throw InputError(_file + ": rows should be an array, common and cross objects");
+        std::vector<Json> combinations = {Json::object()};
+        for (const auto& [name, values] : cross.items())
+        {
+            if (!values.is_array() || values.empty())
+                throw InputError(_file + ": cross." + name + " should be an array of values");
+            std::vector<Json> more;
+            for (const Json& before : combinations)
+                for (const Json& value : values)
+                {
+                    more.push_back(before);
+                    more.back()[name] = value;
+                    if (more.size() > kMostRows)
+                        throw InputError(
+                            fmt::format("{}: cross has more than {} rows", _file, kMostRows));
+                }
+            combinations = std::move(more);
+        }
+        for (const Json& own : rows)
+            for (const Json& combination : combinations)
+            {
+                Row row = common;
+                if (!own.is_object()) fail(size(), "is no object of names and values");
+                row.update(own);
+                row.update(combination);
+                add(std::move(row));
+            }
     }
-    try
-    {
-        std::reverse(words.begin(), words.end()); // CLI11 takes them from the back
-        app.parse(words);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        fail(row, error.what());
-    }
-    for (std::string* file : {&arguments.model, &arguments.pointsFile, &arguments.earsFile})
-        if (!file->empty()) *file = beside(_file, *file);
-    if (arguments.array.find(".json") != std::string::npos)
-        arguments.array = beside(_file, arguments.array);
-    if (arguments.model.empty() && arguments.pointsFile.empty())
-        fail(row, "has neither a model nor a points-file");
-    return arguments;
-}
 
-nlohmann::json SweepTable::describe() const
-{
-    const auto crcOf = [](const std::string& text, std::uint32_t crc = 0)
-    { return base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), crc); };
-    std::uint32_t rows = 0;
-    std::map<std::string, std::uint32_t> files;
-    std::map<std::string, std::uint32_t> arrays;
-    for (std::uint64_t row = 0; row < size(); ++row)
+    void add(Row row)
     {
-        rows = crcOf(_rows[row].dump(), rows);
-        const SolveArguments asked = arguments(row);
-        for (const std::string& file : {asked.model, asked.pointsFile, asked.earsFile})
-            if (const auto name = std::filesystem::path(file).filename().string();
-                !file.empty() && files.count(name) == 0)
-                files[name] = crcOf(textOf(file));
-        if (arrays.count(asked.array) == 0)
-            arrays[asked.array] = crcOf(haptics::TransducerArray::load(asked.array).toJson());
+        if (!row.is_object()) fail(size(), "is no object of names and values");
+        if (size() == kMostRows)
+            throw InputError(fmt::format("{}: there are more than {} rows", _file, kMostRows));
+        for (const auto& [name, value] : row.items())
+        {
+            if (value.is_object()) fail(size(), name + " is an object, should be a value");
+            if (std::find(_columns.begin(), _columns.end(), name) == _columns.end())
+                _columns.push_back(name);
+        }
+        _rows.push_back(std::move(row));
     }
-    return {{"rows", size()},
-            {"crc32c", rows},
-            {"columns", _columns},
-            {"files", files},
-            {"arrays", arrays}};
-}
+
+    [[noreturn]] void fail(std::uint64_t row, const std::string& why) const
+    {
+        throw InputError(fmt::format("{}: row {}: {}", _file, row, why));
+    }
+
+    std::string _file;
+    std::vector<Row> _rows;
+    std::vector<std::string> _columns;
+};
 
 /// What midair-sweep was asked for.
 struct SweepArguments

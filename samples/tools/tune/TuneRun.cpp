@@ -10,22 +10,31 @@
 #include "samples/shared/shards/LineJournal.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/shared/views/Signals.h"
-#include "samples/tools/tune/ReadingSource.h"
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <complex>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace midair::samples
 {
@@ -33,41 +42,190 @@ namespace midair::samples
 namespace
 {
 
-/// Plays rows of a plan on a device, and knows whether it really does. Silences it at its end.
-class RowPlayer
+using base::InputError;
+
+constexpr int kTick_ms = 5;
+constexpr std::size_t kMostBuffered = std::size_t(1) << 20;
+const std::string kExec = "exec:";
+
+[[noreturn]] void failSystem(const std::string& what)
+{
+    throw base::InputError(what + ": " + std::generic_category().message(errno));
+}
+
+/// What came of waiting for a line.
+enum class LineState
+{
+    LINE,
+    END,      ///< nothing will come any more
+    TIME_OUT, ///< nothing came in time
+    STOPPED   ///< the caller's word
+};
+
+/// Lines of an instrument: of stdin, of a file or a pipe, or of a command that is run for it.
+class ReadingSource
 {
 public:
-    /// Opens the device. Throws device::DeviceError.
-    RowPlayer(const std::string& uri,
-              const haptics::TuningPlan& plan,
-              const haptics::TransducerArray& array);
-    ~RowPlayer(); ///< silences
-    RowPlayer(const RowPlayer&) = delete;
-    RowPlayer& operator=(const RowPlayer&) = delete;
+    /// \a name: "-" for stdin, "exec:COMMAND", or the path of a file or named pipe. Throws
+    /// base::InputError.
+    explicit ReadingSource(const std::string& name)
+    {
+        if (name == "-")
+        {
+            _in = STDIN_FILENO;
+            _requests = STDOUT_FILENO;
+        }
+        else if (name.rfind(kExec, 0) == 0)
+            run(name.substr(kExec.size()));
+        else
+            open(name);
+    }
 
-    /// Plays a row and waits, at most \a patience_s, until the device says that it sounds. Returns
-    /// false if \a goesOn did. Throws device::DeviceError where the device or its limits don't let
-    /// it sound as the plan has it.
-    bool play(int row, double patience_s, const std::function<bool()>& goesOn);
+    /// ends the command
+    ~ReadingSource()
+    {
+        if (_child > 0)
+        {
+            closeRequests();
+            ::close(_in);
+            ::kill(-_child, SIGTERM);
+            ::kill(_child, SIGTERM);
+            while (::waitpid(_child, nullptr, 0) < 0 && errno == EINTR)
+            {
+            }
+        }
+        else if (_in > STDERR_FILENO)
+            ::close(_in);
+    }
 
-    /// Throws device::DeviceError if the row doesn't sound any more, or did not all the time.
-    void requireThatItSounds();
+    ReadingSource(const ReadingSource&) = delete;
+    ReadingSource& operator=(const ReadingSource&) = delete;
 
-    /// Says that the row is still wanted; a device with a hold falls silent without.
-    void keepAlive() { _device->keepAlive(); }
-    void silence() { _device->silence(); }
+    /// Tells the instrument which row plays now, where it reads requests: a command on its stdin,
+    /// who stands behind "-" on stdout. It need not listen.
+    void request(const std::string& line)
+    {
+        const std::string text = line + "\n";
+        for (std::size_t done = 0; _requests >= 0 && done < text.size();)
+        {
+            const ssize_t wrote = ::write(_requests, text.data() + done, text.size() - done);
+            if (wrote > 0)
+                done += static_cast<std::size_t>(wrote);
+            else if (errno != EINTR) // nobody reads them: what is written may come nevertheless
+                closeRequests();
+        }
+    }
+
+    /// Waits for a line, at most \a limit_s. \a goesOn is called every few milliseconds; where it
+    /// returns false, the wait ends.
+    LineState next(std::string& line, double limit_s, const std::function<bool()>& goesOn)
+    {
+        const double end_s = base::steadySeconds() + limit_s;
+        for (;;)
+        {
+            if (take(line)) return LineState::LINE;
+            if (_ended) return LineState::END;
+            if (!goesOn()) return LineState::STOPPED;
+            if (base::steadySeconds() > end_s) return LineState::TIME_OUT;
+            _ended = !fill(kTick_ms);
+        }
+    }
+
+    /// Drops all that has come so far, for instruments that write by their own clock.
+    void drop()
+    {
+        for (std::size_t before = 1; !_ended && before != _buffer.size();)
+        {
+            before = _buffer.size();
+            _ended = !fill(0);
+            // What is read while the buffer empties would never end with a fast instrument.
+            if (_buffer.size() > kMostBuffered / 2) break;
+        }
+        const std::size_t last = _buffer.rfind('\n');
+        if (last != std::string::npos) _buffer.erase(0, last + 1);
+    }
 
 private:
-    bool sounds() const;
-    void requireThatItCan(int row, const device::DriveSignal& signal) const;
+    void open(const std::string& path)
+    {
+        struct stat about = {};
+        if (::stat(path.c_str(), &about) != 0)
+            failSystem("readings \"" + path + "\" can't be read");
+        if (S_ISDIR(about.st_mode))
+            throw base::InputError("readings \"" + path +
+                                   "\" are a folder; they should be a file or a named pipe, - or "
+                                   "exec:COMMAND");
+        // A pipe that is open for writing here, too, doesn't end when an instrument closes it.
+        const bool isPipe = S_ISFIFO(about.st_mode);
+        _in =
+            ::open(path.c_str(), (isPipe ? O_RDWR : O_RDONLY) | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        if (_in < 0) failSystem("readings \"" + path + "\" can't be read");
+        _grows = S_ISREG(about.st_mode);
+    }
 
-    const std::string _uri;
-    const haptics::TuningPlan& _plan;
-    const haptics::TransducerArray& _array;
-    const std::unique_ptr<device::ArrayDevice> _device;
-    std::vector<std::complex<float>> _wanted;
-    int _row = -1;
-    std::uint64_t _silences = 0;
+    void run(const std::string& command)
+    {
+        if (command.empty())
+            throw base::InputError("readings \"exec:\" lack a command: exec:COMMAND");
+        std::array<int, 2> to{}, from{};
+        if (::pipe2(to.data(), O_CLOEXEC) != 0 || ::pipe2(from.data(), O_CLOEXEC) != 0)
+            failSystem("no pipe to \"" + command + "\"");
+        _child = ::fork();
+        if (_child < 0) failSystem("\"" + command + "\" can't be run");
+        if (_child == 0)
+        {
+            ::setpgid(0,
+                      0); // Ctrl-C is the caller's, who ends the command when the array is silent
+            ::dup2(to[0], STDIN_FILENO);
+            ::dup2(from[1], STDOUT_FILENO);
+            std::signal(SIGPIPE, SIG_DFL);
+            ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+            ::_exit(127);
+        }
+        ::close(to[0]);
+        ::close(from[1]);
+        _requests = to[1];
+        _in = from[0];
+    }
+
+    void closeRequests()
+    {
+        if (_requests > STDERR_FILENO) ::close(_requests);
+        _requests = -1;
+    }
+
+    bool take(std::string& line)
+    {
+        const std::size_t end = _buffer.find('\n');
+        if (end == std::string::npos) return false;
+        line = _buffer.substr(0, end);
+        _buffer.erase(0, end + 1);
+        return true;
+    }
+
+    /// false: the end of what isn't a growing file
+    bool fill(int wait_ms)
+    {
+        pollfd polled{_in, POLLIN, 0};
+        const int ready = ::poll(&polled, 1, wait_ms);
+        if (ready <= 0) return true;
+        std::array<char, 4096> bytes{};
+        const ssize_t got = ::read(_in, bytes.data(), bytes.size());
+        if (got > 0)
+            _buffer.append(bytes.data(), static_cast<std::size_t>(got));
+        else if (got == 0 && _grows)
+            ::usleep(1000 * static_cast<useconds_t>(wait_ms));
+        else if (got == 0 || (errno != EINTR && errno != EAGAIN))
+            return false;
+        return _buffer.size() < kMostBuffered;
+    }
+
+    int _in = -1;
+    int _requests = -1;
+    bool _grows = false; ///< a regular file: more may be written to it
+    bool _ended = false;
+    pid_t _child = -1;
+    std::string _buffer;
 };
 
 constexpr double kTick_s = 2e-4;
@@ -79,139 +237,132 @@ void sleepFor(double seconds)
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-RowPlayer::RowPlayer(const std::string& uri,
-                     const haptics::TuningPlan& plan,
-                     const haptics::TransducerArray& array) :
-    _uri(uri),
-    _plan(plan),
-    _array(array),
-    _device(
-        device::playsByItself(uri)
-            ? throw device::DeviceError("device \"" + uri + "\": plays by itself and takes no plan")
-            : bridge::openForUser(uri, {array.size(), array.board}, &array))
-{
-    if (_device->ability().maxPressure_Pa > 0)
-        throw device::DeviceError("device \"" + uri +
-                                  "\": max-pressure can't be held, the rows of a plan have no "
-                                  "control points; max-amplitude and the plan's --duty limit them");
-}
-
-RowPlayer::~RowPlayer()
-{
-    _device->silence();
-}
-
-// What the device would play has to be what the plan has: readings of lowered rows would be taken
-// for weak transducers. Foci may have their phases rounded.
-void RowPlayer::requireThatItCan(int row, const device::DriveSignal& signal) const
-{
-    std::vector<std::complex<float>> planned;
-    device::decode(signal, planned);
-    for (std::size_t i = 0; i < planned.size(); ++i)
-    {
-        const bool isAsPlanned =
-            _plan.method == haptics::TuningMethod::FOCUS
-                ? std::abs(std::abs(_wanted[i]) - std::abs(planned[i])) <= kAmplitude
-                : std::abs(_wanted[i] - planned[i]) <= kAmplitude;
-        if (isAsPlanned) continue;
-        throw device::DeviceError(fmt::format(
-            "device \"{}\": row {} has transducer {} at {:.2f} of full drive and phase level {}; "
-            "its "
-            "levels or limits make {:.2f} of it, and {:.0f} of 256: plan with a lower --duty",
-            _uri,
-            row,
-            i,
-            std::abs(planned[i]),
-            signal.phase[i],
-            std::abs(_wanted[i]),
-            std::fmod(std::arg(_wanted[i]) / 6.2831853F * 256.0F + 256.0F, 256.0F)));
-    }
-}
-
-bool RowPlayer::sounds() const
-{
-    const device::DeviceReport report = _device->report();
-    if (report.state != device::DeviceState::READY || report.pending > 0) return false;
-    const std::vector<std::complex<float>> played = _device->played();
-    if (played.size() != _wanted.size()) return false;
-    for (std::size_t i = 0; i < played.size(); ++i)
-        if (!(std::abs(played[i] - _wanted[i]) < kAmplitude)) return false;
-    return true;
-}
-
-bool RowPlayer::play(int row, double patience_s, const std::function<bool()>& goesOn)
-{
-    const haptics::TuningDrive drive =
-        haptics::driveOf(_plan, _plan.rows[static_cast<std::size_t>(row)], &_array);
-    const device::DriveSignal signal{drive.phase, drive.duty};
-    _wanted = _device->wouldPlay(signal);
-    requireThatItCan(row, signal);
-    _row = row;
-    if (!_device->send(signal))
-        throw device::DeviceError(
-            fmt::format("device \"{}\": refuses row {}: {}", _uri, row, _device->status()));
-    const double end_s = base::steadySeconds() + patience_s;
-    while (!sounds())
-    {
-        if (!goesOn()) return false;
-        const device::DeviceReport report = _device->report();
-        if (report.state == device::DeviceState::LOST || base::steadySeconds() > end_s)
-            throw device::DeviceError(fmt::format(
-                "device \"{}\": row {} doesn't sound as planned within {:g} s: {}; a limit such as "
-                "mean-drive may hold it down, then plan with a lower --duty",
-                _uri,
-                row,
-                patience_s,
-                _device->status()));
-        keepAlive();
-        sleepFor(kTick_s);
-    }
-    _silences = _device->report().silences;
-    return true;
-}
-
-void RowPlayer::requireThatItSounds()
-{
-    if (sounds() && _device->report().silences == _silences) return;
-    throw device::DeviceError(
-        fmt::format("device \"{}\": row {} did not sound until it was read: {}",
-                    _uri,
-                    _row,
-                    _device->status()));
-}
-
-/// The file of readings while they are taken: each is appended when it is there, and what a run
-/// left behind is continued by the next.
-class ReadingJournal
+/// Plays rows of a plan on a device, and knows whether it really does. Silences it at its end.
+class RowPlayer
 {
 public:
-    /// Opens \a path, or begins it. Throws base::InputError if another run has it, if it belongs to
-    /// another plan, or can't be read or written.
-    ReadingJournal(const std::string& path,
-                   const haptics::TuningPlan& plan,
-                   const std::string& planSum);
+    /// Opens the device. Throws device::DeviceError.
+    RowPlayer(const std::string& uri,
+              const haptics::TuningPlan& plan,
+              const haptics::TransducerArray& array) :
+        _uri(uri),
+        _plan(plan),
+        _array(array),
+        _device(device::playsByItself(uri)
+                    ? throw device::DeviceError("device \"" + uri +
+                                                "\": plays by itself and takes no plan")
+                    : bridge::openForUser(uri, {array.size(), array.board}, &array))
+    {
+        if (_device->ability().maxPressure_Pa > 0)
+            throw device::DeviceError(
+                "device \"" + uri +
+                "\": max-pressure can't be held, the rows of a plan have no "
+                "control points; max-amplitude and the plan's --duty limit them");
+    }
 
-    /// What there is of each row; rows without a number are to be read.
-    const haptics::TuningReadings& found() const { return _found; }
-    bool isRead(int row) const;
+    /// silences
+    ~RowPlayer() { _device->silence(); }
 
-    /// Appends a reading; it survives a kill at once, and a failing power supply after half a
-    /// second. Throws base::InputError if it can't be written.
-    void append(int row, std::complex<double> value, bool isLevel);
+    RowPlayer(const RowPlayer&) = delete;
+    RowPlayer& operator=(const RowPlayer&) = delete;
 
-    /// Takes the readings of \a place out, so that it is read anew; the file as it was stays as
-    /// PATH.old.
-    void forget(int place);
+    /// Plays a row and waits, at most \a patience_s, until the device says that it sounds. Returns
+    /// false if \a goesOn did. Throws device::DeviceError where the device or its limits don't let
+    /// it sound as the plan has it.
+    bool play(int row, double patience_s, const std::function<bool()>& goesOn)
+    {
+        const haptics::TuningDrive drive =
+            haptics::driveOf(_plan, _plan.rows[static_cast<std::size_t>(row)], &_array);
+        const device::DriveSignal signal{drive.phase, drive.duty};
+        _wanted = _device->wouldPlay(signal);
+        requireThatItCan(row, signal);
+        _row = row;
+        if (!_device->send(signal))
+            throw device::DeviceError(
+                fmt::format("device \"{}\": refuses row {}: {}", _uri, row, _device->status()));
+        const double end_s = base::steadySeconds() + patience_s;
+        while (!sounds())
+        {
+            if (!goesOn()) return false;
+            const device::DeviceReport report = _device->report();
+            if (report.state == device::DeviceState::LOST || base::steadySeconds() > end_s)
+                throw device::DeviceError(
+                    fmt::format("device \"{}\": row {} doesn't sound as planned within {:g} s: {}; "
+                                "a limit such as "
+                                "mean-drive may hold it down, then plan with a lower --duty",
+                                _uri,
+                                row,
+                                patience_s,
+                                _device->status()));
+            keepAlive();
+            sleepFor(kTick_s);
+        }
+        _silences = _device->report().silences;
+        return true;
+    }
+
+    /// Throws device::DeviceError if the row doesn't sound any more, or did not all the time.
+    void requireThatItSounds()
+    {
+        if (sounds() && _device->report().silences == _silences) return;
+        throw device::DeviceError(
+            fmt::format("device \"{}\": row {} did not sound until it was read: {}",
+                        _uri,
+                        _row,
+                        _device->status()));
+    }
+
+    /// Says that the row is still wanted; a device with a hold falls silent without.
+    void keepAlive() { _device->keepAlive(); }
+    void silence() { _device->silence(); }
 
 private:
-    void write(const std::string& text);
+    bool sounds() const
+    {
+        const device::DeviceReport report = _device->report();
+        if (report.state != device::DeviceState::READY || report.pending > 0) return false;
+        const std::vector<std::complex<float>> played = _device->played();
+        if (played.size() != _wanted.size()) return false;
+        for (std::size_t i = 0; i < played.size(); ++i)
+            if (!(std::abs(played[i] - _wanted[i]) < kAmplitude)) return false;
+        return true;
+    }
 
-    const std::string _path;
+    // What the device would play has to be what the plan has: readings of lowered rows would be
+    // taken for weak transducers. Foci may have their phases rounded.
+    void requireThatItCan(int row, const device::DriveSignal& signal) const
+    {
+        std::vector<std::complex<float>> planned;
+        device::decode(signal, planned);
+        for (std::size_t i = 0; i < planned.size(); ++i)
+        {
+            const bool isAsPlanned =
+                _plan.method == haptics::TuningMethod::FOCUS
+                    ? std::abs(std::abs(_wanted[i]) - std::abs(planned[i])) <= kAmplitude
+                    : std::abs(_wanted[i] - planned[i]) <= kAmplitude;
+            if (isAsPlanned) continue;
+            throw device::DeviceError(fmt::format(
+                "device \"{}\": row {} has transducer {} at {:.2f} of full drive and phase level "
+                "{}; "
+                "its "
+                "levels or limits make {:.2f} of it, and {:.0f} of 256: plan with a lower --duty",
+                _uri,
+                row,
+                i,
+                std::abs(planned[i]),
+                signal.phase[i],
+                std::abs(_wanted[i]),
+                std::fmod(std::arg(_wanted[i]) / 6.2831853F * 256.0F + 256.0F, 256.0F)));
+        }
+    }
+
+    const std::string _uri;
     const haptics::TuningPlan& _plan;
-    const std::string _sum;
-    LineJournal _file;
-    haptics::TuningReadings _found;
-    double _synced_s = 0.0;
+    const haptics::TransducerArray& _array;
+    const std::unique_ptr<device::ArrayDevice> _device;
+    std::vector<std::complex<float>> _wanted;
+    int _row = -1;
+    std::uint64_t _silences = 0;
 };
 
 constexpr double kSync_s = 0.5;
@@ -224,67 +375,84 @@ std::string lineOf(int row, std::complex<double> value, bool isLevel)
                    : fmt::format("{},{},{}\n", row, text(value.real()), text(value.imag()));
 }
 
-ReadingJournal::ReadingJournal(const std::string& path,
-                               const haptics::TuningPlan& plan,
-                               const std::string& planSum) :
-    _path(path),
-    _plan(plan),
-    _sum(planSum),
-    _file(path, "readings"),
-    _found(haptics::readingsFromCsv(_file.text(), _path, _plan))
+/// The file of readings while they are taken: each is appended when it is there, and what a run
+/// left behind is continued by the next.
+class ReadingJournal
 {
-    if (_found.isTorn) _file.cutTornLine();
-    if (_file.text().find('\n') == std::string::npos)
-        write(fmt::format("# plan {}\n", _sum));
-    else if (_found.planSum != _sum)
-        throw base::InputError(fmt::format(
-            "readings \"{}\" belong to {}, this plan is {}; take another file with --out",
-            _path,
-            _found.planSum.empty() ? "no plan that they name" : "plan " + _found.planSum,
-            _sum));
-}
-
-bool ReadingJournal::isRead(int row) const
-{
-    return std::isfinite(_found.values[row].real());
-}
-
-void ReadingJournal::write(const std::string& text)
-{
-    _file.append(text);
-    const double now_s = base::steadySeconds();
-    if (now_s - _synced_s < kSync_s) return;
-    _file.sync();
-    _synced_s = now_s;
-}
-
-void ReadingJournal::append(int row, std::complex<double> value, bool isLevel)
-{
-    write(lineOf(row, value, isLevel));
-    _found.values[row] = value;
-    _found.areLevels = isLevel;
-}
-
-void ReadingJournal::forget(int place)
-{
-    std::error_code error;
-    std::filesystem::copy_file(
-        _path, _path + ".old", std::filesystem::copy_options::overwrite_existing, error);
-    if (error)
-        throw base::InputError("readings \"" + _path + "\" can't be copied to \"" + _path +
-                               ".old\": " + error.message());
-    std::string text = fmt::format("# plan {}\n", _sum);
-    for (int row = 0; row < _plan.size(); ++row)
+public:
+    /// Opens \a path, or begins it. Throws base::InputError if another run has it, if it belongs to
+    /// another plan, or can't be read or written.
+    ReadingJournal(const std::string& path,
+                   const haptics::TuningPlan& plan,
+                   const std::string& planSum) :
+        _path(path),
+        _plan(plan),
+        _sum(planSum),
+        _file(path, "readings"),
+        _found(haptics::readingsFromCsv(_file.text(), _path, _plan))
     {
-        if (_plan.rows[static_cast<std::size_t>(row)].place == place)
-            _found.values[row] = {std::nan(""), 0.0};
-        else if (isRead(row))
-            text += lineOf(row, _found.values[row], _found.areLevels);
+        if (_found.isTorn) _file.cutTornLine();
+        if (_file.text().find('\n') == std::string::npos)
+            write(fmt::format("# plan {}\n", _sum));
+        else if (_found.planSum != _sum)
+            throw base::InputError(fmt::format(
+                "readings \"{}\" belong to {}, this plan is {}; take another file with --out",
+                _path,
+                _found.planSum.empty() ? "no plan that they name" : "plan " + _found.planSum,
+                _sum));
     }
-    _file.replace(text);
-}
 
-using base::InputError;
+    /// What there is of each row; rows without a number are to be read.
+    const haptics::TuningReadings& found() const { return _found; }
+    bool isRead(int row) const { return std::isfinite(_found.values[row].real()); }
+
+    /// Appends a reading; it survives a kill at once, and a failing power supply after half a
+    /// second. Throws base::InputError if it can't be written.
+    void append(int row, std::complex<double> value, bool isLevel)
+    {
+        write(lineOf(row, value, isLevel));
+        _found.values[row] = value;
+        _found.areLevels = isLevel;
+    }
+
+    /// Takes the readings of \a place out, so that it is read anew; the file as it was stays as
+    /// PATH.old.
+    void forget(int place)
+    {
+        std::error_code error;
+        std::filesystem::copy_file(
+            _path, _path + ".old", std::filesystem::copy_options::overwrite_existing, error);
+        if (error)
+            throw base::InputError("readings \"" + _path + "\" can't be copied to \"" + _path +
+                                   ".old\": " + error.message());
+        std::string text = fmt::format("# plan {}\n", _sum);
+        for (int row = 0; row < _plan.size(); ++row)
+        {
+            if (_plan.rows[static_cast<std::size_t>(row)].place == place)
+                _found.values[row] = {std::nan(""), 0.0};
+            else if (isRead(row))
+                text += lineOf(row, _found.values[row], _found.areLevels);
+        }
+        _file.replace(text);
+    }
+
+private:
+    void write(const std::string& text)
+    {
+        _file.append(text);
+        const double now_s = base::steadySeconds();
+        if (now_s - _synced_s < kSync_s) return;
+        _file.sync();
+        _synced_s = now_s;
+    }
+
+    const std::string _path;
+    const haptics::TuningPlan& _plan;
+    const std::string _sum;
+    LineJournal _file;
+    haptics::TuningReadings _found;
+    double _synced_s = 0.0;
+};
 
 constexpr double kHeard_s = 0.2;     // until a signal that came is heard
 constexpr int kAgain = 8;            // rows of a place begun earlier that are read again
@@ -482,9 +650,7 @@ private:
         if (!haptics::parseReading(line, value, isLevel))
             throw InputError(fmt::format(
                 "the reading of row {} is \"{}\"; it should be re,im or a level", row, line));
-        const bool needsPhases = _plan.method == haptics::TuningMethod::SINGLE ||
-                                 _plan.method == haptics::TuningMethod::HADAMARD;
-        if (needsPhases && isLevel)
+        if (haptics::needsPhases(_plan.method) && isLevel)
             throw InputError(fmt::format(
                 "the reading of row {} is a level; the method {} needs re,im against the drive's "
                 "clock, levels is the one without",

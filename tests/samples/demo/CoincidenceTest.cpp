@@ -12,6 +12,8 @@
 
 #include <osgMidair/HapticSurface>
 
+#include <osg/Material>
+
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -119,6 +121,23 @@ Eigen::Vector3d strongestSpot(const bridge::HologramResult& result,
     return best;
 }
 
+/// Draws the object of \a scene, its first child, opaque, unlit and in \a color, without its edges.
+void paintPlain(osgMidair::HapticScene& scene, const osg::Vec4& color)
+{
+    osg::Group& moved = *scene.getChild(0)->asGroup();
+    moved.getChild(1)->setNodeMask(0); // behind the object its edges
+    osg::ref_ptr<osg::Material> material = new osg::Material;
+    for (const auto set :
+         {&osg::Material::setAmbient, &osg::Material::setDiffuse, &osg::Material::setSpecular})
+        (*material.*set)(osg::Material::FRONT_AND_BACK, {0.0F, 0.0F, 0.0F, 1.0F});
+    material->setEmission(osg::Material::FRONT_AND_BACK, color);
+    osg::StateSet* state = scene.getOrCreateStateSet();
+    constexpr auto kForced =
+        osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE | osg::StateAttribute::PROTECTED;
+    state->setAttributeAndModes(material, kForced);
+    state->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+}
+
 } // namespace
 
 /// What is seen and what is felt are in the same place: in frames of a moving star, the strongest
@@ -158,7 +177,7 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
     viewer.setSceneData(scene.root());
     // The object alone, in one colour that nothing else has.
     scene.overlays().setNodeMask(0);
-    scene.paintPlain(kMagenta);
+    paintPlain(scene.haptics(), kMagenta);
 
     for (const double time_s : {0.0, 0.9, 2.3, 4.1})
     {

@@ -1,5 +1,6 @@
 #include "samples/shared/views/FieldImage.h"
 
+#include "haptics/surface/ObjReader.h"
 #include "samples/shared/views/Offscreen.h"
 
 #include <osgMidair/ColorMap>
@@ -13,7 +14,6 @@
 #include <gtest/gtest.h>
 
 using namespace midair;
-using samples::FieldImage;
 
 namespace
 {
@@ -26,24 +26,23 @@ std::string temporary(const std::string& name)
 }
 
 /// A bump of 1000 Pa at (20, 10) mm of a slice of 100 x 80 mm in the plane z = 0.
-FieldImage bump()
+osgMidair::FieldPicture bump()
 {
-    FieldImage image;
-    image.grid.corner = Eigen::Vector3d(-0.05, -0.04, 0.0);
-    image.grid.u = Eigen::Vector3d(0.1, 0.0, 0.0);
-    image.grid.v = Eigen::Vector3d(0.0, 0.08, 0.0);
-    image.grid.columns = 101;
-    image.grid.rows = 81;
-    const Eigen::Matrix3Xd places = image.grid.points();
-    image.pressure_Pa.resize(places.cols());
+    haptics::FieldGrid grid;
+    grid.corner = Eigen::Vector3d(-0.05, -0.04, 0.0);
+    grid.u = Eigen::Vector3d(0.1, 0.0, 0.0);
+    grid.v = Eigen::Vector3d(0.0, 0.08, 0.0);
+    grid.columns = 101;
+    grid.rows = 81;
+    const Eigen::Matrix3Xd places = grid.points();
+    Eigen::VectorXf pressure_Pa(places.cols());
     for (Eigen::Index i = 0; i < places.cols(); ++i)
-        image.pressure_Pa[i] = std::polar(
-            static_cast<float>(
-                1000.0 *
-                std::exp(-(places.col(i) - Eigen::Vector3d(0.02, 0.01, 0.0)).squaredNorm() / 1e-4)),
-            static_cast<float>(i));
-    image.title = "bump";
-    return image;
+        pressure_Pa[i] = static_cast<float>(
+            1000.0 *
+            std::exp(-(places.col(i) - Eigen::Vector3d(0.02, 0.01, 0.0)).squaredNorm() / 1e-4));
+    osgMidair::FieldPicture picture = samples::fieldPicture(grid, pressure_Pa);
+    picture.title = "bump";
+    return picture;
 }
 
 /// Pixels of \a image that are within \a tolerance (0 .. 1) of \a color, and the middle of the box
@@ -67,6 +66,15 @@ int count(const osg::Image& image, const osg::Vec3f& color, float tolerance, osg
     return found;
 }
 
+/// The length of all segments together, m.
+double lengthOf(const std::vector<osg::Vec3d>& segments)
+{
+    double length = 0.0;
+    for (std::size_t s = 0; s + 1 < segments.size(); s += 2)
+        length += (segments[s + 1] - segments[s]).length();
+    return length;
+}
+
 haptics::TriangleMesh square()
 {
     haptics::TriangleMesh mesh;
@@ -83,7 +91,7 @@ TEST(FieldImage, ShowsTheFieldWhereItIs)
 {
     std::string message;
     const std::string path = temporary("bump.png");
-    ASSERT_TRUE(samples::writeFieldImage(path, bump(), &message)) << message;
+    ASSERT_TRUE(samples::writeFieldPicture(path, bump(), message)) << message;
     const osg::ref_ptr<osg::Image> image = osgDB::readRefImageFile(path);
     std::filesystem::remove(path);
     ASSERT_TRUE(image.valid());
@@ -117,7 +125,7 @@ TEST(FieldImage, WithoutOpenGlItIsWrittenWithoutText)
         {
             ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json", 1);
             std::string message;
-            const bool written = samples::writeFieldImage(path, bump(), &message);
+            const bool written = samples::writeFieldPicture(path, bump(), message);
             std::fprintf(stderr, "%s", message.c_str());
             std::exit(written ? 0 : 1);
         },
@@ -134,19 +142,19 @@ TEST(FieldImage, WithoutOpenGlItIsWrittenWithoutText)
 
 TEST(FieldImage, SaysWhatDoesNotFit)
 {
-    FieldImage image = bump();
+    osgMidair::FieldPicture image = bump();
     std::string message;
-    image.pressure_Pa.conservativeResize(7);
-    EXPECT_FALSE(samples::writeFieldImage(temporary("x.png"), image, &message));
+    image.pressures_Pa.resize(7);
+    EXPECT_FALSE(samples::writeFieldPicture(temporary("x.png"), image, message));
     EXPECT_EQ(message, "a field image of 101 x 81 samples was given 7 pressures");
-    image.grid.rows = 1;
-    EXPECT_FALSE(samples::writeFieldImage(temporary("x.png"), image, &message));
+    image.rows = 1;
+    EXPECT_FALSE(samples::writeFieldPicture(temporary("x.png"), image, message));
     EXPECT_EQ(message, "a field image needs at least 2 x 2 samples, not 101 x 1");
     image = bump();
-    image.pressure_Pa[3] = std::nanf("");
-    EXPECT_FALSE(samples::writeFieldImage(temporary("x.png"), image, &message));
+    image.pressures_Pa[3] = std::nanf("");
+    EXPECT_FALSE(samples::writeFieldPicture(temporary("x.png"), image, message));
     EXPECT_EQ(message, "a field image was given pressures that are not finite");
-    EXPECT_FALSE(samples::writeFieldImage("/nonexistent/field.png", bump(), &message));
+    EXPECT_FALSE(samples::writeFieldPicture("/nonexistent/field.png", bump(), message));
     EXPECT_EQ(
         message,
         "can't write the picture /nonexistent/field.png (is the folder there, and is it a .png?)");
@@ -193,26 +201,71 @@ TEST(Outline, OfWhatLiesInThePlaneAndOfWhatCrossesIt)
     grid.u = Eigen::Vector3d(3.0, 0.0, 0.0);
     grid.v = Eigen::Vector3d(0.0, 3.0, 0.0);
     // In the plane: the four sides and not the diagonal.
-    const Eigen::Matrix3Xd sides =
+    const std::vector<osg::Vec3d> sides =
         samples::outlineInPlane(square(), Eigen::Isometry3d::Identity(), grid);
-    ASSERT_EQ(sides.cols(), 8);
-    double length = 0.0;
-    for (int s = 0; s < 8; s += 2)
-        length += (sides.col(s + 1) - sides.col(s)).norm();
-    EXPECT_NEAR(length, 4.0, 1e-12);
+    EXPECT_EQ(sides.size(), 8U);
+    EXPECT_NEAR(lengthOf(sides), 4.0, 1e-12);
     // Upright across it, a third above the middle: one line of length 1, in two pieces.
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translate(Eigen::Vector3d(0.0, 0.5, -0.3));
     pose.rotate(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitX()));
-    const Eigen::Matrix3Xd cut = samples::outlineInPlane(square(), pose, grid);
-    ASSERT_EQ(cut.cols(), 4);
-    EXPECT_NEAR((cut.col(1) - cut.col(0)).norm() + (cut.col(3) - cut.col(2)).norm(), 1.0, 1e-12);
-    for (int i = 0; i < 4; ++i)
+    const std::vector<osg::Vec3d> cut = samples::outlineInPlane(square(), pose, grid);
+    ASSERT_EQ(cut.size(), 4U);
+    EXPECT_NEAR(lengthOf(cut), 1.0, 1e-12);
+    for (const osg::Vec3d& end : cut)
     {
-        EXPECT_NEAR(cut(1, i), 0.5, 1e-12);
-        EXPECT_NEAR(cut(2, i), 0.0, 1e-12);
+        EXPECT_NEAR(end.y(), 0.5, 1e-12);
+        EXPECT_NEAR(end.z(), 0.0, 1e-12);
     }
     // Above it: nothing.
     pose.translation().z() = 2.0;
-    EXPECT_EQ(samples::outlineInPlane(square(), pose, grid).cols(), 0);
+    EXPECT_TRUE(samples::outlineInPlane(square(), pose, grid).empty());
+}
+
+// Of a closed solid each edge has two faces, and rounding puts its flat back on either side of the
+// plane: all ten edges of the star are there, once each, wherever it stands.
+TEST(Outline, OfAClosedSolidHasAllEdgesOfItsFlatSide)
+{
+    const haptics::TriangleMesh star =
+        haptics::readObj(MIDAIR_ROOT "/samples/models/star.obj").scaledTo(0.038);
+    ASSERT_EQ(star.vertices.cols(), 11);
+    double around = 0.0;
+    for (int k = 0; k < 10; ++k)
+        around += (star.vertices.col(k) - star.vertices.col((k + 1) % 10)).norm();
+    for (int turn = 0; turn < 24; ++turn)
+    {
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        pose.translate(Eigen::Vector3d(0.003 * turn, -0.01, 0.002 * turn));
+        pose.rotate(
+            Eigen::AngleAxisd(0.3 * turn, Eigen::Vector3d(1.0, 0.2 * turn, -0.5).normalized()));
+        haptics::ControlPoints points;
+        points.positions = pose * star.vertices;
+        const haptics::FieldGrid grid = samples::bestSlice(points, 0.02, 1e-3);
+        const std::vector<osg::Vec3d> outline = samples::outlineInPlane(star, pose, grid);
+        EXPECT_EQ(outline.size(), 20U) << turn;
+        EXPECT_NEAR(lengthOf(outline), around, 1e-9) << turn;
+    }
+}
+
+// Between its flat back and its ridge ten faces are cut; a corner in the plane is one end of two
+// cuts.
+TEST(Outline, CutsFacesAlsoAtACorner)
+{
+    const haptics::TriangleMesh star = haptics::readObj(MIDAIR_ROOT "/samples/models/star.obj");
+    haptics::FieldGrid grid;
+    grid.corner = Eigen::Vector3d(-0.1, -0.1, 0.0075);
+    grid.u = Eigen::Vector3d(0.2, 0.0, 0.0);
+    grid.v = Eigen::Vector3d(0.0, 0.2, 0.0);
+    EXPECT_EQ(samples::outlineInPlane(star, Eigen::Isometry3d::Identity(), grid).size(), 20U);
+    // Upright through the ridge and the uppermost tip, x = 0: the closed line round a triangle,
+    // whose lower side is in two pieces, and the upper ones are edges.
+    grid.corner = Eigen::Vector3d(0.0, -0.1, -0.1);
+    grid.u = Eigen::Vector3d(0.0, 0.2, 0.0);
+    grid.v = Eigen::Vector3d(0.0, 0.0, 0.2);
+    const std::vector<osg::Vec3d> upright =
+        samples::outlineInPlane(star, Eigen::Isometry3d::Identity(), grid);
+    const double up = 0.063088, low = 0.024097, high = 0.015;
+    EXPECT_NEAR(lengthOf(upright), up + low + std::hypot(up, high) + std::hypot(low, high), 1e-5);
+    for (const osg::Vec3d& end : upright)
+        EXPECT_NEAR(end.x(), 0.0, 2e-5);
 }
