@@ -5,6 +5,7 @@
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/player/ScenePlayer.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/Mutex.h"
