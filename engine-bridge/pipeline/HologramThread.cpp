@@ -79,8 +79,8 @@ void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwi
         });
     const base::Lock lock(_atWorkMutex);
     if (!_atWork) return;
-    _atWork->lowerAmplitudeCap(amplitude);
-    if (isStricter) _atWork->silenceNow();
+    _atWork->device().lowerAmplitudeCap(amplitude);
+    if (isStricter) _atWork->device().silenceNow();
 }
 
 void HologramThread::setMuted(bool muted)
@@ -88,9 +88,15 @@ void HologramThread::setMuted(bool muted)
     {
         const base::Lock lock(_atWorkMutex);
         _lead->setMuted(muted);
-        if (_atWork) _atWork->setMuted(muted);
+        if (_atWork) _atWork->device().setMuted(muted);
     }
     _slot.wake(); // attend() plays the field again, or tells that it is muted
+}
+
+void HologramThread::silence()
+{
+    _slot.between([this](bool, bool) { _stop.request(); });
+    silenceNow();
 }
 
 ArrayState HologramThread::state() const
@@ -103,7 +109,7 @@ ArrayReading HologramThread::reading() const
 {
     {
         const base::Lock lock(_atWorkMutex);
-        if (_atWork) return _atWork->reading();
+        if (_atWork) return _atWork->device().reading();
     }
     ArrayReading now;
     if (_opening) now.state = ArrayState::OPENING;
@@ -127,7 +133,7 @@ std::shared_ptr<const PlayedPressure> HologramThread::playedNow() const
 PlayedDrives HologramThread::playedOfLate(double duration_s) const
 {
     const base::Lock lock(_atWorkMutex);
-    return _atWork ? _atWork->playedOfLate(duration_s) : PlayedDrives();
+    return _atWork ? _atWork->device().playedOfLate(duration_s) : PlayedDrives();
 }
 
 haptics::ExposureFigures HologramThread::exposure() const
@@ -138,22 +144,6 @@ haptics::ExposureFigures HologramThread::exposure() const
     }
     const auto result = latestResult();
     return result ? result->exposure : haptics::ExposureFigures();
-}
-
-ArrayFields HologramThread::fields() const
-{
-    const base::Lock lock(_atWorkMutex);
-    return _atWork ? _atWork->fields() : ArrayFields();
-}
-
-std::string HologramThread::deviceStatus() const
-{
-    {
-        const base::Lock lock(_atWorkMutex);
-        if (_atWork) return _atWork->deviceStatus();
-    }
-    const auto result = latestResult();
-    return result ? result->deviceStatus : std::string();
 }
 
 double HologramThread::solvesFor_s() const
@@ -183,14 +173,14 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
     const base::Lock lock(_atWorkMutex);
     _atWork = pipeline;
-    if (_atWork) _atWork->follow(_lead);
+    if (_atWork) _atWork->device().follow(_lead);
 }
 
 // Called after the stop was requested, so that the pipeline doesn't send the field it works on.
 void HologramThread::silenceNow()
 {
     const base::Lock lock(_atWorkMutex);
-    if (_atWork) _atWork->silenceNow();
+    if (_atWork) _atWork->device().silenceNow();
 }
 
 std::shared_ptr<const HologramResult> HologramThread::latestResult() const

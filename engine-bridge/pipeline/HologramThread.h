@@ -64,6 +64,10 @@ public:
     /// which plays the newest field again. Any thread.
     void setMuted(bool muted);
 
+    /// Silences the array at once, and breaks off the solve under way, whose field is not played;
+    /// the next snapshot is played again. Any thread.
+    void silence();
+
     /// To be called with each frame, changed or not: a device with a hold (SafetyLimits::hold_s)
     /// falls silent when nobody calls it, or submit(), for that time. Nothing else is a sign of
     /// life: no field, no result, no reader. Never waits for the device. Any thread.
@@ -85,10 +89,6 @@ public:
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none
     /// is open. Any thread.
     PlayedDrives playedOfLate(double duration_s) const;
-    /// What the device has done with its fields; nothing while none is open. Any thread.
-    ArrayFields fields() const;
-    /// Status of the device; of the newest result while none is open. Any thread.
-    std::string deviceStatus() const;
 
     /// For how long the solver has been at work on one field, s, while a newer snapshot waits; 0:
     /// none waits. Any thread.

@@ -390,6 +390,12 @@ bool ScenePlayer::isMuted() const
     return _shared.lead->isMuted();
 }
 
+void ScenePlayer::silenceNow()
+{
+    const base::Lock lock(_shared.mutex);
+    if (_shared.thread) _shared.thread->silence();
+}
+
 void ScenePlayer::takeResult()
 {
     const std::uint64_t results = _opening.thread ? _opening.thread->results() : 0;
@@ -478,12 +484,6 @@ ArrayReading ScenePlayer::reading() const
 {
     const base::Lock lock(_shared.mutex);
     return _shared.thread ? _shared.thread->reading() : ArrayReading();
-}
-
-std::string ScenePlayer::deviceStatus() const
-{
-    const base::Lock lock(_shared.mutex);
-    return _shared.thread ? _shared.thread->deviceStatus() : std::string();
 }
 
 PlayedDrives ScenePlayer::playedOfLate(double duration_s) const

@@ -198,6 +198,9 @@ public:
     /// setMuted(false). Any thread.
     void setMuted(bool muted);
     bool isMuted() const; ///< any thread
+    /// Silences the array at once, and breaks off the solve under way; the next frame may play
+    /// again. Waits for no hand source and no callback. Any thread.
+    void silenceNow();
 
     /// As HandTracker::setNamed().
     std::string openHands(const std::string& uri) { return _hands.setNamed(uri); }
@@ -226,7 +229,6 @@ public:
     SceneStatistics statistics() const;
     ArrayState state() const; ///< CLOSED while there is no thread
     ArrayReading reading() const;
-    std::string deviceStatus() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
     PlayedDrives playedOfLate(double duration_s) const;
     /// The array as it was read last; null: it wasn't, or can't be.

@@ -211,7 +211,7 @@ TEST(HologramPipeline, ADeviceThatComesLateKeepsTheCapThatWasLoweredMeanwhile)
     };
     HologramPipeline pipeline(options);
     pipeline.process(squareSnapshot());
-    pipeline.lowerAmplitudeCap(0.3);
+    pipeline.device().lowerAmplitudeCap(0.3);
     isThere = true;
     ASSERT_TRUE(eventually([&] { return pipeline.isOpenedNow(); }));
     const auto result = pipeline.process(squareSnapshot());

@@ -1,10 +1,12 @@
 // An application's own devices, solvers and hands.
+#include "tests/Halt.h"
 #include "tests/engine-bridge/c/Played.h"
 
 #include <atomic>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 namespace
 {
@@ -133,7 +135,66 @@ int32_t stillHands(void* instance, double, midair_hand* hands, size_t capacity)
     return 1;
 }
 
+/// A tracker whose driver hangs once it is told to.
+struct Tracker
+{
+    Halt halt;
+    std::atomic<bool> isAsked{false};
+};
+
+void* openTracker(void* user, const char*, char*, size_t)
+{
+    return user;
+}
+
+int32_t hangingHands(void* instance, double, midair_hand*, size_t)
+{
+    auto& tracker = *static_cast<Tracker*>(instance);
+    tracker.isAsked = true;
+    tracker.halt.pass();
+    return 0;
+}
+
 } // namespace
+
+TEST(CExtend, AMuteAndAStopSilenceWhileAHandSourceHangs)
+{
+    const midair_driver driver = deskDriver();
+    ASSERT_EQ(midair_register_device("table", &driver), MIDAIR_OK) << midair_last_error();
+    Tracker tracker;
+    midair_hand_source source{};
+    source.struct_size = sizeof source;
+    source.user = &tracker;
+    source.open = openTracker;
+    source.hands = hangingHands;
+    ASSERT_EQ(midair_register_hands("hanging", &source), MIDAIR_OK) << midair_last_error();
+    Desk& desk = theDesk();
+    for (const bool isStop : {false, true})
+    {
+        Focus of;
+        ASSERT_EQ(midair_play(of.scene, "table:"), MIDAIR_OK) << midair_last_error();
+        ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
+        ASSERT_EQ(midair_open_hands(of.scene, "hanging:"), MIDAIR_OK) << midair_last_error();
+        tracker.halt = true;
+        tracker.isAsked = false;
+        std::thread frame([&] { midair_update(of.scene, 1e6); });
+        ASSERT_TRUE(eventually([&] { return tracker.isAsked.load(); }));
+        const int silences = desk.silences;
+        std::atomic<bool> isDone{false};
+        std::thread other(
+            [&]
+            {
+                isStop ? midair_stop(of.scene) : midair_mute(of.scene, 1);
+                isDone = true;
+            });
+        EXPECT_TRUE(eventually([&] { return desk.silences > silences; }, 30.0)) << isStop;
+        EXPECT_TRUE(isStop || eventually([&] { return isDone.load(); }, 20.0))
+            << "it waits for nobody";
+        tracker.halt = false;
+        other.join();
+        frame.join();
+    }
+}
 
 TEST(CExtend, AnOwnDevicePlaysInItsLevels)
 {
