@@ -201,13 +201,14 @@ public:
     /// frame, which may never come, nor for a disk.
     void keepMuteSoon() { _signals->wake(); }
 
-    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
-    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
-    /// if that fails, or if there never was an array.
-    bool finish(const std::string& report)
+    /// Ends the run: the array falls silent, the page ends, and the state's file knows that nothing
+    /// crashed. Prints figures and, if \a report names a file, writes them. Returns false, having
+    /// said why, if that fails, or if there never was an array.
+    bool finish(std::unique_ptr<SceneMonitor> page, const std::string& report)
     {
         const osgMidair::HapticStatistics end = _haptics->getStatistics();
         _haptics->silence();
+        page.reset(); // or it could mute once nobody keeps that any more
         _signals->end();
         followMute();
         _service.stop();
@@ -483,8 +484,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     }
     for (const std::string& why : {problem, unwritten})
         if (!why.empty()) std::fprintf(stderr, "pictures: %s\n", why.c_str());
-    monitor.reset(); // or it could mute once nobody keeps that any more
-    return shell.finish(options.out + "/report.json") && unwritten.empty();
+    return shell.finish(std::move(monitor), options.out + "/report.json") && unwritten.empty();
 }
 
 void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
@@ -526,8 +526,7 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
         // A display without vertical synchronisation would be drawn as often as the processor can.
         sleepUntil(begin_s + 0.5 * kFrameTime_s);
     }
-    monitor.reset();
-    return shell.finish({});
+    return shell.finish(std::move(monitor), {});
 }
 
 /// Rehearses the installation in the simulator, on the array that would play, and says what ear

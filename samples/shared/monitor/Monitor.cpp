@@ -41,7 +41,7 @@ constexpr const char* kTextType = "text/plain; charset=utf-8";
 /// Connections at a time, each with a thread; others wait in the system's queue.
 constexpr std::size_t kConnections = 16;
 constexpr milliseconds kTimeout{3000};  ///< for a piece of a request to come or of an answer to go
-constexpr int kIdle_s = 1;              ///< for a request to begin
+constexpr int kIdle_s = 2;              ///< for a request to begin
 constexpr milliseconds kMuteWait{4000}; ///< before it is said that the program hangs
 constexpr milliseconds kEndWait{5000};  ///< for those who are being served
 constexpr milliseconds kPause{100};

@@ -174,6 +174,7 @@ public:
         if (_followMute) _followMute();
     }
 
+    void silence() { _scene->silence(); }
     MonitorPicture picture() override { return drawn->newest(); }
     PictureCost pictureCost() const override { return drawn->cost(); }
 
@@ -194,7 +195,11 @@ SceneMonitor::SceneMonitor(const MonitorOptions& options,
     _monitor = std::make_shared<Monitor>(options, name, _source);
 }
 
-SceneMonitor::~SceneMonitor() = default;
+SceneMonitor::~SceneMonitor()
+{
+    // No frame comes while the page waits for whoever is still there.
+    if (_source) _source->silence();
+}
 
 void SceneMonitor::show(osg::Camera& camera)
 {

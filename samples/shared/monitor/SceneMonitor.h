@@ -40,6 +40,8 @@ public:
                  osgMidair::HapticScene& scene,
                  const std::string& name,
                  std::function<void()> followMute = {});
+    /// Silences the array until the scene's next frame, and ends the page, for which it waits some
+    /// seconds where somebody is being served.
     ~SceneMonitor();
     SceneMonitor(const SceneMonitor&) = delete;
     SceneMonitor& operator=(const SceneMonitor&) = delete;

@@ -188,6 +188,18 @@ TEST_F(ScenePage, AMuteReachesTheArray)
                 times_ms.back());
 }
 
+// It may wait for somebody who is being served, and no frame comes meanwhile.
+TEST_F(ScenePage, ItsEndSilencesTheArray)
+{
+    while (_scene->getStatistics().state != osgMidair::ArrayState::PLAYING)
+        frame();
+    {
+        const SceneMonitor other(_options, *_scene, "other");
+    }
+    EXPECT_TRUE(
+        eventually([&] { return _scene->getStatistics().state == osgMidair::ArrayState::SILENT; }));
+}
+
 TEST(Monitor, IsOffUnlessAskedFor)
 {
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
