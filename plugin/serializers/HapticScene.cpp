@@ -11,6 +11,7 @@
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
+#include <optional>
 #include <type_traits>
 
 namespace

@@ -7,6 +7,7 @@
 #include <osgMidair/HapticField>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <thread>
 

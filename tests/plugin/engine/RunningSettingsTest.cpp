@@ -6,6 +6,7 @@
 
 #include <osgDB/ReadFile>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <limits>
