@@ -7,6 +7,7 @@
 #include "samples/shared/monitor/page/MonitorWatch.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -26,8 +27,11 @@
 #include <MonitorPage.h>
 #include <fmt/format.h>
 #include <httplib.h>
+#include <netdb.h>
+#include <poll.h>
 #include <strings.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 namespace midair::samples
 {
@@ -40,10 +44,12 @@ using std::chrono::milliseconds;
 constexpr const char* kTextType = "text/plain; charset=utf-8";
 /// Connections at a time, each with a thread; others wait in the system's queue.
 constexpr std::size_t kConnections = 16;
-constexpr milliseconds kTimeout{3000};  ///< for a piece of a request to come or of an answer to go
-constexpr int kIdle_s = 2;              ///< for a request to begin
-constexpr milliseconds kMuteWait{4000}; ///< before it is said that the program hangs
-constexpr milliseconds kEndWait{5000};  ///< for those who are being served
+constexpr std::size_t kHeadBytes = 16384; ///< of a request
+constexpr double kHead_s = 3.0;           ///< for it to come
+constexpr double kAnswer_s = 10.0;        ///< for an answer to go
+constexpr double kDrain_s = 0.5;          ///< for who has sent more than the head
+constexpr milliseconds kMuteWait{4000};   ///< before it is said that the program hangs
+constexpr milliseconds kEndWait{5000};    ///< for those who are being served
 constexpr milliseconds kPause{100};
 /// Mutes that hang: each has a thread.
 constexpr int kMostMutes = 8;
@@ -130,13 +136,115 @@ private:
     std::size_t _taken MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
+/// A connection whose head and answer have a time and a size. The library's own stream has a time
+/// for each piece alone and no limit to a line: whoever sends a byte now and then, or no line's
+/// end, would have a thread or the memory for as long as he likes.
+class BoundedStream : public httplib::Stream
+{
+public:
+    explicit BoundedStream(int socket) : _socket(socket) {}
+
+    /// The library asks for one byte at a time, and for none behind the head.
+    ssize_t read(char* to, std::size_t size) override
+    {
+        if (_head == kHeadBytes || !isReady(POLLIN, _headEnd_s)) return -1;
+        const ssize_t got = ::recv(_socket, to, std::min(size, kHeadBytes - _head), MSG_DONTWAIT);
+        _head += static_cast<std::size_t>(std::max<ssize_t>(got, 0));
+        return got;
+    }
+    ssize_t write(const char* from, std::size_t size) override
+    {
+        if (_answerEnd_s == 0.0) _answerEnd_s = base::steadySeconds() + kAnswer_s;
+        std::size_t done = 0;
+        while (done < size)
+        {
+            if (!isReady(POLLOUT, _answerEnd_s)) return -1;
+            const ssize_t sent =
+                ::send(_socket, from + done, size - done, MSG_NOSIGNAL | MSG_DONTWAIT);
+            if (sent < 0) return -1;
+            done += static_cast<std::size_t>(sent);
+        }
+        return static_cast<ssize_t>(size);
+    }
+    /// Lets the other side take all: closed at once, with bytes unread, it would take the answer
+    /// back.
+    void finish() const
+    {
+        ::shutdown(_socket, SHUT_WR);
+        std::array<char, 4096> rest{};
+        const double end_s = base::steadySeconds() + kDrain_s;
+        while (isReady(POLLIN, end_s) &&
+               ::recv(_socket, rest.data(), rest.size(), MSG_DONTWAIT) > 0)
+        {
+        }
+    }
+    bool is_readable() const override { return true; }
+    bool is_writable() const override { return true; }
+    void get_remote_ip_and_port(std::string& address, int&) const override
+    {
+        sockaddr_storage peer{};
+        socklen_t size = sizeof(peer);
+        auto* const any = reinterpret_cast<sockaddr*>(&peer);
+        std::array<char, NI_MAXHOST> text{};
+        if (::getpeername(_socket, any, &size) == 0 &&
+            ::getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) == 0)
+            address = text.data();
+    }
+    void get_local_ip_and_port(std::string&, int&) const override {}
+    socket_t socket() const override { return _socket; }
+
+private:
+    /// Waits until bytes can be read (POLLIN) or written (POLLOUT), or the other side has hung up.
+    /// Returns false after \a end_s.
+    bool isReady(short events, double end_s) const
+    {
+        pollfd polled{_socket, events, 0};
+        for (double left_s = 1.0; left_s > 0.0;)
+        {
+            left_s = end_s - base::steadySeconds();
+            if (left_s > 0.0 && ::poll(&polled, 1, 1 + static_cast<int>(1e3 * left_s)) > 0)
+                return true;
+        }
+        return false;
+    }
+
+    const int _socket;
+    const double _headEnd_s = base::steadySeconds() + kHead_s;
+    double _answerEnd_s = 0.0; ///< 0: nothing was written yet
+    std::size_t _head = 0;     ///< bytes so far
+};
+
+/// The library's server on such streams, one request a connection.
+class BoundedServer : public httplib::Server
+{
+private:
+    bool process_and_close_socket(int socket) override
+    {
+        BoundedStream stream(socket);
+        bool isClosed = false;
+        // Parts and compressed answers aren't given.
+        process_request(stream,
+                        true,
+                        isClosed,
+                        [](httplib::Request& request)
+                        {
+                            request.ranges.clear();
+                            request.headers.erase("Range");
+                            request.headers.erase("Accept-Encoding");
+                        });
+        stream.finish();
+        ::close(socket);
+        return true;
+    }
+};
+
 /// The library's server makes the whole program ignore SIGPIPE, which is for the program to say.
 /// Threads of the page take no signal.
 std::unique_ptr<httplib::Server> newServer()
 {
     struct sigaction before = {};
     ::sigaction(SIGPIPE, nullptr, &before);
-    auto server = std::make_unique<httplib::Server>();
+    auto server = std::make_unique<BoundedServer>();
     ::sigaction(SIGPIPE, &before, nullptr);
     return server;
 }
@@ -200,10 +308,6 @@ public:
 private:
     void limit()
     {
-        _server->set_keep_alive_max_count(1);
-        _server->set_keep_alive_timeout(kIdle_s);
-        _server->set_read_timeout(kTimeout);
-        _server->set_write_timeout(kTimeout);
         _server->new_task_queue = [] { return new BoundedPool; };
         // A port whose last connections are only just closed is free; one that another program
         // listens on isn't, as it would be with the library's own SO_REUSEPORT.
@@ -229,8 +333,6 @@ private:
         _server->set_pre_routing_handler(
             [this](const httplib::Request& request, httplib::Response& response)
             {
-                // Parts aren't given: a request can ask for thousands, each of them all.
-                const_cast<httplib::Request&>(request).ranges.clear();
                 route(request, response);
                 return httplib::Server::HandlerResponse::Handled;
             });

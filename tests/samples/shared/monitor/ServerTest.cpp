@@ -199,6 +199,37 @@ TEST_F(Server, WhoeverStopsReadingIsHungUpOn)
     EXPECT_EQ(statusOf(ask(monitor, requestHead("POST /mute", own(monitor)))), 200);
 }
 
+// The library's own time is one for each byte.
+TEST_F(Server, WhoeverSendsAByteNowAndThenHasNoMoreTimeThanOthers)
+{
+    const RawClient client(_monitor.port());
+    std::atomic<bool> isTold{false};
+    std::thread sender(
+        [&]
+        {
+            for (int i = 0; i < 100 && !isTold; ++i)
+            {
+                client.send(i == 0 ? "GET / HTTP/1.1\r\nX: " : "x");
+                letPass(0.1);
+            }
+        });
+    EXPECT_EQ(statusOf(client.receive(8.0)), 400);
+    isTold = true;
+    sender.join();
+}
+
+// Of a line the library keeps whatever comes.
+TEST_F(Server, ALineWithoutAnEndTakesNoMemory)
+{
+    const RawClient client(_monitor.port());
+    const std::string much(1U << 20U, 'x');
+    int taken = 0;
+    while (taken < 64 && client.send(much))
+        ++taken;
+    EXPECT_LT(taken, 64) << "it is hung up on";
+    EXPECT_EQ(statusOf(ask(requestHead("GET /healthz"))), 200);
+}
+
 TEST_F(Server, ALongListOfPartsIsRead)
 {
     std::string parts = "Range: bytes=0-1";
