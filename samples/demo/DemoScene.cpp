@@ -1,6 +1,7 @@
 #include "samples/demo/DemoScene.h"
 
 #include "samples/shared/OverlayOptions.h"
+#include "samples/shared/ScenesBelow.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/shared/views/ShownObject.h"
 
@@ -61,19 +62,6 @@ void useRecordings(DemoOptions& options)
         if (text.compare(0, 9, "recorded:") == 0) options.still = true;
     }
 }
-
-/// Finds the first HapticScene of a graph.
-class FindHapticScene : public osg::NodeVisitor
-{
-public:
-    FindHapticScene() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
-    void apply(osg::Group& group) override
-    {
-        if (!found) found = dynamic_cast<osgMidair::HapticScene*>(&group);
-        if (!found) traverse(group);
-    }
-    osgMidair::HapticScene* found = nullptr;
-};
 
 std::string starFile()
 {
@@ -165,15 +153,15 @@ DemoScene::DemoScene(const DemoOptions& options) :
 {
     const std::string file = options.model.empty() ? starFile() : options.model;
     _name = osgDB::getSimpleFileName(file);
-    FindHapticScene finder;
     osg::ref_ptr<osg::Node> read;
     if (osgDB::getLowerCaseFileExtension(file).compare(0, 3, "osg") == 0 ||
         osgDB::getLowerCaseFileExtension(file) == "haptic")
         read = osgMidair::readModel(file).getNode();
-    if (read) read->accept(finder);
-    if (finder.found)
+    if (read)
+        for (osgMidair::HapticScene* scene : scenesBelow(*read, false))
+            if (!_haptics) _haptics = scene;
+    if (_haptics)
     {
-        _haptics = finder.found;
         _root->addChild(lit(read));
         applySettings(options);
         if (!options.object.empty() || options.pressure_Pa > 0.0)

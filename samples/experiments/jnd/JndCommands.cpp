@@ -22,12 +22,6 @@ namespace midair::samples
 namespace
 {
 
-/// Mean and standard deviation (over n - 1; 0 for one) of what the sessions found.
-struct GroupThreshold
-{
-    double mean = 0.0, deviation = 0.0;
-};
-
 // Places in the plots' colours.
 constexpr int kOurs = 0;
 constexpr int kPapers = 1;
@@ -90,28 +84,20 @@ CurvePanel staircasePanel(const TrialFile& session)
     panel.xHigh = static_cast<double>(session.trials.size()) + 1.0;
     panel.yHigh = session.head.staircase.maximum * 1.05;
     panel.bands = {paperBand(experiment)};
-    std::vector<double> x, y;
-    for (const Trial& trial : session.trials)
+    const auto add = [&](const std::string& name, CurveMark mark, const std::vector<bool>& answers)
     {
-        x.push_back(trial.number);
-        y.push_back(trial.value);
-    }
-    panel.curves.push_back(marksOf(x, y, "", CurveMark::NONE));
-    for (const bool isFelt : {true, false})
-    {
-        std::vector<double> at, value;
+        std::vector<double> x, y;
         for (const Trial& trial : session.trials)
         {
-            if (trial.isFelt != isFelt) continue;
-            at.push_back(trial.number);
-            value.push_back(trial.value);
+            if (std::count(answers.begin(), answers.end(), trial.isFelt) == 0) continue;
+            x.push_back(trial.number);
+            y.push_back(trial.value);
         }
-        if (!at.empty())
-            panel.curves.push_back(marksOf(at,
-                                           value,
-                                           isFelt ? "felt" : "not felt",
-                                           isFelt ? CurveMark::DISC : CurveMark::RING));
-    }
+        if (!x.empty()) panel.curves.push_back(marksOf(x, y, name, mark));
+    };
+    add("", CurveMark::NONE, {true, false});
+    add("felt", CurveMark::DISC, {true});
+    add("not felt", CurveMark::RING, {false});
     return panel;
 }
 
@@ -171,8 +157,6 @@ std::string captionOf(const TrialFile& session)
 /// Returns the plot of a session, begun or finished, with at least one trial: the staircase with
 /// the paper's threshold beside the one that was found, and below it the share of "yes" at each
 /// value with the fitted curve.
-/// Returns the plot of finished sessions of one experiment: each threshold with its uncertainty,
-/// their mean and standard deviation beside the paper's.
 CurvePlot plotOf(const TrialFile& session)
 {
     const PsychometricFit fit = fitTrials(session.trials, session.head.staircase);
@@ -184,25 +168,21 @@ CurvePlot plotOf(const TrialFile& session)
     return plot;
 }
 
-GroupThreshold groupOf(const std::vector<TrialFile>& sessions)
+/// What the sessions found.
+Spread groupOf(const std::vector<TrialFile>& sessions)
 {
-    GroupThreshold group;
-    const auto count = static_cast<double>(sessions.size());
     std::vector<double> found;
     for (const TrialFile& session : sessions)
         found.push_back(fitTrials(session.trials, session.head.staircase).threshold);
-    for (const double value : found)
-        group.mean += value / count;
-    for (const double value : found)
-        group.deviation += std::pow(value - group.mean, 2.0) / std::max(1.0, count - 1.0);
-    group.deviation = std::sqrt(group.deviation);
-    return group;
+    return Spread(found);
 }
 
+/// Returns the plot of finished sessions of one experiment: each threshold with its uncertainty,
+/// their mean and standard deviation beside the paper's.
 CurvePlot plotOf(const std::vector<TrialFile>& sessions)
 {
     const LineExperiment& experiment = sessions.front().head.experiment;
-    const GroupThreshold group = groupOf(sessions);
+    const Spread group = groupOf(sessions);
     CurvePanel panel;
     panel.xName = "participant; bars: standard deviation of the fit, of participants for the means";
     panel.yName = fmt::format("threshold ({})", experiment.unit);
@@ -433,7 +413,7 @@ int plotCommand(int argc, char** argv)
         }
         if (sessions.size() > 1)
         {
-            const GroupThreshold group = groupOf(sessions);
+            const Spread group = groupOf(sessions);
             std::printf("mean of %zu participants %.2f, standard deviation %.2f %s\n",
                         sessions.size(),
                         group.mean,

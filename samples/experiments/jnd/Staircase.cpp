@@ -3,6 +3,9 @@
 #include "haptics/base/text/Range.h"
 #include "samples/experiments/jnd/TrialFile.h"
 
+#include <Eigen/Core>
+
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <random>
@@ -22,18 +25,14 @@ double normalDistribution(double x)
 
 Recovery recoveryOf(const std::vector<double>& errors, double spread)
 {
-    Recovery recovery;
     const auto count = static_cast<double>(errors.size());
-    for (const double error : errors)
-    {
-        recovery.bias += error / count;
-        recovery.within += std::abs(error) <= spread ? 1.0 / count : 0.0;
-    }
-    for (const double error : errors)
-        recovery.deviation += std::pow(error - recovery.bias, 2.0) / (count - 1.0);
-    recovery.deviation = std::sqrt(recovery.deviation);
-    recovery.biasError = recovery.deviation / std::sqrt(count);
-    return recovery;
+    const Spread found(errors);
+    const auto isWithin = [spread](double error) { return std::abs(error) <= spread; };
+    const auto within = std::count_if(errors.begin(), errors.end(), isWithin);
+    return {found.mean,
+            found.deviation / std::sqrt(count),
+            found.deviation,
+            static_cast<double>(within) / count};
 }
 
 } // namespace
@@ -98,19 +97,25 @@ void Staircase::answer(bool isFelt)
     turn(_level, true);
 }
 
+Spread::Spread(const std::vector<double>& values)
+{
+    const Eigen::Map<const Eigen::ArrayXd> all(values.data(),
+                                               static_cast<Eigen::Index>(values.size()));
+    mean = all.mean();
+    deviation = std::sqrt((all - mean).square().sum() / std::max<double>(1.0, all.size() - 1.0));
+}
+
 Threshold thresholdOf(const std::vector<Turn>& turns)
 {
-    Threshold threshold;
-    const auto count = static_cast<double>(turns.size());
+    std::vector<double> values;
+    int bounds = 0;
     for (const Turn& turn : turns)
     {
-        threshold.value += turn.value / count;
-        threshold.bounds += turn.isBound ? 1 : 0;
+        values.push_back(turn.value);
+        bounds += turn.isBound ? 1 : 0;
     }
-    for (const Turn& turn : turns)
-        threshold.deviation += std::pow(turn.value - threshold.value, 2.0) / (count - 1.0);
-    threshold.deviation = std::sqrt(threshold.deviation);
-    return threshold;
+    const Spread spread(values);
+    return {spread.mean, spread.deviation, bounds};
 }
 
 double SimulatedParticipant::chance(double value) const

@@ -59,6 +59,14 @@ private:
     std::vector<Turn> _turns;
 };
 
+/// Mean and standard deviation (over n - 1; 0 for one) of values, of which there is at least one.
+struct Spread
+{
+    explicit Spread(const std::vector<double>& values);
+
+    double mean = 0.0, deviation = 0.0;
+};
+
 /// The threshold that a finished staircase found.
 struct Threshold
 {

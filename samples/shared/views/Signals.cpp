@@ -1,5 +1,7 @@
 #include "samples/shared/views/Signals.h"
 
+#include "haptics/base/threads/Mutex.h"
+
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -28,7 +30,7 @@ static_assert(std::atomic<int>::is_always_lock_free, "a handler may not wait for
 std::atomic<bool> isStopHeard{false};
 
 sem_t stopWakes;
-const bool canWatchStops = ::sem_init(&stopWakes, 0, 0) == 0;
+const bool kCanWatchStops = ::sem_init(&stopWakes, 0, 0) == 0;
 
 extern "C" void askToStop(int number)
 {
@@ -41,8 +43,8 @@ extern "C" void askToStop(int number)
 /// What silences the array. Never destroyed, as the threads below outlive static objects.
 struct Silencing
 {
-    std::mutex mutex; ///< held while it is called
-    std::function<void()> silence;
+    base::Mutex mutex; ///< held while it is called
+    std::function<void()> silence MIDAIR_GUARDED_BY(mutex);
 };
 
 Silencing& silencing()
@@ -56,8 +58,9 @@ void silenceByThread()
     std::thread(
         []
         {
-            const std::lock_guard<std::mutex> lock(silencing().mutex);
-            if (silencing().silence) silencing().silence();
+            Silencing& all = silencing();
+            const base::Lock lock(all.mutex);
+            if (all.silence) all.silence();
         })
         .detach();
 }
@@ -93,7 +96,7 @@ std::atomic<int> newestSignal{0}; // 0: none since it was followed
 static_assert(std::atomic<int>::is_always_lock_free, "a handler may not wait for a lock");
 
 sem_t wakes;
-const bool isReady = ::sem_init(&wakes, 0, 0) == 0;
+const bool kCanWake = ::sem_init(&wakes, 0, 0) == 0;
 
 extern "C" void noteMuteSignal(int number)
 {
@@ -121,7 +124,7 @@ void catchStopSignals()
                    []
                    {
                        silencing();
-                       if (canWatchStops) std::thread(watchStops).detach();
+                       if (kCanWatchStops) std::thread(watchStops).detach();
                    });
 }
 
@@ -134,14 +137,16 @@ bool isStopAsked()
 
 SilenceAtStop::SilenceAtStop(std::function<void()> silence)
 {
-    const std::lock_guard<std::mutex> lock(silencing().mutex);
-    silencing().silence = std::move(silence);
+    Silencing& all = silencing();
+    const base::Lock lock(all.mutex);
+    all.silence = std::move(silence);
 }
 
 SilenceAtStop::~SilenceAtStop()
 {
-    const std::lock_guard<std::mutex> lock(silencing().mutex);
-    silencing().silence = nullptr;
+    Silencing& all = silencing();
+    const base::Lock lock(all.mutex);
+    all.silence = nullptr;
 }
 
 void catchMuteSignals()
@@ -158,7 +163,7 @@ MuteSignals::MuteSignals(std::function<void(bool)> follow, std::function<void()>
     _follow(std::move(follow)),
     _keep(std::move(keep))
 {
-    if (isReady) _thread = std::thread([this] { run(); });
+    if (kCanWake) _thread = std::thread([this] { run(); });
 }
 
 MuteSignals::~MuteSignals()

@@ -19,12 +19,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-extern char** environ; // NOLINT(readability-redundant-declaration)
 
 namespace midair::samples
 {
@@ -208,61 +205,38 @@ struct Run
     double cpu_s = 0.0;
 };
 
-/// A process that bakes one of the shards.
-pid_t start(const BakeArguments& arguments,
-            const std::string& program,
-            int shard,
-            int shards,
-            const std::string& out)
+/// A process that bakes one of the shards, in silence. It is this program, which has no threads
+/// yet.
+pid_t start(BakeArguments arguments)
 {
-    std::vector<std::string> words = {program,
-                                      arguments.scene,
-                                      "--frames",
-                                      fmt::format("{}:{}", arguments.first, arguments.end),
-                                      "--fps",
-                                      fmt::format("{}", arguments.fps),
-                                      "--chunk",
-                                      std::to_string(arguments.chunk),
-                                      "--threads",
-                                      std::to_string(arguments.threads),
-                                      "--shard",
-                                      fmt::format("{}/{}", shard, shards),
-                                      "--out",
-                                      out,
-                                      "--quiet"};
-    if (!arguments.settings.empty()) words.insert(words.end(), {"--device", arguments.settings});
-    if (!arguments.options.empty()) words.insert(words.end(), {"--options", arguments.options});
-    if (arguments.withoutLive) words.emplace_back("--without-live");
-    std::vector<char*> argv;
-    for (std::string& word : words)
-        argv.push_back(word.data());
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    pid_t child = -1;
-    const int error =
-        ::posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
-    ::posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw base::InputError("can't start " + program);
-    return child;
+    arguments.quiet = true;
+    const pid_t child = ::fork();
+    if (child < 0) throw base::InputError("can't start a process");
+    if (child > 0) return child;
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    ::dup2(nowhere, STDOUT_FILENO);
+    ::dup2(nowhere, STDERR_FILENO);
+    try
+    {
+        ::_exit(bake(arguments));
+    }
+    catch (...)
+    {
+        ::_exit(2);
+    }
 }
 
-/// Bakes all shards at the same time.
-std::vector<Run> runAll(const BakeArguments& arguments,
-                        const std::string& program,
-                        int running,
-                        int shards,
-                        const std::string& folder)
+/// Bakes shards 1 to \a running of \a shards at the same time.
+std::vector<Run> runAll(BakeArguments arguments, int running, int shards, const std::string& folder)
 {
     const double begin_s = base::steadySeconds();
     std::vector<pid_t> children;
     for (int shard = 1; shard <= running; ++shard)
     {
-        const std::string out = fmt::format("{}/{}.part", folder, shard);
-        std::filesystem::remove(out);
-        children.push_back(start(arguments, program, shard, shards, out));
+        arguments.shard = fmt::format("{}/{}", shard, shards);
+        arguments.out = fmt::format("{}/{}.part", folder, shard);
+        std::filesystem::remove(arguments.out);
+        children.push_back(start(arguments));
     }
     std::vector<Run> runs;
     bool failed = false;
@@ -446,10 +420,7 @@ void estimate(const BakeArguments& arguments)
                 isTooLong ? "; play: takes 2 GiB, so bake ranges of frames" : "");
 }
 
-void measureScaling(const BakeArguments& arguments,
-                    int processes,
-                    int repeats,
-                    const std::string& program)
+void measureScaling(const BakeArguments& arguments, int processes, int repeats)
 {
     std::string folder = (std::filesystem::temp_directory_path() / "midair-bake-XXXXXX").string();
     if (!::mkdtemp(folder.data())) throw base::InputError("can't make a folder " + folder);
@@ -463,8 +434,8 @@ void measureScaling(const BakeArguments& arguments,
     {
         for (int repeat = 0; repeat < repeats; ++repeat)
         {
-            const Run alone = runAll(arguments, program, 1, processes, folder).front();
-            const std::vector<Run> all = runAll(arguments, program, processes, processes, folder);
+            const Run alone = runAll(arguments, 1, processes, folder).front();
+            const std::vector<Run> all = runAll(arguments, processes, processes, folder);
             double total_s = 0.0;
             double wall_s = 0.0;
             for (const Run& run : all)

@@ -119,10 +119,7 @@ void mergeBaked(const std::vector<std::string>& parts, const std::string& out, b
 void estimate(const BakeArguments& arguments);
 
 /// Bakes with one process and with \a processes at the same time, \a repeats times in turn, and
-/// prints throughput and time of a processor core for each field. \a program: this program's file.
-void measureScaling(const BakeArguments& arguments,
-                    int processes,
-                    int repeats,
-                    const std::string& program);
+/// prints throughput and time of a processor core for each field.
+void measureScaling(const BakeArguments& arguments, int processes, int repeats);
 
 } // namespace midair::samples

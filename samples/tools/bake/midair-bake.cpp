@@ -8,7 +8,6 @@
 
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 
 #include <CLI/CLI.hpp>
 
@@ -95,10 +94,7 @@ int run(BakeArguments& arguments, const Mode& mode)
     if (mode.estimate)
         estimate(arguments);
     else if (mode.processes > 0)
-        measureScaling(arguments,
-                       mode.processes,
-                       mode.repeats,
-                       std::filesystem::read_symlink("/proc/self/exe").string());
+        measureScaling(arguments, mode.processes, mode.repeats);
     else
         return bake(arguments);
     return 0;

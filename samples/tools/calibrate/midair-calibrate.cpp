@@ -6,16 +6,17 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/boards/BoardFit.h"
+#include "samples/shared/ScenesBelow.h"
 #include "samples/shared/SettingOptions.h"
 
 #include <osgMidair/Calibration>
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticScene>
 
-#include <osg/NodeVisitor>
 #include <osgDB/WriteFile>
 
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
@@ -39,10 +40,8 @@ struct BoardSettings
     std::string measurements;      ///< file, or - for stdin; empty: what to measure is printed
     std::string out;               ///< array file to write; empty: none
     std::string plan;              ///< file to write what to measure into; empty: stdout
-    double longest_m = 1.0;        ///< of the tape
-    double sigma_m = 1e-3;         ///< standard deviation of a distance
-    double temperature_C = 20.0;   ///< for times
-    int count = 0;                 ///< distances to measure; 0: one and a half a unknown
+    haptics::BoardPlanOptions distances;
+    double temperature_C = 20.0; ///< for times
 };
 
 using base::InputError;
@@ -86,11 +85,7 @@ std::string textOf(const haptics::BoardPlan& plan, const haptics::TransducerArra
 
 int printPlan(const BoardSettings& settings, const haptics::TransducerArray& array)
 {
-    haptics::BoardPlanOptions options;
-    options.longest_m = settings.longest_m;
-    options.sigma_m = settings.sigma_m;
-    options.count = settings.count;
-    const haptics::BoardPlan plan = haptics::planBoards(array, options);
+    const haptics::BoardPlan plan = haptics::planBoards(array, settings.distances);
     const std::string text = textOf(plan, array);
     if (settings.plan.empty())
         std::fputs(text.c_str(), stdout);
@@ -114,7 +109,7 @@ int printPlan(const BoardSettings& settings, const haptics::TransducerArray& arr
     }
     std::fprintf(stderr,
                  "midair-calibrate: with %.2f mm a distance all boards are known to %.2f mm\n",
-                 1e3 * settings.sigma_m,
+                 1e3 * settings.distances.sigma_m,
                  1e3 * plan.uncertain_m);
     return 0;
 }
@@ -168,8 +163,8 @@ int calibrateBoards(const BoardSettings& settings)
     std::string error;
     if (!medium.isValid(&error)) throw InputError(error);
     haptics::BoardFitOptions options;
-    options.sigma_m = settings.sigma_m;
-    options.mostUncertain_m = 5.0 * settings.sigma_m;
+    options.sigma_m = settings.distances.sigma_m;
+    options.mostUncertain_m = 5.0 * settings.distances.sigma_m;
     options.soundSpeed_m_s = medium.soundSpeed();
     const haptics::BoardFitReport report = haptics::fitBoards(array, measurements, options);
     printReport(report, measurements);
@@ -227,44 +222,19 @@ void writeMatrix(const std::string& path, const osg::Matrixd& worldToArray)
     if (!out) throw InputError("can't write the matrix to \"" + path + "\"");
 }
 
-/// Sets the calibration of every HapticScene that it visits.
-class SetCalibration : public osg::NodeVisitor
-{
-public:
-    explicit SetCalibration(const osg::Matrixd& worldToArray) :
-        osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
-        _matrix(worldToArray)
-    {
-    }
-
-    void apply(osg::Group& group) override
-    {
-        if (auto* scene = dynamic_cast<osgMidair::HapticScene*>(&group))
-        {
-            scene->setCalibration(_matrix);
-            ++scenes;
-        }
-        traverse(group);
-    }
-
-    int scenes = 0;
-
-private:
-    osg::Matrixd _matrix;
-};
-
 void writeScene(const std::string& from, const std::string& to, const osg::Matrixd& worldToArray)
 {
     const osg::ref_ptr<osg::Node> scene = osgMidair::readModel(from).getNode();
     if (!scene) throw InputError("can't read the scene \"" + from + "\"");
-    SetCalibration set(worldToArray);
-    scene->accept(set);
-    if (set.scenes == 0)
+    const std::vector<osgMidair::HapticScene*> found = scenesBelow(*scene, false);
+    for (osgMidair::HapticScene* one : found)
+        one->setCalibration(worldToArray);
+    if (found.empty())
         throw InputError("there is no osgMidair::HapticScene in \"" + from +
                          "\" to hold a calibration");
     if (!osgDB::writeNodeFile(*scene, to))
         throw InputError("can't write the scene to \"" + to + "\"");
-    std::cout << "calibration written into " << set.scenes << " HapticScene of " << to << "\n";
+    std::cout << "calibration written into " << found.size() << " HapticScene of " << to << "\n";
 }
 
 int calibrate(const Settings& settings)
@@ -310,19 +280,19 @@ void addBoardOptions(CLI::App& app, BoardSettings& boards)
         "file of distances and times, or - for stdin: lines such as \"0:a 1:b 151.2mm\"");
     add("--array-out", boards.out, "write the array with its boards where they are to this file");
     add("--plan", boards.plan, "write what to measure to this file");
-    add("--longest", boards.longest_m, "longest distance that can be measured, metres")
+    add("--longest", boards.distances.longest_m, "longest distance that can be measured, metres")
         ->transform(inUnit("m", parseQuantity));
-    add("--sigma", boards.sigma_m, "standard deviation of a distance, metres")
+    add("--sigma", boards.distances.sigma_m, "standard deviation of a distance, metres")
         ->transform(inUnit("m", parseQuantity));
-    add("--count", boards.count, "distances to measure; 0: one and a half for each unknown")
+    add("--count",
+        boards.distances.count,
+        "distances to measure; 0: one and a half for each unknown")
         ->check(CLI::Range(0, 10000));
     add("--temperature", boards.temperature_C, "of the air, C, for times")
         ->transform(inUnit("C", parseQuantity));
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     Settings settings;
     BoardSettings boards;
@@ -349,13 +319,20 @@ int main(int argc, char** argv)
         ->needs(scene);
     addBoardOptions(app, boards);
     CLI11_PARSE(app, argc, argv);
+    return boards.isAsked ? calibrateBoards(boards) : calibrate(settings);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        return boards.isAsked ? calibrateBoards(boards) : calibrate(settings);
+        return run(argc, argv);
     }
-    catch (const InputError& error)
+    catch (const std::exception& error)
     {
-        std::cerr << "midair-calibrate: " << error.what() << "\n";
+        std::fprintf(stderr, "midair-calibrate: %s\n", error.what());
         return WRONG_INPUT;
     }
 }

@@ -1,5 +1,7 @@
 #include "samples/tools/check/LoadedScene.h"
 
+#include "samples/shared/ScenesBelow.h"
+
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticDevice>
 
@@ -13,10 +15,10 @@
 #include <osgDB/Registry>
 
 #include <algorithm>
-#include <cctype>
 #include <deque>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -78,45 +80,26 @@ using osgMidair::HapticScene;
 
 const std::string kOurs = "osgMidair: ";
 
-/// Finds the scenes that a viewer would play.
-class FindScenes : public osg::NodeVisitor
-{
-public:
-    FindScenes() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
-
-    void apply(osg::Group& group) override
-    {
-        auto* scene = dynamic_cast<HapticScene*>(&group);
-        if (scene && std::find(found.begin(), found.end(), scene) == found.end())
-            found.push_back(scene);
-        traverse(group);
-    }
-
-    std::vector<HapticScene*> found;
-};
-
 /// True for what OSG's readers say of materials, pictures and fonts alone, which nobody feels, and
 /// of faces that they turned to the side that their normals show.
-bool isAboutLooks(std::string line)
+bool isAboutLooks(const std::string& line)
 {
-    std::transform(line.begin(),
-                   line.end(),
-                   line.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto has = [&line](const char* word) { return line.find(word) != std::string::npos; };
-    for (const char* word : {"material",
-                             "texture",
-                             "image",
-                             "shader",
-                             "were reversed",
-                             ".mtl",
-                             ".png",
-                             ".jp",
-                             ".tga",
-                             ".bmp",
-                             ".dds"})
-        if (has(word)) return true;
-    return false;
+    constexpr const char* kWords[] = {"material",
+                                      "texture",
+                                      "image",
+                                      "shader",
+                                      "were reversed",
+                                      ".mtl",
+                                      ".png",
+                                      ".jp",
+                                      ".tga",
+                                      ".bmp",
+                                      ".dds"};
+    const std::string lower = osgDB::convertToLowerCase(line);
+    return std::any_of(std::begin(kWords),
+                       std::end(kWords),
+                       [&lower](const char* word)
+                       { return lower.find(word) != std::string::npos; });
 }
 
 /// What was said last, for why a file can't be read.
@@ -182,7 +165,7 @@ void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
     if (severity > (isOurs ? osg::NOTICE : osg::WARN)) return;
     const bool isNote = severity > osg::WARN || (!isOurs && isAboutLooks(line));
     if (isOurs) line.erase(0, kOurs.size());
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     if (_isPaused) return;
     const auto isIt = [&line](const Line& one) { return one.text == line; };
     if (!line.empty() && std::none_of(_lines.begin(), _lines.end(), isIt))
@@ -191,13 +174,13 @@ void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
 
 void NoticeKeeper::setPaused(bool isPaused)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     _isPaused = isPaused;
 }
 
 std::vector<NoticeKeeper::Line> NoticeKeeper::lines() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
+    const base::Lock lock(_mutex);
     return _lines;
 }
 
@@ -219,13 +202,12 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
                                  (read.message().empty() ? why(*_keeper) : read.message()));
     }
     _notRead = readPagedFiles(*node);
-    FindScenes finder;
-    node->accept(finder);
-    if (finder.found.empty() || !options.settings.empty())
+    const std::vector<HapticScene*> found = scenesBelow(*node, true);
+    if (found.empty() || !options.settings.empty())
         wrap(options, *node);
     else
         _root->addChild(node);
-    for (HapticScene* scene : finder.found)
+    for (HapticScene* scene : found)
         _scenes.push_back({scene, scene->getSettings()});
     for (const Scene& scene : _scenes)
         scene.node->setRehearsed(true);
@@ -277,7 +259,7 @@ std::string LoadedScene::hiddenBy(const osg::Node& node)
 {
     const auto nameOf = [](const osg::Node& one)
     {
-        const std::string name = one.getName();
+        const std::string& name = one.getName();
         return one.className() + (name.empty() ? name : " '" + name + "'");
     };
     if (node.getNodeMask() == 0) return "its node mask";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/base/threads/Mutex.h"
 #include "samples/tools/check/SceneCheck.h"
 
 #include <osg/Group>
@@ -8,7 +9,6 @@
 #include <osgDB/Options>
 #include <osgDB/ReaderWriter>
 
-#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,9 +45,9 @@ public:
     std::vector<Line> lines() const;
 
 private:
-    mutable std::mutex _mutex;
-    std::vector<Line> _lines;
-    bool _isPaused = false;
+    mutable base::Mutex _mutex;
+    std::vector<Line> _lines MIDAIR_GUARDED_BY(_mutex);
+    bool _isPaused MIDAIR_GUARDED_BY(_mutex) = false;
 };
 
 /// A file's scene with all its HapticScenes set to be rehearsed, so that no hardware is opened.

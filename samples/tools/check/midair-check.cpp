@@ -301,7 +301,8 @@ private:
 
 /// Reads the file as the kit asks for before it does so itself (osgMidair::readModel()): that this
 /// process lives is the answer, at the socket that it was given.
-[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options) noexcept
+[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options)
+try
 {
     constexpr int kSocket = 3;
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -313,13 +314,15 @@ private:
     ::send(kSocket, "1", 1, MSG_NOSIGNAL);
     ::_exit(0);
 }
-
-} // namespace
-
-int main(int argc, char** argv)
+catch (...)
 {
-    using namespace midair::samples;
-    constexpr int kUnreadable = 2;
+    ::_exit(1);
+}
+
+constexpr int kUnreadable = 2; // exit code
+
+int run(int argc, char** argv)
+{
     CheckOptions options;
     bool json = false;
     bool isTrial = false;
@@ -358,6 +361,16 @@ int main(int argc, char** argv)
     catch (const CLI::ParseError& error)
     {
         return app.exit(error) == 0 ? 0 : kUnreadable;
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {

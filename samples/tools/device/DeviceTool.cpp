@@ -123,7 +123,7 @@ device::emulation::ChainOptions optionsOf(const DeviceOptions& options)
     defaults.wirePerByte_ns = 0;
     defaults.perFrame_ns = defaults.perWord_ns = 0;
     defaults.tolerance_ns = device::emulation::kMillisecond_ns;
-    const auto chain = device::emulation::takeChainOptions(uri, defaults);
+    auto chain = device::emulation::takeChainOptions(uri, defaults);
     uri.rejectUnknown();
     return chain;
 }
