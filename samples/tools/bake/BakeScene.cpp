@@ -1,8 +1,9 @@
+#include "samples/tools/bake/BakeScene.h"
+
 #include "haptics/base/Bytes.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
-#include "samples/tools/bake/Bake.h"
 
 #include <osgMidair/FileFormats>
 

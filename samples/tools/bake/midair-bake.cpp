@@ -1,20 +1,490 @@
 // Solves an animation beforehand, as accurately as the kit can, on one core or on many machines,
 // and writes a recording that any device plays.
-
+#include "device/recording/Recording.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Percentile.h"
+#include "haptics/base/Units.h"
+#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "samples/shared/SettingOptions.h"
-#include "samples/tools/bake/Bake.h"
+#include "samples/shared/shards/Shards.h"
+#include "samples/tools/bake/BakeScene.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
 #include <exception>
+#include <filesystem>
 
 #include <CLI/CLI.hpp>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace
 {
 
+using namespace midair;
 using namespace midair::samples;
+namespace recording = device::recording;
+
+/// What a shard's frames have become, for the last line.
+struct Baked
+{
+    std::uint64_t frames = 0;
+    std::uint64_t fields = 0;
+    std::uint64_t silent = 0; ///< frames
+    std::uint64_t silenced = 0;
+    double worstRms = 0.0;
+    std::uint64_t points = 0; ///< most of a frame
+};
+
+void append(std::string& bytes, const std::vector<std::uint8_t>& more)
+{
+    bytes.append(more.begin(), more.end());
+}
+
+/// Solves a chunk from nothing. A payload is a recording by itself.
+std::string
+bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk, Baked& baked)
+{
+    scene.restart();
+    recording::Writer writer(static_cast<int>(scene.transducers()));
+    std::string bytes;
+    append(bytes, writer.header(0));
+    const auto size = static_cast<std::uint64_t>(arguments.chunk);
+    const std::uint64_t end = std::min((chunk + 1) * size, arguments.frames());
+    for (std::uint64_t number = chunk * size; number < end; ++number)
+    {
+        const osgMidair::BakedFrame frame = scene.bake(number);
+        for (const osgMidair::BakedField& field : frame.fields)
+            append(bytes,
+                   field.phase.empty() ? writer.mark(field.time_ns, recording::Kind::SILENCE)
+                                       : writer.field(field.time_ns, {field.phase, field.duty}));
+        ++baked.frames;
+        baked.fields += frame.fields.size();
+        if (frame.fields.front().phase.empty()) ++baked.silent;
+        if (frame.isSilenced) ++baked.silenced;
+        baked.worstRms = std::max(baked.worstRms, frame.rms);
+        baked.points = std::max<std::uint64_t>(baked.points, frame.points);
+    }
+    append(bytes, writer.mark(arguments.time_ns(end), recording::Kind::END));
+    return bytes;
+}
+
+void tell(const std::string& line)
+{
+    std::fprintf(stderr, "midair-bake: %s\n", line.c_str());
+}
+
+void tellResult(const Baked& baked, const BakeScene& scene)
+{
+    for (const std::string& message : scene.messages())
+        tell(message);
+    if (baked.frames == 0) return;
+    std::printf("%llu frames, %llu fields; at most %llu points, rms error at most %.3f %%\n",
+                static_cast<unsigned long long>(baked.frames),
+                static_cast<unsigned long long>(baked.fields),
+                static_cast<unsigned long long>(baked.points),
+                100.0 * baked.worstRms);
+    if (baked.silent > 0)
+        std::printf("%llu of these frames are silent, %llu of them by caps\n",
+                    static_cast<unsigned long long>(baked.silent),
+                    static_cast<unsigned long long>(baked.silenced));
+}
+
+using device::DriveSignal;
+
+constexpr int kLevels = 256;
+constexpr std::uint64_t kMostPlayed = std::uint64_t(2) << 30; // bytes of what play: takes
+
+std::string framesOf(const nlohmann::json& work, std::uint64_t piece)
+{
+    const auto first = work.value("firstFrame", std::int64_t(0));
+    const auto end = work.value("endFrame", std::int64_t(0));
+    const auto chunk = work.value("chunk", std::int64_t(1));
+    const std::int64_t begin = first + static_cast<std::int64_t>(piece) * chunk;
+    return fmt::format("frames {} to {}", begin, std::min(begin + chunk, end) - 1);
+}
+
+/// Returns by how many levels all phases of \a next are to be turned, which can't be felt, so that
+/// the drive changes least from \a last: argmax over r of Re sum a a' e^{j 2 pi (next + r -
+/// last)/256}, with amplitudes by the levels of duty.
+int turnBetween(const DriveSignal& last, const DriveSignal& next)
+{
+    // Whole numbers up to here, so that the order of the sum doesn't matter.
+    std::array<double, kLevels> weights{};
+    for (std::size_t i = 0; i < next.phase.size() && i < last.phase.size(); ++i)
+    {
+        const auto step = static_cast<std::uint8_t>(next.phase[i] - last.phase[i]);
+        weights[step] += static_cast<double>(last.duty[i]) * next.duty[i];
+    }
+    std::complex<double> sum = 0.0;
+    for (int step = 0; step < kLevels; ++step)
+        sum += weights[static_cast<std::size_t>(step)] *
+               std::polar(1.0, base::kTwoPi * step / kLevels);
+    if (std::abs(sum) == 0.0) return 0;
+    const long turn = std::lround(-std::arg(sum) * kLevels / base::kTwoPi);
+    return static_cast<int>((turn + kLevels) % kLevels);
+}
+
+/// Puts chunks behind each other.
+class Joiner
+{
+public:
+    Joiner(int transducers, WholeFile& file) :
+        _transducers(transducers),
+        _writer(transducers),
+        _file(file)
+    {
+        put(_writer.header(0));
+    }
+
+    void add(const std::string& payload, const std::string& name)
+    {
+        recording::Reader reader(payload, name);
+        if (reader.transducers() != _transducers)
+            throw base::InputError(name + " is for another number of transducers");
+        bool isFirst = true;
+        recording::Entry entry;
+        recording::Stop stop = recording::Stop::MORE;
+        while ((stop = reader.next(entry)) == recording::Stop::MORE)
+        {
+            if (entry.kind == recording::Kind::SILENCE)
+            {
+                put(_writer.mark(entry.time_ns, recording::Kind::SILENCE));
+                _last = {};
+                continue;
+            }
+            // What starts from nothing has its phases by chance.
+            if (isFirst) _turn = _last.phase.empty() ? 0 : turnBetween(_last, entry.signal);
+            isFirst = false;
+            for (std::uint8_t& phase : entry.signal.phase)
+                phase = static_cast<std::uint8_t>(phase + _turn);
+            put(_writer.field(entry.time_ns, entry.signal));
+            _last = entry.signal;
+            ++_fields;
+        }
+        if (stop != recording::Stop::END) throw base::InputError(name + " breaks off");
+    }
+
+    void end(std::uint64_t time_ns) { put(_writer.mark(time_ns, recording::Kind::END)); }
+    std::uint64_t fields() const { return _fields; }
+
+private:
+    void put(const std::vector<std::uint8_t>& bytes) { _file.write(bytes.data(), bytes.size()); }
+
+    const int _transducers;
+    recording::Writer _writer;
+    WholeFile& _file;
+    DriveSignal _last; ///< empty: silence
+    int _turn = 0;
+    std::uint64_t _fields = 0;
+};
+
+/// Joins \a parts to a recording. Throws base::InputError.
+void mergeBaked(const std::vector<std::string>& parts, const std::string& out, bool overwrite)
+{
+    const JoinedParts joined(parts, framesOf);
+    const nlohmann::json& work = joined.work();
+    if (work.value("what", "") != "midair-bake 1")
+        throw base::InputError(fmt::format("\"{}\" is no part of midair-bake, but of {}",
+                                           parts.front(),
+                                           work.value("what", "something else")));
+    BakeArguments arguments;
+    arguments.first = work.value("firstFrame", std::int64_t(0));
+    arguments.end = work.value("endFrame", std::int64_t(0));
+    arguments.fps = work.value("fps", 60.0);
+    const std::string transducers =
+        work.contains("settings") ? work["settings"].value("transducers", "0") : "0";
+    int count = 0;
+    if (!base::parseWhole(transducers, count) || count < 1 || count > recording::kMostTransducers)
+        throw base::InputError(fmt::format("\"{}\" is for \"{}\" transducers, should be 1 .. {}",
+                                           parts.front(),
+                                           transducers,
+                                           recording::kMostTransducers));
+    WholeFile file(out, recording::kMagic, overwrite);
+    Joiner joiner(count, file);
+    for (std::uint64_t piece = 0; piece < joined.pieces(); ++piece)
+        joiner.add(joined.read(piece), framesOf(work, piece));
+    joiner.end(arguments.time_ns(arguments.frames()));
+    file.commit();
+    std::printf("%s: %llu fields, %.3f s, %llu bytes\n",
+                out.c_str(),
+                static_cast<unsigned long long>(joiner.fields()),
+                1e-9 * static_cast<double>(arguments.time_ns(arguments.frames())),
+                static_cast<unsigned long long>(file.size()));
+    if (file.size() > kMostPlayed)
+        std::fprintf(stderr,
+                     "midair-bake: play: takes recordings of at most 2 GiB; bake shorter ranges of "
+                     "frames\n");
+}
+
+/// Solves a shard. With a single one (1/1) \a arguments.out becomes the recording, and what is done
+/// is kept in a part beside it until then; else it is the part. Goes on with a part that is there.
+/// Returns the program's exit code: 0, or 1 if nothing is felt in any of its frames. Throws
+/// base::InputError.
+int bake(const BakeArguments& arguments)
+{
+    const Shard shard = parseShard(arguments.shard);
+    const bool isWhole = shard.count == 1;
+    BakeScene scene(arguments);
+    for (const std::string& note : scene.notes())
+        tell(note);
+    PartHeader header{scene.work(), shard.number, shard.count, arguments.chunks()};
+    if (isWhole) WholeFile(arguments.out, recording::kMagic, arguments.overwrite); // told now
+    const std::string file = isWhole ? arguments.out + ".part" : arguments.out;
+    Baked baked;
+    {
+        PartFile part = PartFile::openToGoOn(file, header);
+        if (!part.damage().empty())
+            tell(fmt::format("\"{}\": {}; solved again", file, part.damage()));
+        if (part.pieces() > 0)
+            tell(fmt::format("\"{}\" has {} of {} chunks already, which are kept",
+                             file,
+                             part.pieces(),
+                             header.share()));
+        const auto size = static_cast<std::uint64_t>(arguments.chunk);
+        Progress progress("frames",
+                          std::min(part.pieces() * size, arguments.frames()),
+                          isWhole ? arguments.frames()
+                                  : std::min(header.share() * size, arguments.frames()),
+                          arguments.quiet);
+        for (std::uint64_t chunk = 0; chunk < header.pieces; ++chunk)
+        {
+            if (!header.has(chunk) || part.has(chunk)) continue;
+            const std::uint64_t before = baked.frames;
+            part.add(chunk, bakeChunk(scene, arguments, chunk, baked));
+            progress.add(baked.frames - before);
+        }
+        part.sync();
+    }
+    tellResult(baked, scene);
+    if (isWhole)
+    {
+        mergeBaked({file}, arguments.out, arguments.overwrite);
+        ::unlink(file.c_str());
+    }
+    return baked.frames > 0 && baked.silent == baked.frames ? 1 : 0;
+}
+
+// What baking costs: a model for many fields, and how it grows with processes.
+
+constexpr double kMany = 1e6;              // fields
+constexpr double kPlayable = 2147483648.0; // bytes of a recording that play: takes
+
+/// Processor time of this process, s.
+double cpu_s()
+{
+    timespec now = {};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// What one process has taken.
+struct Run
+{
+    double wall_s = 0.0;
+    double cpu_s = 0.0;
+};
+
+/// A process that bakes one of the shards, in silence. It is this program, which has no threads
+/// yet.
+pid_t start(BakeArguments arguments)
+{
+    arguments.quiet = true;
+    const pid_t child = ::fork();
+    if (child < 0) throw base::InputError("can't start a process");
+    if (child > 0) return child;
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    ::dup2(nowhere, STDOUT_FILENO);
+    ::dup2(nowhere, STDERR_FILENO);
+    try
+    {
+        ::_exit(bake(arguments));
+    }
+    catch (...)
+    {
+        ::_exit(2);
+    }
+}
+
+/// Bakes shards 1 to \a running of \a shards at the same time.
+std::vector<Run> runAll(BakeArguments arguments, int running, int shards, const std::string& folder)
+{
+    const double begin_s = base::steadySeconds();
+    std::vector<pid_t> children;
+    for (int shard = 1; shard <= running; ++shard)
+    {
+        arguments.shard = fmt::format("{}/{}", shard, shards);
+        arguments.out = fmt::format("{}/{}.part", folder, shard);
+        std::filesystem::remove(arguments.out);
+        children.push_back(start(arguments));
+    }
+    std::vector<Run> runs;
+    bool failed = false;
+    for (const pid_t child : children)
+    {
+        rusage usage = {};
+        int status = 0;
+        if (::wait4(child, &status, 0, &usage) != child) failed = true;
+        failed = failed || !WIFEXITED(status) || WEXITSTATUS(status) > 1;
+        const auto seconds = [](const timeval& time)
+        { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+        runs.push_back(
+            {base::steadySeconds() - begin_s, seconds(usage.ru_utime) + seconds(usage.ru_stime)});
+    }
+    if (failed) throw base::InputError("a process that baked has failed");
+    return runs;
+}
+
+/// What a frame takes, by medians, and makes, by means.
+struct FrameCost
+{
+    std::uint64_t frames = 0; ///< that were measured
+    double start_s = 0.0;     ///< of a core; from nothing
+    double update_s = 0.0;    ///< from the last frame
+    double fields = 0.0;      ///< of a frame
+    double fieldBytes = 0.0;
+};
+
+FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
+{
+    FrameCost cost;
+    cost.frames = std::min(arguments.frames(), static_cast<std::uint64_t>(arguments.chunk));
+    // Some more starts from nothing than a chunk has, so that their time is known.
+    const std::uint64_t between = std::max<std::uint64_t>(1, cost.frames / 4);
+    std::vector<double> starts_s;
+    std::vector<double> updates_s;
+    recording::Writer writer(static_cast<int>(scene.transducers()));
+    double bytes = 0.0;
+    double fields = 0.0;
+    for (std::uint64_t number = 0; number < cost.frames; ++number)
+    {
+        const bool isStart = number % between == 0;
+        if (isStart) scene.restart();
+        const double before_s = cpu_s();
+        const osgMidair::BakedFrame frame = scene.bake(number);
+        (isStart ? starts_s : updates_s).push_back(cpu_s() - before_s);
+        for (const osgMidair::BakedField& field : frame.fields)
+            bytes += static_cast<double>(
+                (field.phase.empty() ? writer.mark(field.time_ns, recording::Kind::SILENCE)
+                                     : writer.field(field.time_ns, {field.phase, field.duty}))
+                    .size());
+        fields += static_cast<double>(frame.fields.size());
+    }
+    cost.start_s = base::percentile(starts_s, 0.5);
+    cost.update_s = updates_s.empty() ? cost.start_s : base::percentile(updates_s, 0.5);
+    cost.fields = fields / static_cast<double>(cost.frames);
+    cost.fieldBytes = bytes / fields;
+    return cost;
+}
+
+/// Solves some frames and prints what many cost: time of a processor core, bytes, and time on
+/// several cores. Writes nothing.
+void estimate(const BakeArguments& arguments)
+{
+    const double begin_s = cpu_s();
+    BakeScene scene(arguments);
+    const double load_s = cpu_s() - begin_s;
+    const FrameCost cost = costOfFrames(scene, arguments);
+    std::printf("measured on %llu frames, medians, one process with %d %s\n"
+                "  load the scene                  %8.0f ms of a core, once a process\n"
+                "  a frame that starts a chunk     %8.2f ms of a core\n"
+                "  each other frame                %8.2f ms of a core\n"
+                "  fields in a frame               %8.2f\n"
+                "  bytes of a field                %8.0f\n",
+                static_cast<unsigned long long>(cost.frames),
+                arguments.threads,
+                arguments.threads == 1 ? "thread" : "threads",
+                1e3 * load_s,
+                1e3 * cost.start_s,
+                1e3 * cost.update_s,
+                cost.fields,
+                cost.fieldBytes);
+    const double frame_s = cost.update_s + (cost.start_s - cost.update_s) / arguments.chunk;
+    const auto cost_h = [&](double cores)
+    { return (load_s + kMany / cost.fields * frame_s / cores) / 3600.0; };
+    const bool isTooLong = kMany * cost.fieldBytes > kPlayable;
+    std::printf("model: time of a core for N frames = N (%.2f ms + %.2f ms / %d), and %.0f ms a "
+                "process\n"
+                "10^6 fields\n"
+                "  on one core                     %8.2f h\n"
+                "  on 64 cores                     %8.2f h\n"
+                "  in a file of                    %8.2f GB%s\n",
+                1e3 * cost.update_s,
+                1e3 * (cost.start_s - cost.update_s),
+                arguments.chunk,
+                1e3 * load_s,
+                cost_h(1.0),
+                cost_h(64.0),
+                1e-9 * kMany * cost.fieldBytes,
+                isTooLong ? "; play: takes 2 GiB, so bake ranges of frames" : "");
+}
+
+/// Bakes with one process and with \a processes at the same time, \a repeats times in turn, and
+/// prints throughput and time of a processor core for each field.
+void measureScaling(const BakeArguments& arguments, int processes, int repeats)
+{
+    std::string folder = (std::filesystem::temp_directory_path() / "midair-bake-XXXXXX").string();
+    if (!::mkdtemp(folder.data())) throw base::InputError("can't make a folder " + folder);
+    // Shard 1 alone, then all of them at the same time; each does a share of the same chunks.
+    const auto shardFrames = static_cast<double>(arguments.frames()) / processes;
+    std::vector<double> single_ms;
+    std::vector<double> together_ms;
+    std::vector<double> ratios;
+    std::vector<double> throughput;
+    try
+    {
+        for (int repeat = 0; repeat < repeats; ++repeat)
+        {
+            const Run alone = runAll(arguments, 1, processes, folder).front();
+            const std::vector<Run> all = runAll(arguments, processes, processes, folder);
+            double total_s = 0.0;
+            double wall_s = 0.0;
+            for (const Run& run : all)
+            {
+                total_s += run.cpu_s;
+                wall_s = std::max(wall_s, run.wall_s);
+            }
+            single_ms.push_back(1e3 * alone.cpu_s / shardFrames);
+            together_ms.push_back(1e3 * total_s / (shardFrames * processes));
+            ratios.push_back(single_ms.back() / together_ms.back());
+            throughput.push_back(alone.wall_s / wall_s);
+            std::printf("  %2d  1 process: %7.2f ms of a core a frame, %7.1f frames/s;  %d: %7.2f "
+                        "ms, %7.1f frames/s\n",
+                        repeat + 1,
+                        single_ms.back(),
+                        shardFrames / alone.wall_s,
+                        processes,
+                        together_ms.back(),
+                        shardFrames * processes / wall_s);
+            std::fflush(stdout);
+        }
+    }
+    catch (...)
+    {
+        std::filesystem::remove_all(folder);
+        throw;
+    }
+    std::filesystem::remove_all(folder);
+    std::printf("medians of %d: a frame takes %.2f ms of a core with 1 process, %.2f ms with %d\n"
+                "  by the time of cores   %.3f of linear\n"
+                "  by the clock           %.3f of linear (others' work on this machine counts)\n",
+                repeats,
+                base::percentile(single_ms, 0.5),
+                base::percentile(together_ms, 0.5),
+                processes,
+                base::percentile(ratios, 0.5),
+                base::percentile(throughput, 0.5));
+}
 
 /// What is to be done besides solving.
 struct Mode
