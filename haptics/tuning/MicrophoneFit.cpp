@@ -159,15 +159,10 @@ private:
                                       kLeastTransducers);
             return;
         }
-        HeardPhases heard;
-        heard.positions.resize(3, static_cast<Eigen::Index>(which.size()));
-        heard.phase_rad.resize(heard.positions.cols());
-        heard.wavenumber = base::kTwoPi * _array.frequency_Hz / _c0;
-        for (std::size_t n = 0; n < which.size(); ++n)
-        {
-            heard.positions.col(static_cast<Eigen::Index>(n)) = _array.positions.col(which[n]);
-            heard.phase_rad[static_cast<Eigen::Index>(n)] = std::arg(_responses.y(place, which[n]));
-        }
+        const Eigen::VectorXcd y = _responses.y.row(place)(which).transpose();
+        const HeardPhases heard{_array.positions(Eigen::all, which),
+                                y.array().arg(),
+                                base::kTwoPi * _array.frequency_Hz / _c0};
         const FoundPlace found = findPlace(heard, _planned.col(place), _prior.search_m);
         fit.places.col(place) = found.place;
         fit.phase_rad[place] = found.phase_rad;

@@ -148,11 +148,7 @@ void focusOn(const TuningPlan& plan,
 
 bool isNegative(int row, int element)
 {
-    bool odd = false;
-    for (unsigned bits = static_cast<unsigned>(row) & static_cast<unsigned>(element + 1); bits != 0;
-         bits &= bits - 1)
-        odd = !odd;
-    return odd;
+    return __builtin_parity(static_cast<unsigned>(row) & static_cast<unsigned>(element + 1)) != 0;
 }
 
 constexpr const char* kMethods[] = {"single", "hadamard", "levels", "focus"}; ///< TuningMethod's

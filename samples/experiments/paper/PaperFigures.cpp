@@ -26,6 +26,17 @@ namespace midair::samples
 namespace
 {
 
+using Eigen::Vector3d;
+
+haptics::ControlPoints equalTargets(const Eigen::Matrix3Xd& positions)
+{
+    haptics::ControlPoints points;
+    points.positions = positions;
+    points.normals = Vector3d::UnitZ().replicate(1, positions.cols());
+    points.targets = Eigen::VectorXd::Ones(positions.cols());
+    return points;
+}
+
 struct Row
 {
     double equal = 0.0;           // evenness from equal phases
@@ -65,8 +76,6 @@ void print(const PaperSolve& how, const Row& row)
                 base::percentile(row.loudness, 0.5));
     std::fflush(stdout);
 }
-
-using Eigen::Vector3d;
 
 constexpr double kStarWidth_m = 0.034;
 constexpr double kPaperFocus_kPa = 5.53; // rms at 20 % of full duty
@@ -214,22 +223,6 @@ void drawLine(const PaperArray& paper, const std::string& folder)
                        along_mm),
            {panel}},
           folder + "/paper_figure7.png");
-}
-
-} // namespace
-
-using Eigen::Vector3d;
-
-namespace
-{
-
-haptics::ControlPoints equalTargets(const Eigen::Matrix3Xd& positions)
-{
-    haptics::ControlPoints points;
-    points.positions = positions;
-    points.normals = Vector3d::UnitZ().replicate(1, positions.cols());
-    points.targets = Eigen::VectorXd::Ones(positions.cols());
-    return points;
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 
 #include <osgMidair/HapticPoints>
 
+#include <osg/BoundingBox>
 #include <osg/FrameStamp>
 #include <osgUtil/UpdateVisitor>
 
@@ -262,8 +263,7 @@ private:
 /// Adds the parts of one object that \a field has under its path.
 void measure(const HapticField& field, CheckedObject& object)
 {
-    osg::Vec3d low(1e300, 1e300, 1e300);
-    osg::Vec3d high = -low;
+    osg::BoundingBoxd box;
     object.lowest_Pa = std::numeric_limits<double>::infinity();
     const auto& objects = field.getObjects();
     for (const HapticField::Object& part : objects)
@@ -282,12 +282,7 @@ void measure(const HapticField& field, CheckedObject& object)
     for (const HapticField::ControlPoint& point : field.getPoints())
     {
         if (point.object >= objects.size() || objects[point.object].path != object.path) continue;
-        const osg::Vec3d place = point.position * toArray;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            low[axis] = std::min(low[axis], place[axis]);
-            high[axis] = std::max(high[axis], place[axis]);
-        }
+        box.expandBy(point.position * toArray);
         ++object.points;
         const double share = point.wanted_Pa > 0.0 ? point.achieved_Pa / point.wanted_Pa : 1.0;
         shares += share;
@@ -302,24 +297,19 @@ void measure(const HapticField& field, CheckedObject& object)
     if (object.highest_Pa <= 0.0) shares = object.lowestShare = 0.0; // nothing is wanted any more
     object.mean_Pa /= object.points;
     object.meanShare = shares / object.points;
-    object.centre_m = (low + high) * 0.5;
-    object.size_m = high - low;
+    object.centre_m = box.center();
+    object.size_m = box._max - box._min;
 }
 
 void describeArray(const HapticField& field, CheckedScene& checked)
 {
     const auto array = field.getArray();
     if (!array || array->transducers.empty()) return;
-    osg::Vec3d low = array->transducers.front().position;
-    osg::Vec3d high = low;
+    osg::BoundingBoxd box;
     for (const osgMidair::Transducer& transducer : array->transducers)
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            low[axis] = std::min(low[axis], transducer.position[axis]);
-            high[axis] = std::max(high[axis], transducer.position[axis]);
-        }
+        box.expandBy(transducer.position);
     checked.transducers = static_cast<int>(array->transducers.size());
-    checked.arraySize_m = high - low;
+    checked.arraySize_m = box._max - box._min;
     checked.reach_m = field.getReach();
 }
 

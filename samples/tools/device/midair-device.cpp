@@ -16,6 +16,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Percentile.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/tools/device/UltrainoSimulation.h"
@@ -530,13 +531,7 @@ int measureRates(const DeviceOptions& options)
     }
     const double seconds = base::steadySeconds() - start_s;
     const device::DeviceReport report = device->report();
-    std::sort(latencies_ms.begin(), latencies_ms.end());
-    const auto at = [&](double share)
-    {
-        return latencies_ms.empty() ? 0.0
-                                    : latencies_ms[static_cast<std::size_t>(
-                                          share * static_cast<double>(latencies_ms.size() - 1))];
-    };
+    const auto at = [&](double share) { return base::percentile(latencies_ms, share); };
     // Each of several devices counts its own fields.
     const double devices = std::max(1.0, std::round(double(report.sent) / std::max(1, fields)));
     std::cout << "sent      " << fields / seconds << " fields/s\n"
