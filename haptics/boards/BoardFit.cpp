@@ -64,8 +64,7 @@ public:
         if (!_isAnchored)
             _report.notes.push_back("distances are the same in a mirror: taken is the arrangement "
                                     "like the array's, not its mirror image");
-        for (const std::string& note :
-             mirrorNotes(_solver, _measurements, _used, _options.sigma_m, _state))
+        for (const std::string& note : _solver.mirrorNotes(_used, _options.sigma_m, _state))
             _report.notes.push_back(note);
         _report.usable = true;
         moveAll();
@@ -96,15 +95,10 @@ private:
             known.size() == 1 ? "place is" : "places in one line are"));
     }
 
-    std::vector<int> measurementsOf(int board) const
-    {
-        return haptics::measurementsOf(board, _solver, _measurements, _used);
-    }
-
     void findUnmeasured()
     {
         for (int b = 0; b < _solver.boards(); ++b)
-            if (measurementsOf(b).empty())
+            if (_solver.measurementsOf(b, _used).empty())
                 _report.problems.push_back(fmt::format("board {} has no measurement", b));
     }
 
@@ -210,7 +204,7 @@ private:
         };
         BoardPose pose;
         pose.board = board;
-        pose.measurements = static_cast<int>(measurementsOf(board).size());
+        pose.measurements = static_cast<int>(_solver.measurementsOf(board, _used).size());
         pose.motion = _state.motion[static_cast<std::size_t>(board)];
         pose.moved_m =
             (_solver.middleOf(board, _state) - _solver.middleOf(board, _solver.start())).norm();

@@ -26,47 +26,6 @@ constexpr double kHuber = 1.5;     // sigmas
 constexpr double kApart_m = 5e-3; // mirror images that are nearer to each other are one
 constexpr double kAsLikely = 2.0; // more of the cost: two standard deviations
 
-/// Residuals of those in \a used, in sigmas; 0: not used.
-Eigen::ArrayXd sigmasOf(const BoardSolver& solver,
-                        const std::vector<char>& used,
-                        double sigma_m,
-                        const BoardState& state)
-{
-    const Eigen::Map<const Eigen::Array<char, Eigen::Dynamic, 1>> isUsed(
-        used.data(), static_cast<Eigen::Index>(used.size()));
-    return (isUsed != 0).select(solver.residuals_m(state).array() / sigma_m, 0.0);
-}
-
-/// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
-/// measured to shows them. Returns false if that is no plane.
-bool reflect(int board,
-             const BoardSolver& solver,
-             const BoardMeasurements& measurements,
-             const std::vector<char>& used,
-             BoardState& state)
-{
-    const std::vector<int> of = measurementsOf(board, solver, measurements, used);
-    Eigen::Matrix3Xd own(3, static_cast<Eigen::Index>(of.size()));
-    Eigen::Matrix3Xd others = own;
-    for (std::size_t k = 0; k < of.size(); ++k)
-    {
-        const BoardMeasurement& one = measurements.all[static_cast<std::size_t>(of[k])];
-        const bool isFrom = solver.boardOf(one.from) == board;
-        const auto column = static_cast<Eigen::Index>(k);
-        own.col(column) = solver.at(isFrom ? one.from : one.to, state);
-        others.col(column) = solver.at(isFrom ? one.to : one.from, state);
-    }
-    Eigen::Vector3d normal;
-    if (of.size() < 3 || flatness(others, normal)[0] > kFlat_m) return false;
-    const Eigen::Vector3d middle = others.rowwise().mean();
-    Eigen::Matrix3Xd image = own;
-    image -= 2.0 * normal * (normal.transpose() * (own.colwise() - middle));
-    const Eigen::Isometry3d motion(base::nearestMotion(own, image, false));
-    Eigen::Isometry3d& moved = state.motion[static_cast<std::size_t>(board)];
-    moved = motion * moved;
-    return true;
-}
-
 } // namespace
 
 BoardSolver::BoardSolver(const TransducerArray& array,
@@ -216,13 +175,13 @@ void BoardSolver::fit(const std::vector<char>& used,
     // Huber's cost: of large residuals in sigmas, their size.
     const auto costOf = [&](const BoardState& of)
     {
-        const Eigen::ArrayXd size = sigmasOf(*this, used, sigma_m, of).abs();
+        const Eigen::ArrayXd size = sigmasOf(used, sigma_m, of).abs();
         return (size <= kHuber).select(0.5 * size.square(), kHuber * (size - 0.5 * kHuber)).sum();
     };
     double cost = costOf(state), damping = 1e-3;
-    for (int step = 0; step < kMostSteps && damping < 1e12; ++k)
+    for (int tried = 0; tried < kMostSteps && damping < 1e12; ++tried)
     {
-        const Eigen::ArrayXd r = sigmasOf(*this, used, sigma_m, state);
+        const Eigen::ArrayXd r = sigmasOf(used, sigma_m, state);
         Eigen::MatrixXd J = jacobian(state) / sigma_m;
         if (freeBoard >= 0)
         {
@@ -238,7 +197,7 @@ void BoardSolver::fit(const std::vector<char>& used,
         H.diagonal().array() += damping / (sigma_m * sigma_m);
         const Eigen::VectorXd by = -H.ldlt().solve(slope);
         BoardState next = state;
-        this->step(by, next);
+        step(by, next);
         const double nextCost = costOf(next);
         if (!(nextCost <= cost))
         {
@@ -262,43 +221,71 @@ Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal
     return Eigen::Vector2d(sizes[2], sizes[1]) / std::sqrt(static_cast<double>(places.cols()));
 }
 
-std::vector<int> measurementsOf(int board,
-                                const BoardSolver& solver,
-                                const BoardMeasurements& measurements,
-                                const std::vector<char>& used)
+std::vector<BoardMeasurement> BoardSolver::measurementsOf(int board,
+                                                          const std::vector<char>& used) const
 {
-    std::vector<int> found;
-    for (std::size_t k = 0; k < measurements.all.size(); ++k)
+    std::vector<BoardMeasurement> found;
+    for (std::size_t k = 0; k < used.size(); ++k)
     {
-        const BoardMeasurement& one = measurements.all[k];
-        if (used[k] && (solver.boardOf(one.from) == board || solver.boardOf(one.to) == board))
-            found.push_back(static_cast<int>(k));
+        const BoardMeasurement& one = _measurements.all[k];
+        if (used[k] && (boardOf(one.from) == board || boardOf(one.to) == board))
+            found.push_back(one);
     }
     return found;
 }
 
-std::vector<std::string> mirrorNotes(const BoardSolver& solver,
-                                     const BoardMeasurements& measurements,
-                                     const std::vector<char>& used,
-                                     double sigma_m,
-                                     const BoardState& state)
+/// Residuals of those in \a used, in sigmas; 0: not used.
+Eigen::ArrayXd
+BoardSolver::sigmasOf(const std::vector<char>& used, double sigma_m, const BoardState& state) const
+{
+    const Eigen::Map<const Eigen::Array<char, Eigen::Dynamic, 1>> isUsed(
+        used.data(), static_cast<Eigen::Index>(used.size()));
+    return (isUsed != 0).select(residuals_m(state).array() / sigma_m, 0.0);
+}
+
+/// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
+/// measured to shows them. Returns false if that is no plane.
+bool BoardSolver::reflect(int board, const std::vector<char>& used, BoardState& state) const
+{
+    const std::vector<BoardMeasurement> of = measurementsOf(board, used);
+    Eigen::Matrix3Xd own(3, static_cast<Eigen::Index>(of.size()));
+    Eigen::Matrix3Xd others = own;
+    for (Eigen::Index k = 0; k < own.cols(); ++k)
+    {
+        const BoardMeasurement& one = of[static_cast<std::size_t>(k)];
+        const bool isFrom = boardOf(one.from) == board;
+        own.col(k) = at(isFrom ? one.from : one.to, state);
+        others.col(k) = at(isFrom ? one.to : one.from, state);
+    }
+    Eigen::Vector3d normal;
+    if (of.size() < 3 || flatness(others, normal)[0] > kFlat_m) return false;
+    const Eigen::Vector3d middle = others.rowwise().mean();
+    Eigen::Matrix3Xd image = own;
+    image -= 2.0 * normal * (normal.transpose() * (own.colwise() - middle));
+    Eigen::Isometry3d& moved = state.motion[static_cast<std::size_t>(board)];
+    moved = Eigen::Isometry3d(base::nearestMotion(own, image, false)) * moved;
+    return true;
+}
+
+std::vector<std::string> BoardSolver::mirrorNotes(const std::vector<char>& used,
+                                                  double sigma_m,
+                                                  const BoardState& state) const
 {
     std::vector<std::string> notes;
     const auto costOf = [&](const BoardState& of)
-    { return 0.5 * sigmasOf(solver, used, sigma_m, of).square().sum(); };
+    { return 0.5 * sigmasOf(used, sigma_m, of).square().sum(); };
     const double cost = costOf(state);
-    for (int b = 0; b < solver.boards(); ++b)
+    for (int b = 0; b < boards(); ++b)
     {
         BoardState other = state;
-        if (!reflect(b, solver, measurements, used, other)) continue;
-        solver.fit(used, sigma_m, b, other);
-        const auto at = static_cast<std::size_t>(b);
-        const double apart_m = (solver.middleOf(b, other) - solver.middleOf(b, state)).norm();
-        const double turn =
-            Eigen::AngleAxisd(other.motion[at].linear() * state.motion[at].linear().transpose())
-                .angle();
-        if (std::hypot(apart_m, BoardSolver::kArm_m * turn) < kApart_m ||
-            costOf(other) > cost + kAsLikely)
+        if (!reflect(b, used, other)) continue;
+        fit(used, sigma_m, b, other);
+        const auto index = static_cast<std::size_t>(b);
+        const double apart_m = (middleOf(b, other) - middleOf(b, state)).norm();
+        const double turn = Eigen::AngleAxisd(other.motion[index].linear() *
+                                              state.motion[index].linear().transpose())
+                                .angle();
+        if (std::hypot(apart_m, kArm_m * turn) < kApart_m || costOf(other) > cost + kAsLikely)
             continue;
         notes.push_back(fmt::format(
             "board {} is measured to points in one plane: it could as well be {:.0f} mm away, "

@@ -43,6 +43,14 @@ public:
     /// \a used (0, 1), from \a state. \a freeBoard: only this one moves; -1: all.
     void fit(const std::vector<char>& used, double sigma_m, int freeBoard, BoardState& state) const;
 
+    /// Returns a sentence for each board that could as well be on the other side of a plane, since
+    /// what it is measured to is in one: it is reflected and fitted from there, and found to fit as
+    /// well.
+    std::vector<std::string>
+    mirrorNotes(const std::vector<char>& used, double sigma_m, const BoardState& state) const;
+
+    /// Returns the measurements in \a used (0, 1) that \a board is in.
+    std::vector<BoardMeasurement> measurementsOf(int board, const std::vector<char>& used) const;
     Eigen::VectorXd residuals_m(const BoardState& state) const;
     Eigen::MatrixXd jacobian(const BoardState& state) const;
     /// Rigid motions of everything, as orthonormal columns of parameters (P x 6).
@@ -54,6 +62,9 @@ public:
 
 private:
     void step(const Eigen::VectorXd& by, BoardState& state) const;
+    bool reflect(int board, const std::vector<char>& used, BoardState& state) const;
+    Eigen::ArrayXd
+    sigmasOf(const std::vector<char>& used, double sigma_m, const BoardState& state) const;
     void addEnd(const MeasuredEnd& end,
                 const Eigen::Vector3d& along,
                 const BoardState& state,
@@ -75,19 +86,5 @@ constexpr double kFlat_m = 3e-3;
 /// Returns how far, rms, \a places are from their best plane (first) and from their best line, m,
 /// and the plane's normal.
 Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal);
-
-/// Returns the measurements in \a used (0, 1) that \a board is in.
-std::vector<int> measurementsOf(int board,
-                                const BoardSolver& solver,
-                                const BoardMeasurements& measurements,
-                                const std::vector<char>& used);
-
-/// Returns a sentence for each board that could as well be on the other side of a plane, since what
-/// it is measured to is in one: it is reflected and fitted from there, and found to fit as well.
-std::vector<std::string> mirrorNotes(const BoardSolver& solver,
-                                     const BoardMeasurements& measurements,
-                                     const std::vector<char>& used,
-                                     double sigma_m,
-                                     const BoardState& state);
 
 } // namespace midair::haptics
