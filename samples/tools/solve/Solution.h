@@ -4,15 +4,18 @@
 #include "engine-bridge/solving/OneSolve.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/sequence/FieldSequence.h"
+#include "haptics/surface/Outline.h"
+#include "haptics/surface/TriangleMesh.h"
 #include "samples/tools/solve/SolveFiles.h"
 #include "samples/tools/solve/SolveOptions.h"
-#include "samples/tools/solve/SolvePoints.h"
 
 #include <osgMidair/ExposureFigures>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <memory>
 #include <optional>
@@ -21,6 +24,17 @@
 
 namespace midair::samples
 {
+
+/// Input of a solve: the array, the air and the model.
+struct SolveScene
+{
+    haptics::TransducerArray array;
+    haptics::Medium medium;
+    haptics::TriangleMesh mesh; ///< metres; empty if the points come from a file
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
+
+    double wavelength_m() const { return medium.wavelength(array.frequency_Hz); }
+};
 
 /// The places that hear a solved field: those around the array, then those of a file.
 class SolveEars
@@ -61,22 +75,6 @@ struct ProbeTraces
     std::vector<Eigen::VectorXcd> pressure_Pa;
     Eigen::VectorXd steadyMean_Pa; ///< of each point: mean radiation pressure of the steady fields
 };
-
-/// Returns true if the arguments ask for probes.
-bool asksForProbes(const SolveArguments& arguments);
-
-/// Returns the places that \a arguments name: those of --probe, then the control points, or the
-/// surface's places within --probe-patch of a --probe. Throws base::InputError if there are none,
-/// or more than 10^7 samples of all together.
-Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
-                             const Eigen::Matrix3Xd& controlPoints,
-                             const SolveScene& scene);
-
-/// Probes \a sequence at \a places (3 x n). Throws base::InputError.
-ProbeTraces probe(const SolveArguments& arguments,
-                  const Eigen::Matrix3Xd& places,
-                  const haptics::FieldSequence& sequence,
-                  const SolveScene& scene);
 
 /// Writes into \a folder
 ///     probe.csv         point,time_s,p_re_Pa,p_im_Pa,radiation_Pa
