@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -156,46 +155,25 @@ constexpr const char* kTitle = "midair-tune plan 1";
 constexpr int kMostTransducers = 65536;
 constexpr int kMostRows = 20000000;
 
+/// A column: a member of the row, or a coordinate of its focus or of the microphone's place.
 struct Column
 {
     const char* name;
-    std::function<std::string(const TuningPlan&, const TuningRow&)> text;
-    std::function<void(double, TuningRow&)> read; ///< null: a coordinate of the place
-    bool isWhole;
-    double low, high;
+    int TuningRow::*member = nullptr; ///< null: a coordinate
+    double low = -100.0, high = 100.0;
+    int axis = 0;
+    bool isFocus = false;
+
+    std::string text(const TuningPlan& plan, const TuningRow& row) const
+    {
+        if (member) return std::to_string(row.*member);
+        return base::exactNumber(isFocus ? row.focus[axis] : plan.places(axis, row.place));
+    }
 };
 
-Column whole(const char* name, int TuningRow::*member, int low, int high)
+Column coordinate(const char* name, int axis, bool isFocus = false)
 {
-    return {name,
-            [member](const TuningPlan&, const TuningRow& row)
-            { return std::to_string(row.*member); },
-            [member](double value, TuningRow& row) { row.*member = static_cast<int>(value); },
-            true,
-            double(low),
-            double(high)};
-}
-
-Column coordinate(const char* name, int axis)
-{
-    return {name,
-            [axis](const TuningPlan& plan, const TuningRow& row)
-            { return base::exactNumber(plan.places(axis, row.place)); },
-            {},
-            false,
-            -100.0,
-            100.0};
-}
-
-Column focal(const char* name, int axis)
-{
-    return {name,
-            [axis](const TuningPlan&, const TuningRow& row)
-            { return base::exactNumber(row.focus[axis]); },
-            [axis](double value, TuningRow& row) { row.focus[axis] = value; },
-            false,
-            -100.0,
-            100.0};
+    return {name, nullptr, -100.0, 100.0, axis, isFocus};
 }
 
 // The columns behind "index".
@@ -203,29 +181,29 @@ std::vector<Column> columnsOf(TuningMethod method, int transducers)
 {
     std::vector<Column> columns = {
         coordinate("x_m", 0), coordinate("y_m", 1), coordinate("z_m", 2)};
-    const int last = transducers - 1;
+    const double last = transducers - 1.0;
     switch (method)
     {
     case TuningMethod::SINGLE:
     case TuningMethod::LEVELS:
-        columns.push_back(whole("element", &TuningRow::element, 0, last));
-        columns.push_back(whole("phase_level", &TuningRow::phaseLevel, 0, 255));
+        columns.push_back({"element", &TuningRow::element, 0, last});
+        columns.push_back({"phase_level", &TuningRow::phaseLevel, 0, 255});
         break;
     case TuningMethod::HADAMARD:
-        columns.push_back(whole("matrix_row", &TuningRow::element, 0, 2 * transducers - 1));
+        columns.push_back({"matrix_row", &TuningRow::element, 0, 2.0 * last + 1.0});
         break;
     case TuningMethod::FOCUS:
-        columns.push_back(whole("element", &TuningRow::element, -1, last));
-        columns.push_back(focal("focus_x_m", 0));
-        columns.push_back(focal("focus_y_m", 1));
-        columns.push_back(focal("focus_z_m", 2));
+        columns.push_back({"element", &TuningRow::element, -1, last});
+        columns.push_back(coordinate("focus_x_m", 0, true));
+        columns.push_back(coordinate("focus_y_m", 1, true));
+        columns.push_back(coordinate("focus_z_m", 2, true));
         break;
     }
-    columns.push_back(whole("duty_level", &TuningRow::dutyLevel, 0, 255));
+    columns.push_back({"duty_level", &TuningRow::dutyLevel, 0, 255});
     if (method != TuningMethod::LEVELS) return columns;
-    columns.push_back(whole("reference_first", &TuningRow::referenceFirst, 0, last));
-    columns.push_back(whole("reference_step", &TuningRow::referenceStep, 0, transducers));
-    columns.push_back(whole("reference_duty_level", &TuningRow::referenceDutyLevel, 0, 255));
+    columns.push_back({"reference_first", &TuningRow::referenceFirst, 0, last});
+    columns.push_back({"reference_step", &TuningRow::referenceStep, 0, last + 1.0});
+    columns.push_back({"reference_duty_level", &TuningRow::referenceDutyLevel, 0, 255});
     return columns;
 }
 
@@ -357,17 +335,17 @@ private:
             const Column& column = _columns[c];
             double value = 0.0;
             if (!base::parseNumber(words[c + 1], value) || value < column.low ||
-                value > column.high || (column.isWhole && value != std::floor(value)))
+                value > column.high || (column.member && value != std::floor(value)))
                 fail(fmt::format("{} is {}; it should be a {}number from {:g} to {:g}",
                                  column.name,
                                  words[c + 1],
-                                 column.isWhole ? "whole " : "",
+                                 column.member ? "whole " : "",
                                  column.low,
                                  column.high));
-            if (column.read)
-                column.read(value, row);
+            if (column.member)
+                row.*column.member = static_cast<int>(value);
             else
-                place[static_cast<Eigen::Index>(c)] = value;
+                (column.isFocus ? row.focus : place)[column.axis] = value;
         }
         if (_places.empty() || _places.back() != place)
         {
