@@ -153,9 +153,7 @@ std::complex<double> RehearsedInstrument::reading(int row, const TransducerArray
     if (_options.clip > 0.0 && std::abs(p_Pa) > _options.clip)
         p_Pa *= _options.clip / std::abs(p_Pa);
     p_Pa *= _options.sensitivity;
-    const bool isLevel =
-        _plan.method == TuningMethod::LEVELS || _plan.method == TuningMethod::FOCUS;
-    return isLevel ? std::complex<double>(std::abs(p_Pa), 0.0) : p_Pa;
+    return needsPhases(_plan.method) ? p_Pa : std::complex<double>(std::abs(p_Pa), 0.0);
 }
 
 } // namespace midair::haptics

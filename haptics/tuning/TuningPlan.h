@@ -23,6 +23,12 @@ enum class TuningMethod
 /// Returns "single", "hadamard", "levels" or "focus".
 const char* tuningMethodName(TuningMethod method);
 
+/// True for methods whose readings are complex, against the drive's clock; else levels will do.
+inline bool needsPhases(TuningMethod method)
+{
+    return method == TuningMethod::SINGLE || method == TuningMethod::HADAMARD;
+}
+
 /// What one row of a plan plays. The members that its method doesn't name are 0.
 struct TuningRow
 {

@@ -192,9 +192,7 @@ readingsFromCsv(const std::string& text, const std::string& source, const Tuning
         begin = end + 1;
     }
     TuningReadings readings = gatherer.finish(begin < text.size());
-    const bool needsPhases =
-        plan.method == TuningMethod::SINGLE || plan.method == TuningMethod::HADAMARD;
-    if (needsPhases && readings.areLevels)
+    if (needsPhases(plan.method) && readings.areLevels)
         throw base::InputError(
             fmt::format("{} has levels; a plan of the method {} needs re,im, against the clock of "
                         "the drive (the method levels does without)",

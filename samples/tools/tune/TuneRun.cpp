@@ -650,9 +650,7 @@ private:
         if (!haptics::parseReading(line, value, isLevel))
             throw InputError(fmt::format(
                 "the reading of row {} is \"{}\"; it should be re,im or a level", row, line));
-        const bool needsPhases = _plan.method == haptics::TuningMethod::SINGLE ||
-                                 _plan.method == haptics::TuningMethod::HADAMARD;
-        if (needsPhases && isLevel)
+        if (haptics::needsPhases(_plan.method) && isLevel)
             throw InputError(fmt::format(
                 "the reading of row {} is a level; the method {} needs re,im against the drive's "
                 "clock, levels is the one without",

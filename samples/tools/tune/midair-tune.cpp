@@ -114,10 +114,8 @@ haptics::TuningMethod methodOf(const std::string& name)
 
 std::string lineOf(std::complex<double> value, const haptics::TuningPlan& plan)
 {
-    const bool isLevel =
-        plan.method == haptics::TuningMethod::LEVELS || plan.method == haptics::TuningMethod::FOCUS;
-    return isLevel ? base::exactNumber(value.real())
-                   : base::exactNumber(value.real()) + "," + base::exactNumber(value.imag());
+    const std::string real = base::exactNumber(value.real());
+    return haptics::needsPhases(plan.method) ? real + "," + base::exactNumber(value.imag()) : real;
 }
 
 using haptics::TransducerState;
