@@ -7,7 +7,6 @@
 #include "haptics/base/text/Range.h"
 #include "haptics/boards/BoardSolver.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>

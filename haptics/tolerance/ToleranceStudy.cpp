@@ -17,8 +17,6 @@
 #include <random>
 #include <utility>
 
-#include <fmt/format.h>
-
 namespace midair::haptics
 {
 

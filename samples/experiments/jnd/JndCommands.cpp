@@ -6,7 +6,6 @@
 #include "samples/shared/views/CurvePlot.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <map>

@@ -15,7 +15,6 @@
 #include "haptics/array/PatFile.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/DutyLaw.h"
-#include "haptics/base/InputError.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"

@@ -1,7 +1,6 @@
 #include "samples/tools/solve/SolveOptions.h"
 
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"

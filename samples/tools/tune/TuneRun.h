@@ -21,7 +21,6 @@ enum TuneExit
 /// Options of "midair-tune run".
 struct RunOptions
 {
-    std::string plan;
     std::string device;
     std::string readings = "-";
     std::string out = "readings.csv";

@@ -185,7 +185,6 @@ int runTuning(const TuneArguments& arguments)
                         array.name,
                         array.size()));
     RunOptions options = arguments.run;
-    options.plan = arguments.plan;
     if (!arguments.out.empty()) options.out = arguments.out;
     return runPlan(options, read.plan, read.sum, array);
 }
