@@ -107,6 +107,7 @@ Spread::Spread(const std::vector<double>& values)
 
 Threshold thresholdOf(const std::vector<Turn>& turns)
 {
+    if (turns.empty()) return {};
     std::vector<double> values;
     int bounds = 0;
     for (const Turn& turn : turns)
