@@ -24,19 +24,24 @@ namespace midair::samples
 namespace
 {
 
-/// Returns the settings that \a T describes as options.
+/// Adds the settings that \a T describes, but for those of \a without.
 template<typename T>
-std::vector<SettingOption> optionsOf()
+void addSettingsOf(CLI::App& app,
+                   const char* group,
+                   const std::vector<std::string>& without,
+                   Given& given)
 {
-    std::vector<SettingOption> options;
     for (const osgMidair::SettingDescription& said : T::getDescriptions())
-        options.push_back({said.name,
-                           said.summary,
-                           typeOf(said.unit, !said.words.empty()),
-                           said.isFlag,
-                           [name = said.name](const std::string& text)
-                           { return T::problemOf(name, text); }});
-    return options;
+        if (std::count(without.begin(), without.end(), said.name) == 0)
+            addSetting(
+                app,
+                said.name,
+                said.summary,
+                typeOf(said.unit, !said.words.empty()),
+                said.isFlag,
+                [name = said.name](const std::string& text) { return T::problemOf(name, text); },
+                given)
+                ->group(group);
 }
 
 /// Returns the most that an object's pressure may be.
@@ -90,10 +95,9 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    "Wanted peak pressure in Pa; 0: as loud as it accurately can")
         ->transform(inUnit("Pa", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, mostPressure()));
-    addSettings(app, optionsOf<osgMidair::HapticSettings>(), "The scene", {}, options.scene);
-    addSettings(
+    addSettingsOf<osgMidair::HapticSettings>(app, "The scene", {}, options.scene);
+    addSettingsOf<osgMidair::HapticProperty>(
         app,
-        optionsOf<osgMidair::HapticProperty>(),
         "The object",
         {"enabled", "pressure", "render", "unit"}, // set by the scene's options and --pressure
         options.object);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
@@ -36,17 +35,6 @@ inline CLI::Validator inUnit(const std::string& unit,
 /// Names and values of settings that the command line gives.
 using Given = std::vector<std::pair<std::string, std::string>>;
 
-/// A setting as an option of the command line.
-struct SettingOption
-{
-    std::string name;    ///< of the setting: "maxPressure"
-    std::string summary; ///< help, values and default
-    std::string type;    ///< what is written for the value in the help: its unit, WORD or VALUE
-    bool isFlag = false;
-    /// Returns what is wrong with a value, as a phrase; empty: nothing.
-    std::function<std::string(const std::string&)> problemOf;
-};
-
 /// Returns the option of a setting: "maxPressure" is --max-pressure. One has an
 /// older, shorter name.
 inline std::string optionName(const std::string& setting)
@@ -67,35 +55,31 @@ inline std::string typeOf(const std::string& unit, bool isWord)
     return isWord ? "WORD" : unit.empty() ? "VALUE" : unit;
 }
 
-/// Adds an option for each of \a settings except \a without; their values go to \a given, which
-/// must outlive the parsing. Values that aren't understood or are out of range are refused.
-inline void addSettings(CLI::App& app,
-                        const std::vector<SettingOption>& settings,
-                        const char* group,
-                        const std::vector<std::string>& without,
-                        Given& given)
+/// Adds the option of the setting \a name, whose values go to \a given, which must outlive the
+/// parsing. \a type: what the help writes for a value; a value of which \a problemOf returns what
+/// is wrong, as a phrase, is refused.
+inline CLI::Option* addSetting(CLI::App& app,
+                               const std::string& name,
+                               const std::string& summary,
+                               const std::string& type,
+                               bool isFlag,
+                               std::function<std::string(const std::string&)> problemOf,
+                               Given& given)
 {
-    for (const SettingOption& setting : settings)
-    {
-        if (std::count(without.begin(), without.end(), setting.name) > 0) continue;
-        const std::string option = optionName(setting.name);
-        if (setting.isFlag)
-            app.add_flag_function(
-                   option + ",--no-" + option.substr(2) + "{false}",
-                   [&given, name = setting.name](std::int64_t count)
-                   { given.emplace_back(name, count > 0 ? "true" : "false"); },
-                   setting.summary)
-                ->group(group);
-        else
-            app.add_option_function<std::string>(
-                   option,
-                   [&given, name = setting.name](const std::string& text)
-                   { given.emplace_back(name, text); },
-                   setting.summary)
-                ->type_name(setting.type)
-                ->check(CLI::Validator(setting.problemOf, ""))
-                ->group(group);
-    }
+    const std::string option = optionName(name);
+    if (isFlag)
+        return app.add_flag_function(
+            option + ",--no-" + option.substr(2) + "{false}",
+            [&given, name](std::int64_t count)
+            { given.emplace_back(name, count > 0 ? "true" : "false"); },
+            summary);
+    return app
+        .add_option_function<std::string>(
+            option,
+            [&given, name](const std::string& text) { given.emplace_back(name, text); },
+            summary)
+        ->type_name(type)
+        ->check(CLI::Validator(std::move(problemOf), ""));
 }
 
 inline constexpr char kRecorded[] = "recorded:"; ///< before the file's name in a source of hands

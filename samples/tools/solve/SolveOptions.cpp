@@ -22,34 +22,29 @@ namespace midair::samples
 namespace
 {
 
-/// Returns the settings of a field at rest as options, with the values in \a defaults as the
-/// defaults.
-std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
+/// Adds the settings of a field at rest, with the values in \a arguments as the defaults.
+void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 {
     using Setting = base::Setting<haptics::FieldSettings>;
-    std::vector<SettingOption> options;
+    const auto given = std::make_shared<Given>();
     for (const Setting& row : haptics::fieldSettings().rows())
     {
         if (!(row.use & base::Use::STILL)) continue;
-        SettingOption& option = options.emplace_back();
-        option.name = row.name;
-        option.summary = row.summary(defaults);
-        option.type = typeOf(row.unit, !row.words.empty());
-        option.isFlag = std::holds_alternative<bool haptics::FieldSettings::*>(row.member);
-        option.problemOf = [&row](const std::string& text) -> std::string
+        const auto problemOf = [&row](const std::string& text) -> std::string
         {
             haptics::FieldSettings scratch;
             if (row.assign(scratch, text)) return row.problem(scratch, text);
             return "is \"" + text + "\", should be " + row.expected();
         };
+        addSetting(app,
+                   row.name,
+                   row.summary(arguments.settings),
+                   typeOf(row.unit, !row.words.empty()),
+                   std::holds_alternative<bool haptics::FieldSettings::*>(row.member),
+                   problemOf,
+                   *given)
+            ->group("The field");
     }
-    return options;
-}
-
-void addFieldSettings(CLI::App& app, SolveArguments& arguments)
-{
-    const auto given = std::make_shared<Given>();
-    addSettings(app, fieldOptions(arguments.settings), "The field", {}, *given);
     app.parse_complete_callback(
         [given, &arguments]
         {
