@@ -37,7 +37,7 @@ bool writeAll(int file, const void* bytes, std::size_t count)
     {
         const ssize_t wrote = ::write(file, text + done, count - done);
         if (wrote < 0 && errno == EINTR) continue;
-        if (wrote < 0) return false;
+        if (wrote <= 0) return false;
         done += static_cast<std::size_t>(wrote);
     }
     return true;
