@@ -406,20 +406,19 @@ std::vector<T> elementsOf(const GltfNumbers& numbers,
     constexpr std::size_t kLargestStride = 252; // by the specification
     const std::size_t one = sizeOf(componentType, number);
     const std::size_t element = one * width;
+    std::size_t size = 0;
+    const unsigned char* bytes = numbers.bytesOf(view, size);
     if (stride == 0) stride = element;
     if (stride < element || stride > std::max(kLargestStride, element))
         throw wrong(number, fmt::format("a stride of {} bytes doesn't fit it", stride));
-    std::size_t size = 0;
-    const unsigned char* bytes = numbers.bytesOf(view, size);
     // The count is limited, the stride too: no product overflows.
     if (count > 0 && (offset > size || (count - 1) * stride + element > size - offset))
         throw wrong(number, "it goes beyond its buffer view");
     std::vector<T> values(count * width);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = numberAt<T>(bytes + offset + i / width * stride + i % width * one,
-                                componentType,
-                                accessor.normalized,
-                                number);
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t k = 0; k < width; ++k)
+            values[i * width + k] = numberAt<T>(
+                bytes + offset + i * stride + k * one, componentType, accessor.normalized, number);
     return values;
 }
 

@@ -48,7 +48,7 @@ const OverlayRegistration
                       makeOverlay<Hud>,
                       {kScale, kInterval, kKeyTime, kPlain}});
 
-constexpr float kHudPartMargin = 10.0F;
+constexpr float kHudMargin = 10.0F;
 constexpr float kGap = 4.0F;
 
 /// Draws sheets in pixels of a viewport. The scene graph is not changed, as views may cull at the
@@ -165,18 +165,17 @@ public:
         if (layout < 0) return;
         const HudSheets& sheets = _layouts[static_cast<std::size_t>(layout)];
         SheetCull cull(visitor, room);
-        const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kHudPartMargin, kHudPartMargin);
+        const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kHudMargin, kHudMargin);
         cull.draw(sheets.figures, corner, room.scale);
         const float above = sheets.figures.size.y() + kGap;
         const float used =
-            above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin;
+            above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudMargin;
         if (used + sheets.messages.size.y() <= room.height())
             cull.draw(sheets.messages, corner + osg::Vec2(0.0F, above), room.scale);
-        const float beside =
-            sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kHudPartMargin;
+        const float beside = sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kHudMargin;
         if (beside <= room.width())
             cull.draw(sheets.scales,
-                      {room.upperRight.x() - kHudPartMargin - sheets.scales.size.x(), corner.y()},
+                      {room.upperRight.x() - kHudMargin - sheets.scales.size.x(), corner.y()},
                       room.scale);
     }
 
@@ -187,12 +186,11 @@ public:
         const HudSheets& sheets = _layouts[static_cast<std::size_t>(std::max(0, layoutFor(room)))];
         SheetCull cull(visitor, room);
         // It is seen even where there is no room for it.
-        float top =
-            std::max(room.upperRight.y() - kHudPartMargin, heightOf(sheets.alarm) + kHudPartMargin);
-        if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin)
+        float top = std::max(room.upperRight.y() - kHudMargin, heightOf(sheets.alarm) + kHudMargin);
+        if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudMargin)
         {
             cull.draw(sheets.keys,
-                      {room.lowerLeft.x() + kHudPartMargin, top - sheets.keys.size.y()},
+                      {room.lowerLeft.x() + kHudMargin, top - sheets.keys.size.y()},
                       room.scale);
             top -= heightOf(sheets.keys);
         }
