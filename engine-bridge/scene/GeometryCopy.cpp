@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <numeric>
 
 namespace midair::bridge
@@ -139,9 +138,7 @@ Felt feltAs(GLenum mode)
     }
 }
 
-PrimitiveCopy::PrimitiveCopy(const PrimitiveSet& set, const std::shared_ptr<SpareMemory>& spares) :
-    _mode(set.getMode()),
-    _type(set.getType())
+PrimitiveCopy::PrimitiveCopy(const PrimitiveSet& set) : _mode(set.getMode()), _type(set.getType())
 {
     switch (_type)
     {
@@ -159,7 +156,7 @@ PrimitiveCopy::PrimitiveCopy(const PrimitiveSet& set, const std::shared_ptr<Spar
     case PrimitiveSet::DrawElementsUBytePrimitiveType:
     case PrimitiveSet::DrawElementsUShortPrimitiveType:
     case PrimitiveSet::DrawElementsUIntPrimitiveType:
-        _indices = DataCopy(set.getTotalDataSize(), spares);
+        _indices = DataCopy(set.getTotalDataSize());
         break;
     default:
         _other = &set;
@@ -275,53 +272,6 @@ unsigned int PrimitiveCopy::index(unsigned int i) const
     }
 }
 
-SpareMemory::Bytes SpareMemory::take(std::size_t size)
-{
-    std::unique_ptr<std::byte[]> bytes;
-    {
-        const base::Lock lock(_mutex);
-        // The newest: older ones are soon known to be too many.
-        const auto same = std::find_if(
-            _spares.rbegin(), _spares.rend(), [size](const Spare& s) { return s.size == size; });
-        if (same != _spares.rend())
-        {
-            bytes = std::move(same->bytes);
-            _spares.erase(std::prev(same.base()));
-        }
-    }
-    if (!bytes) bytes.reset(new std::byte[size]); // not make_unique, which would clear it first
-    auto giveBack = [home = weak_from_this(), size](std::byte* gone)
-    {
-        std::unique_ptr<std::byte[]> owned(gone);
-        if (const auto pool = home.lock()) pool->giveBack(size, std::move(owned));
-    };
-    return {bytes.release(), std::move(giveBack)};
-}
-
-void SpareMemory::giveBack(std::size_t size, std::unique_ptr<std::byte[]> bytes)
-{
-    std::unique_ptr<std::byte[]> surplus; // freed outside the lock
-    const base::Lock lock(_mutex);
-    if (_spares.size() >= kMost)
-    {
-        surplus = std::move(_spares.front().bytes);
-        _spares.erase(_spares.begin());
-    }
-    _spares.push_back({size, std::move(bytes)});
-}
-
-void SpareMemory::forgetUnused()
-{
-    std::vector<Spare> old;
-    const base::Lock lock(_mutex);
-    const auto kept = std::stable_partition(
-        _spares.begin(), _spares.end(), [](const Spare& s) { return !s.isOld; });
-    std::move(kept, _spares.end(), std::back_inserter(old));
-    _spares.erase(kept, _spares.end());
-    for (Spare& spare : _spares)
-        spare.isOld = true;
-}
-
 bool isSame(const void* a, const void* b, const ComparedBlocks& which)
 {
     const std::uint64_t parts = std::max<std::uint64_t>(which.parts, 1);
@@ -334,14 +284,6 @@ bool isSame(const void* a, const void* b, const ComparedBlocks& which)
     return true;
 }
 
-DataCopy::DataCopy(std::size_t size, const std::shared_ptr<SpareMemory>& spares) : _size(size)
-{
-    if (spares && size >= SpareMemory::kLeast)
-        _bytes = spares->take(size);
-    else if (size > 0)
-        _bytes = SpareMemory::Bytes(new std::byte[size]);
-}
-
 std::size_t DataCopy::copyMore(const void* data, std::size_t most)
 {
     const std::size_t now = std::min(most, _size - _copied);
@@ -351,12 +293,11 @@ std::size_t DataCopy::copyMore(const void* data, std::size_t most)
     return now;
 }
 
-VertexCopy::VertexCopy(const osg::Array& array, const std::shared_ptr<SpareMemory>& spares) :
-    _type(array.getType())
+VertexCopy::VertexCopy(const osg::Array& array) : _type(array.getType())
 {
     if (vertexBytes() == 0) return;
     _count = static_cast<Eigen::Index>(array.getNumElements());
-    _data = DataCopy(static_cast<std::size_t>(_count) * vertexBytes(), spares);
+    _data = DataCopy(static_cast<std::size_t>(_count) * vertexBytes());
 }
 
 bool VertexCopy::fits(const osg::Array& array) const

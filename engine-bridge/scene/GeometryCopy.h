@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine-bridge/scene/PaintReader.h"
-#include "haptics/base/threads/Mutex.h"
 #include "haptics/surface/SurfacePaint.h"
 
 #include <osg/Array>
@@ -21,36 +20,6 @@
 namespace midair::bridge
 {
 
-/// Memory of large copies that have gone, for those that come: what the system gives anew has to be
-/// mapped page by page, which takes several times as long as the copying. For any thread.
-class SpareMemory : public std::enable_shared_from_this<SpareMemory>
-{
-public:
-    using Bytes = std::shared_ptr<std::byte[]>;
-
-    /// Returns \a size bytes, which come back here when the last user lets go of them.
-    Bytes take(std::size_t size);
-    /// Frees what nobody has taken since the last call.
-    void forgetUnused();
-
-    static constexpr std::size_t kLeast = 65536; ///< bytes; smaller memory is not kept
-    static constexpr std::size_t kMost = 8;      ///< pieces kept
-
-private:
-    /// A piece that nobody uses.
-    struct Spare
-    {
-        std::size_t size = 0;
-        std::unique_ptr<std::byte[]> bytes;
-        bool isOld = false; ///< was here at the last forgetUnused()
-    };
-
-    void giveBack(std::size_t size, std::unique_ptr<std::byte[]> bytes);
-
-    base::Mutex _mutex;
-    std::vector<Spare> _spares MIDAIR_GUARDED_BY(_mutex);
-};
-
 /// Which bytes of two memories are compared: those of every \a parts th block, from the block \a
 /// turn on, so that \a parts turns compare all.
 struct ComparedBlocks
@@ -69,8 +38,11 @@ class DataCopy
 {
 public:
     DataCopy() = default;
-    /// For \a size bytes; \a spares may be null.
-    explicit DataCopy(std::size_t size, const std::shared_ptr<SpareMemory>& spares = nullptr);
+    explicit DataCopy(std::size_t size) :
+        _bytes(size > 0 ? new std::byte[size] : nullptr), // not cleared first
+        _size(size)
+    {
+    }
 
     /// Copies up to \a most of the bytes at \a data that are not copied yet; returns how many.
     std::size_t copyMore(const void* data, std::size_t most);
@@ -79,7 +51,7 @@ public:
     const std::byte* data() const { return _bytes.get(); }
 
 private:
-    SpareMemory::Bytes _bytes;
+    std::shared_ptr<std::byte[]> _bytes;
     std::size_t _size = 0;
     std::size_t _copied = 0;
 };
@@ -98,8 +70,8 @@ Felt feltAs(GLenum mode);
 class PrimitiveCopy
 {
 public:
-    /// Copies all of \a set but the indices; those come with copyMore(). \a spares may be null.
-    PrimitiveCopy(const osg::PrimitiveSet& set, const std::shared_ptr<SpareMemory>& spares);
+    /// Copies all of \a set but the indices; those come with copyMore().
+    explicit PrimitiveCopy(const osg::PrimitiveSet& set);
 
     /// Returns false for kinds of which only a reference is kept (several draws in one, or those
     /// that the graphics card chooses): these are for the thread that may read nodes, at once.
@@ -153,10 +125,8 @@ private:
 class VertexCopy
 {
 public:
-    /// Takes the type and number of \a array's vertices; copyMore() copies them. \a spares may be
-    /// null.
-    explicit VertexCopy(const osg::Array& array,
-                        const std::shared_ptr<SpareMemory>& spares = nullptr);
+    /// Takes the type and number of \a array's vertices; copyMore() copies them.
+    explicit VertexCopy(const osg::Array& array);
 
     bool isKnown() const { return vertexBytes() > 0; } ///< false: not a type of vertices
     Eigen::Index size() const { return _count; }

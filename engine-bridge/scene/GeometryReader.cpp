@@ -159,7 +159,7 @@ GeometryCopy GeometryReader::begin(const osg::Geometry& geometry, const PaintSta
     copy.name = quoted(geometry);
     const osg::Array* array = geometry.getVertexArray();
     if (!array) return copy;
-    const auto vertices = std::make_shared<VertexCopy>(*array, _spares);
+    const auto vertices = std::make_shared<VertexCopy>(*array);
     if (!vertices->isKnown())
     {
         _warnings.push_back(copy.name + " has vertices of an unknown type (" + array->className() +
@@ -171,7 +171,7 @@ GeometryCopy GeometryReader::begin(const osg::Geometry& geometry, const PaintSta
     for (const auto& primitives : geometry.getPrimitiveSetList())
     {
         _sources.emplace_back(primitives.get());
-        copy.surface->primitives.emplace_back(*primitives, _spares);
+        copy.surface->primitives.emplace_back(*primitives);
         if (primitives->getNumInstances() > 1)
             _warnings.push_back(fmt::format("{} is drawn {} times by instancing, where a shader "
                                             "says; it is felt once, as it is stored",

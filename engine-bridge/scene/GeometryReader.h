@@ -42,15 +42,12 @@ MeshPiece pieceOf(const GeometryCopy& copy, std::vector<std::string>& warnings);
 class GeometryReader
 {
 public:
-    /// \a spares may be null.
     GeometryReader(const PaintOptions& paint,
                    PaintImages& images,
-                   const std::shared_ptr<SpareMemory>& spares,
                    std::vector<std::string>& warnings,
                    std::vector<osg::ref_ptr<const osg::Referenced>>& sources) :
         _paint(paint),
         _images(images),
-        _spares(spares),
         _warnings(warnings),
         _sources(sources)
     {
@@ -68,7 +65,6 @@ private:
 
     const PaintOptions& _paint;
     PaintImages& _images;
-    const std::shared_ptr<SpareMemory>& _spares;
     std::vector<std::string>& _warnings;
     std::vector<osg::ref_ptr<const osg::Referenced>>& _sources;
 };

@@ -161,8 +161,7 @@ bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
     if (_frame - subtree.restarted > kKeptFrames) subtree.restarts = 0;
     const bool begins = !subtree.reading;
     if (begins)
-        subtree.reading =
-            std::make_unique<SubtreeReading>(*subtree.root, subtree.options, _images, _spares);
+        subtree.reading = std::make_unique<SubtreeReading>(*subtree.root, subtree.options, _images);
     SubtreeReading& reading = *subtree.reading;
     const bool isSmall = !_inSlices || reading.bytes() <= kSmall;
     const bool isAtOnce = isSmall || !reading.isPlain() || subtree.restarts > kMostRestarts;
@@ -222,8 +221,7 @@ bool MeshCache::follow(Subtree& subtree)
             return false;
         moved[i] = subtree.movedUnsaid[i] || next[i].fingerprint.vertices != before.vertices;
     }
-    if (!copyVertices(*subtree.root, subtree.options, moved, _spares, subtree.shape.vertices))
-        return false;
+    if (!copyVertices(*subtree.root, subtree.options, moved, subtree.shape.vertices)) return false;
     for (std::size_t i = 0; i < next.size(); ++i)
     {
         Part& part = subtree.shape.parts[i];
@@ -409,7 +407,6 @@ void MeshCache::forgetShapes(Subtree& subtree) const
 
 void MeshCache::endFrame()
 {
-    if (_frame % kKeptFrames == 0) _spares->forgetUnused();
     if (_frame % kSweepFrames != 0) return;
     _bin->freeUnused();
     bool forgotten = false;

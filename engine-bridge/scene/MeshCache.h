@@ -197,7 +197,6 @@ private:
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
     PaintImages _images;
     const bool _inSlices;
-    const std::shared_ptr<SpareMemory> _spares = std::make_shared<SpareMemory>();
     const std::shared_ptr<MeshBin> _bin = std::make_shared<MeshBin>();
     std::size_t _copyBudget = 0; ///< bytes left in this frame
     std::size_t _makeBudget = 0; ///< likewise

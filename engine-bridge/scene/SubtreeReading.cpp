@@ -18,11 +18,8 @@ namespace
 class CopyWalk : public SubtreeWalk
 {
 public:
-    CopyWalk(const std::vector<bool>& wanted,
-             const std::shared_ptr<SpareMemory>& spares,
-             std::vector<PartSources>& parts) :
+    CopyWalk(const std::vector<bool>& wanted, std::vector<PartSources>& parts) :
         _wanted(wanted),
-        _spares(spares),
         _parts(parts),
         _next(parts.size(), 0)
     {
@@ -51,7 +48,7 @@ protected:
         source.array = array;
         _isAlike = array != nullptr;
         if (!array) return;
-        const auto copy = std::make_shared<VertexCopy>(*array, _spares);
+        const auto copy = std::make_shared<VertexCopy>(*array);
         copy->copyMore(*array, copy->bytes());
         source.placed = {copy, matrix, !identity};
         _isAlike = source.placed.copy->size() == before;
@@ -59,7 +56,6 @@ protected:
 
 private:
     const std::vector<bool>& _wanted;
-    const std::shared_ptr<SpareMemory>& _spares;
     std::vector<PartSources>& _parts;
     std::vector<std::size_t> _next; ///< for each part: number of geometries met
     bool _isAlike = true;
@@ -155,12 +151,11 @@ std::vector<PlacedCopy> PartSources::copies() const
 bool copyVertices(osg::Node& root,
                   const ExtractOptions& options,
                   const std::vector<bool>& wanted,
-                  const std::shared_ptr<SpareMemory>& spares,
                   std::vector<PartSources>& parts)
 {
     for (const PartSources& part : parts)
         if (!part.isComplete) return false;
-    CopyWalk walk(wanted, spares, parts);
+    CopyWalk walk(wanted, parts);
     walk.walk(root, options);
     return walk.isWhole();
 }
@@ -185,12 +180,9 @@ haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
 class SubtreeReading::Walk : public SubtreeWalk
 {
 public:
-    Walk(const ExtractOptions& now,
-         PaintImages& images,
-         const std::shared_ptr<SpareMemory>& spares,
-         SubtreeReading& out) :
+    Walk(const ExtractOptions& now, PaintImages& images, SubtreeReading& out) :
         _out(out),
-        _reader(now.paint, images, spares, out._warnings, out._sources)
+        _reader(now.paint, images, out._warnings, out._sources)
     {
     }
 
@@ -252,13 +244,10 @@ private:
     GeometryReader _reader;
 };
 
-SubtreeReading::SubtreeReading(osg::Node& root,
-                               const ExtractOptions& options,
-                               PaintImages& images,
-                               const std::shared_ptr<SpareMemory>& spares)
+SubtreeReading::SubtreeReading(osg::Node& root, const ExtractOptions& options, PaintImages& images)
 {
     inspect(root, options, _state);
-    Walk(options, images, spares, *this).walk(root, options);
+    Walk(options, images, *this).walk(root, options);
 }
 
 bool SubtreeReading::isStale() const

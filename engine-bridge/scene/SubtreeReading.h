@@ -65,11 +65,10 @@ struct PartSources
 
 /// Copies the vertices of the subtree anew into \a parts, those of parts for which \a wanted is
 /// true. Returns false if the subtree has other geometries, or other numbers of vertices, than
-/// \a parts, which are then of no use. \a spares may be null.
+/// \a parts, which are then of no use.
 bool copyVertices(osg::Node& root,
                   const ExtractOptions& options,
                   const std::vector<bool>& wanted,
-                  const std::shared_ptr<SpareMemory>& spares,
                   std::vector<PartSources>& parts);
 
 /// A drawable's copy, or what was read of it at once, and its place.
@@ -91,12 +90,8 @@ haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
 class SubtreeReading
 {
 public:
-    /// Finds out what there is to copy. \a images and \a spares must outlive it; \a spares may be
-    /// null.
-    SubtreeReading(osg::Node& root,
-                   const ExtractOptions& options,
-                   PaintImages& images,
-                   const std::shared_ptr<SpareMemory>& spares);
+    /// Finds out what there is to copy. \a images must outlive it.
+    SubtreeReading(osg::Node& root, const ExtractOptions& options, PaintImages& images);
 
     /// As it was at the beginning.
     const SubtreeState& state() const { return _state; }

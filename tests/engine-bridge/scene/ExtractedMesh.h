@@ -28,7 +28,7 @@ struct ExtractedMesh
 inline ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {})
 {
     PaintImages ownImages;
-    SubtreeReading reading(root, options, options.images ? *options.images : ownImages, nullptr);
+    SubtreeReading reading(root, options, options.images ? *options.images : ownImages);
     std::size_t budget = std::numeric_limits<std::size_t>::max();
     reading.copyMore(budget);
     ExtractedMesh out;
