@@ -60,7 +60,6 @@ public:
     {
         return _dropped_s;
     } ///< time that was not simulated because of pauses
-    const StepperOptions& options() const { return _options; }
 
 protected:
     ~RigidBodyStepper() override = default;

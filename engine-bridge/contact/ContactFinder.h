@@ -97,7 +97,6 @@ public:
     const std::vector<ContactPatch>& patches() const { return _patches; }
     const std::vector<NearBone>& nearby() const { return _nearby; }
     const std::vector<ContactNote>& notes() const { return _notes; }
-    const ContactFinderOptions& options() const { return _options; }
 
 private:
     /// A patch of one bone with its sums.

@@ -135,11 +135,6 @@ void ContactPath::shape()
     _ellipse.fromCircle = across.vectors * axes.asDiagonal() * across.vectors.transpose();
 }
 
-double ContactPath::leastFieldRate_Hz() const
-{
-    return base::kTwoPi * _ellipse.semiMajor_m * wantedRate_Hz() / _options.largestStep_m;
-}
-
 int ContactPath::wantedFoci() const
 {
     const double exact = _steadyLength_m / _options.focusEach_m;

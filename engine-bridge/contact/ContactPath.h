@@ -71,8 +71,6 @@ public:
     double lag_m() const { return _lag_m; }
     double semiMajor_m() const { return _ellipse.semiMajor_m; } ///< of the path
     double semiMinor_m() const { return _ellipse.semiMinor_m; }
-    /// Fields a second that the wanted rate needs at the largest step, where the hand rests.
-    double leastFieldRate_Hz() const;
     const ContactPatch& patch() const { return _patch; }
 
 private:

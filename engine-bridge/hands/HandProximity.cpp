@@ -1,8 +1,6 @@
 #include "engine-bridge/hands/HandProximity.h"
 
 #include "engine-bridge/hands/SegmentDistance.h"
-#include "haptics/base/InputError.h"
-#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -32,41 +30,15 @@ struct Ball
 
 Ball ballRound(const std::vector<HandCapsule>& capsules)
 {
-    Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY);
-    Eigen::Vector3d high = -low;
+    Eigen::AlignedBox3d box;
     for (const HandCapsule& capsule : capsules)
-    {
-        const Eigen::Vector3d r = Eigen::Vector3d::Constant(capsule.shape.radius_m);
-        low = low.cwiseMin(capsule.shape.a.cwiseMin(capsule.shape.b) - r);
-        high = high.cwiseMax(capsule.shape.a.cwiseMax(capsule.shape.b) + r);
-    }
-    return {0.5 * (low + high), 0.5 * (high - low).norm()};
+        for (const Eigen::Vector3d& end : {capsule.shape.a, capsule.shape.b})
+            box.extend(Eigen::AlignedBox3d(end.array() - capsule.shape.radius_m,
+                                           end.array() + capsule.shape.radius_m));
+    return {box.center(), 0.5 * box.sizes().norm()};
 }
 
 } // namespace
-
-bool ProximityOptions::isValid(std::string* error) const
-{
-    return base::RangeCheck("ProximityOptions: ")
-        .require(std::isfinite(enter_m), "enter_m must be finite")
-        .check(leave_m >= enter_m && std::isfinite(leave_m), "leave_m", leave_m, "at least enter_m")
-        .check(range_m >= leave_m && range_m >= 0.0 && std::isfinite(range_m),
-               "range_m",
-               range_m,
-               "at least leave_m and not under 0")
-        .check(hold_s >= 0.0, "hold_s", hold_s, "at least 0")
-        .within("alpha", alpha, 1.0, 2.0)
-        .check(relative_Pa >= 0.0, "relative_Pa", relative_Pa, "at least 0")
-        .passed(error);
-}
-
-HandProximity::HandProximity(const ProximityOptions& options, const haptics::Medium& medium) :
-    _options(options),
-    _medium(medium)
-{
-    std::string error;
-    if (!options.isValid(&error) || !medium.isValid(&error)) throw base::InputError(error);
-}
 
 // The peak pressure that the finger feels of the object; \a within: number of points played within
 // it.
@@ -74,18 +46,17 @@ double HandProximity::pressureOf(const HapticObject& object, int& within) const
 {
     within = 0;
     const HapticProperties& properties = object.properties;
-    if (!_played)
-        return properties.pressureInPa ? properties.pressure
-                                       : properties.pressure * _options.relative_Pa;
+    if (!_played) return properties.pressureInPa ? properties.pressure : 0.0;
     const Eigen::Isometry3d toMesh = object.pose.inverse();
+    std::vector<const Capsule*> parts;
+    for (const Capsule& part : _overlapping)
+        parts.push_back(&part);
     double sum = 0.0;
     int count = 0;
     for (Eigen::Index i = 0; i < _played->positions.cols(); ++i)
     {
         const Eigen::Vector3d point = toMesh * _played->positions.col(i);
-        double away = INFINITY; // from the skin
-        for (const Capsule& part : _overlapping)
-            away = std::min(away, pointSegmentDistance(point, part.a, part.b) - part.radius_m);
+        const double away = skinDistance(parts, point);
         if (!(away <= kFelt_m)) continue;
         sum += std::pow(static_cast<double>(_played->pressure_Pa[i]), 2);
         ++count;
@@ -103,7 +74,7 @@ void HandProximity::estimateForce(const HapticObject& object,
     const double p = pressureOf(object, within);
     // Lines and points have no area of their own.
     if (!(contact.overlap_m2 > 0.0)) contact.overlap_m2 = within * 0.25 * kFelt_m * kFelt_m;
-    contact.force_N = haptics::radiationForce(p, contact.overlap_m2, _medium, _options.alpha);
+    contact.force_N = haptics::radiationForce(p, contact.overlap_m2, haptics::Medium(), kAlpha);
 }
 
 void HandProximity::measure(const HapticObject& object,
@@ -134,7 +105,7 @@ void HandProximity::measure(const HapticObject& object,
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
     for (const Bone& bone : _bones)
     {
-        const double range = std::min(_options.range_m, contact.distance_m);
+        const double range = std::min(kRange_m, contact.distance_m);
         const NearestSpot spot = mesh.nearest(bone.shape, std::max(range, 0.0));
         if (spot.triangle >= 0 && isClipped(object.clips, object.pose * spot.onSurface)) continue;
         if (spot.triangle >= 0 && spot.distance_m < 0.0) _overlapping.push_back(bone.shape);
@@ -143,7 +114,7 @@ void HandProximity::measure(const HapticObject& object,
         contact.bone = bone.bone;
         contact.position = object.pose * spot.onSurface;
     }
-    if (contact.distance_m > _options.range_m) return;
+    if (contact.distance_m > kRange_m) return;
     if (contact.distance_m < 0.0) estimateForce(object, mesh, contact);
     add(contact);
 }
@@ -179,8 +150,7 @@ void HandProximity::compare(const std::vector<HapticObject>& objects, double tim
     for (HandContact& contact : _contacts)
     {
         Touch* touch = touchOf(contact);
-        contact.touching =
-            touch ? contact.distance_m <= _options.leave_m : contact.distance_m < _options.enter_m;
+        contact.touching = touch ? contact.distance_m <= kLeave_m : contact.distance_m < 0.0;
         if (!contact.touching) continue;
         if (!touch)
         {
@@ -212,7 +182,7 @@ void HandProximity::endTouches(const std::vector<HapticObject>& objects,
                                            return capsule.hand == touch.contact.hand &&
                                                   fingerOf(capsule.bone) == touch.contact.finger;
                                        });
-        return known || time_s - touch.lastSeen_s > _options.hold_s;
+        return known || time_s - touch.lastSeen_s > kHold_s;
     };
     for (const Touch& touch : _touches)
     {
@@ -241,7 +211,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
         if (!mesh) continue;
         const double gap =
             (object.pose * mesh->centre() - ball.centre).norm() - mesh->radius_m() - ball.radius_m;
-        if (gap > _options.range_m) continue;
+        if (gap > kRange_m) continue;
         for (const Hand& hand : hands.hands)
             for (int finger = 0; finger < HAND_FINGERS; ++finger)
                 measure(object, *mesh, hand.id, finger, capsules);

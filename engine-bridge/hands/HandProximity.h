@@ -14,21 +14,6 @@
 namespace midair::bridge
 {
 
-/// When a hand counts as touching; isValid() names the first setting that is out of its range.
-struct ProximityOptions
-{
-    double range_m = 0.05; ///< >= leave_m; hands farther than this from an object are not measured
-    double enter_m = 0.0;  ///< a touch begins when the skin is nearer than this; under 0: overlap
-    /// >= enter_m; a touch ends when the skin is farther than this, so that tremor makes no events
-    double leave_m = 4e-3;
-    double hold_s = 0.1; ///< >= 0; a hand that the tracker lost goes on touching for this time
-    double alpha = 2.0;  ///< 1 .. 2; reflection by skin; 2: total (the paper's equation 1)
-    /// >= 0; peak pressure that a relative pressure of 1 stands for; 0: force unknown
-    double relative_Pa = 0.0;
-
-    bool isValid(std::string* error = nullptr) const;
-};
-
 /// One finger of a hand near one object, at the last update.
 struct HandContact
 {
@@ -82,16 +67,22 @@ struct PlayedPressure
 class HandProximity
 {
 public:
-    /// Throws base::InputError if \a options or \a medium are not valid.
-    explicit HandProximity(const ProximityOptions& options = {},
-                           const haptics::Medium& medium = {});
+    /// Hands farther than this from an object are not measured.
+    static constexpr double kRange_m = 0.05;
+    /// A touch begins when skin and surface overlap, and ends when they are farther apart than
+    /// this, so that tremor makes no events.
+    static constexpr double kLeave_m = 4e-3;
+    /// A hand that the tracker lost goes on touching for this time.
+    static constexpr double kHold_s = 0.1;
+    /// Reflection by skin: total (the paper's equation 1).
+    static constexpr double kAlpha = 2.0;
 
     /// Measures the distances of \a hands (in the objects' frame) to \a objects at \a time_s, which
-    /// must not decrease. Touches end when the skin is farther than leave_m, when their object is
-    /// gone, or when their hand is gone for longer than hold_s.
+    /// must not decrease. Touches end when the skin is farther than kLeave_m, when their object is
+    /// gone, or when their hand is gone for longer than kHold_s.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
-    /// Hands within range_m of objects at the last update.
+    /// Hands within kRange_m of objects at the last update.
     const std::vector<HandContact>& contacts() const { return _contacts; }
     /// Beginnings and ends in the last update.
     const std::vector<TouchEvent>& events() const { return _events; }
@@ -114,8 +105,6 @@ public:
 
     /// About a wavelength: how far from a point its pressure is felt.
     static constexpr double kFelt_m = 8.6e-3;
-
-    const ProximityOptions& options() const { return _options; }
 
 private:
     /// A touch that has begun and not ended.
@@ -149,8 +138,6 @@ private:
                     double time_s);
     Touch* touchOf(const HandContact& contact);
 
-    ProximityOptions _options;
-    haptics::Medium _medium;
     TouchMeshes _meshes;
     std::uint64_t _updates = 0;
     std::vector<Bone> _bones;

@@ -1,5 +1,6 @@
 #include "engine-bridge/hands/MeshDistance.h"
 
+#include "engine-bridge/HapticObject.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 
 #include <array>
@@ -26,81 +27,141 @@ double areaOf(const haptics::TriangleMesh& mesh, int t)
     return 0.5 * (q - p).cross(r - p).norm();
 }
 
-/// Above the rounding of a distance, so that no triangle at exactly the limit is passed over.
-constexpr double kSlack_m = 1e-12;
+using Eigen::Vector3d;
+using Near = std::vector<const Capsule*>;
 
-/// The corners of a triangle.
-struct Triangle
+/// Where the skin crosses the line from \a in (distance \a fIn < 0) to \a out (\a fOut >= 0). The
+/// distance is convex, so false position comes to the place from one side; three steps leave less
+/// than a hundredth of an edge.
+Vector3d crossing(const Near& capsules, Vector3d in, double fIn, const Vector3d& out, double fOut)
 {
-    Eigen::Vector3d p, q, r;
-};
-
-/// True only if the triangle p, q, r is farther than \a limit from the capsule's axis: tells that
-/// of most that are, for less than the distance costs.
-bool isFarther(const Capsule& capsule,
-               const Eigen::Vector3d& p,
-               const Eigen::Vector3d& q,
-               const Eigen::Vector3d& r,
-               double limit)
-{
-    const Eigen::Vector3d middle = (p + q + r) / 3.0;
-    const AxisDistance away(capsule.a, capsule.b, middle);
-    const double nearest = std::min(
-        {away.slope.dot(p - middle), away.slope.dot(q - middle), away.slope.dot(r - middle)});
-    return away.distance + nearest > limit + kSlack_m;
+    Vector3d place = in;
+    for (int step = 0; step < 3; ++step)
+    {
+        place = in + fIn / (fIn - fOut) * (out - in);
+        const double f = skinDistance(capsules, place);
+        if (!(f < 0.0)) break;
+        in = place;
+        fIn = f;
+    }
+    return place;
 }
 
-/// The area of a small triangle inside the union, as if the skin were straight across it: the level
-/// f = 0 of the linear interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the
-/// corner i whose sign differs from the others.
-double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsules)
+void addCut(const SurfaceTriangle& t, const Vector3d& n, const Near& capsules, PatchMoments& sum)
 {
-    const double area = 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
+    const std::array<Vector3d, 3> corner = {t.p, t.q, t.r};
     const std::array<double, 3> f = {
         skinDistance(capsules, t.p), skinDistance(capsules, t.q), skinDistance(capsules, t.r)};
     const auto in = std::count_if(f.begin(), f.end(), [](double value) { return value < 0.0; });
-    if (in == 0) return 0.0;
-    if (in == 3) return area;
+    if (in == 0) return;
+    if (in == 3) return sum.add(t, n);
     std::size_t alone = 0;
     while ((f[alone] < 0.0) != (in == 1))
         ++alone;
-    const double fi = f[alone];
-    const double corner = fi * fi / ((fi - f[(alone + 1) % 3]) * (fi - f[(alone + 2) % 3]));
-    return in == 1 ? corner * area : (1.0 - corner) * area;
+    const std::size_t next = (alone + 1) % 3, last = (alone + 2) % 3;
+    const auto cut = [&](std::size_t other)
+    {
+        return f[alone] < 0.0
+                   ? crossing(capsules, corner[alone], f[alone], corner[other], f[other])
+                   : crossing(capsules, corner[other], f[other], corner[alone], f[alone]);
+    };
+    const Vector3d toNext = cut(next), toLast = cut(last);
+    if (in == 1) return sum.add({corner[alone], toNext, toLast}, n);
+    sum.add({toNext, corner[next], corner[last]}, n);
+    sum.add({toNext, corner[last], toLast}, n);
 }
 
-/// The area (m^2) of the triangle that is inside the union of \a capsules. \a near are those that
-/// may reach it.
-double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, double resolution_m)
+/// True if one of \a clips cuts all of the triangle off; \a cut: one may cut a part.
+bool isClippedAway(const SurfaceTriangle& t, const std::vector<Eigen::Vector4d>& clips, bool& cut)
 {
+    for (const Eigen::Vector4d& clip : clips)
+    {
+        const auto isOff = [&](const Vector3d& x) { return clip.head<3>().dot(x) + clip[3] < 0.0; };
+        const int off = int(isOff(t.p)) + int(isOff(t.q)) + int(isOff(t.r));
+        if (off == 3) return true;
+        cut = cut || off > 0;
+    }
+    return false;
+}
+
+/// A lower bound on the distance of the triangle from the capsule's axis, for less than the
+/// distance costs: as that is convex, its tangent plane at the middle (AxisDistance).
+double leastDistance(const Capsule& capsule, const SurfaceTriangle& t)
+{
+    const Vector3d middle = (t.p + t.q + t.r) / 3.0;
+    const AxisDistance away(capsule.a, capsule.b, middle);
+    return away.distance + std::min({away.slope.dot(t.p - middle),
+                                     away.slope.dot(t.q - middle),
+                                     away.slope.dot(t.r - middle)});
+}
+
+} // namespace
+
+void PatchMoments::add(const SurfaceTriangle& t, const Vector3d& n)
+{
+    const double area = 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
+    const Vector3d s = t.p + t.q + t.r;
+    area_m2 += area;
+    first += area / 3.0 * s;
+    second +=
+        area / 12.0 *
+        (t.p * t.p.transpose() + t.q * t.q.transpose() + t.r * t.r.transpose() + s * s.transpose());
+    normal += area * n;
+    normals += area * n * n.transpose();
+}
+
+void PatchMoments::add(const PatchMoments& other)
+{
+    area_m2 += other.area_m2;
+    first += other.first;
+    second += other.second;
+    normal += other.normal;
+    normals += other.normals;
+}
+
+Eigen::Matrix3d PatchMoments::covariance() const
+{
+    const Vector3d mean = centre();
+    return second / area_m2 - mean * mean.transpose();
+}
+
+void addInside(const SurfaceTriangle& t,
+               const Vector3d& n,
+               const Near& capsules,
+               const std::vector<Eigen::Vector4d>& clips,
+               double resolution_m,
+               PatchMoments& sum)
+{
+    bool cut = false;
+    if (isClippedAway(t, clips, cut)) return;
     const double pq = (t.p - t.q).squaredNorm();
     const double qr = (t.q - t.r).squaredNorm();
     const double rp = (t.r - t.p).squaredNorm();
     const double longest = std::max({pq, qr, rp});
-    if (longest <= resolution_m * resolution_m) return clippedArea(t, near);
-    std::vector<const Capsule*> reaching;
-    for (const Capsule* capsule : near)
+    if (longest <= resolution_m * resolution_m)
+    {
+        if (!cut || !isClipped(clips, (t.p + t.q + t.r) / 3.0)) addCut(t, n, capsules, sum);
+        return;
+    }
+    Near reaching;
+    for (const Capsule* capsule : capsules)
     {
         // A capsule is convex: with three corners inside, the whole triangle is.
-        if (contains(*capsule, t.p) && contains(*capsule, t.q) && contains(*capsule, t.r))
-            return 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
-        if (closestSegmentTriangle(capsule->a, capsule->b, t.p, t.q, t.r).distance <
-            capsule->radius_m)
-            reaching.push_back(capsule);
+        if (!cut && contains(*capsule, t.p) && contains(*capsule, t.q) && contains(*capsule, t.r))
+            return sum.add(t, n);
+        if (leastDistance(*capsule, t) < capsule->radius_m) reaching.push_back(capsule);
     }
-    if (reaching.empty()) return 0.0;
+    if (reaching.empty()) return;
     // Halves the longest edge, so that thin triangles become compact.
-    Triangle turned = t;
+    SurfaceTriangle turned = t;
     if (qr == longest)
         turned = {t.q, t.r, t.p};
     else if (rp == longest)
         turned = {t.r, t.p, t.q};
-    const Eigen::Vector3d middle = 0.5 * (turned.p + turned.q);
-    return areaInside({turned.p, middle, turned.r}, reaching, resolution_m) +
-           areaInside({middle, turned.q, turned.r}, reaching, resolution_m);
+    const Vector3d middle = 0.5 * (turned.p + turned.q);
+    addInside({turned.p, middle, turned.r}, n, reaching, clips, resolution_m, sum);
+    addInside({middle, turned.q, turned.r}, n, reaching, clips, resolution_m, sum);
 }
-
-} // namespace
 
 bool isFinite(const haptics::TriangleMesh& mesh, int t)
 {
@@ -137,16 +198,11 @@ struct TriangleTree::Builder
 
     int longestSide(int first, int count) const
     {
-        Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY);
-        Eigen::Vector3d high = -low;
+        Eigen::AlignedBox3d box;
         for (int i = first; i < first + count; ++i)
-        {
-            const auto middle = middles.col(order.triangles[static_cast<std::size_t>(i)]);
-            low = low.cwiseMin(middle);
-            high = high.cwiseMax(middle);
-        }
+            box.extend(middles.col(order.triangles[static_cast<std::size_t>(i)]));
         int side = 0;
-        (high - low).maxCoeff(&side);
+        box.sizes().maxCoeff(&side);
         return side;
     }
 
@@ -197,41 +253,36 @@ void TriangleTree::fit()
         Box& box = _boxes[node];
         if (links[node].right == 0)
         {
-            fitLeaf(links[node], box);
+            box = boxOf(links[node]);
             continue;
         }
-        const Box& left = _boxes[node + 1];
         const Box& right = _boxes[static_cast<std::size_t>(links[node].right)];
-        box = {
-            left.low.cwiseMin(right.low), left.high.cwiseMax(right.high), left.area + right.area};
+        box = _boxes[node + 1]; // the left one
+        box.extend(right);
+        box.area += right.area;
     }
-    _isEmpty = _boxes.empty() || !_boxes.front().low.allFinite();
+    _isEmpty = _boxes.empty() || _boxes.front().isEmpty();
 }
 
-void TriangleTree::fitLeaf(const Link& link, Box& box) const
+TriangleTree::Box TriangleTree::boxOf(const Link& leaf) const
 {
-    box.low.setConstant(INFINITY);
-    box.high.setConstant(-INFINITY);
-    box.area = 0.0;
-    for (int i = link.first; i < link.first + link.count; ++i)
+    Box box;
+    for (int i = leaf.first; i < leaf.first + leaf.count; ++i)
     {
         const int t = _order->triangles[static_cast<std::size_t>(i)];
         if (!isFinite(_mesh, t)) continue;
         for (int k = 0; k < 3; ++k)
-        {
-            const auto corner = _mesh.vertices.col(_mesh.triangles(k, t));
-            box.low = box.low.cwiseMin(corner);
-            box.high = box.high.cwiseMax(corner);
-        }
+            box.extend(_mesh.vertices.col(_mesh.triangles(k, t)));
         box.area += areaOf(_mesh, t);
     }
+    return box;
 }
 
 double TriangleTree::sizeOf() const
 {
     double sum = 0.0;
     for (const Box& box : _boxes)
-        if (box.low.x() <= box.high.x()) sum += (box.high - box.low).norm();
+        if (!box.isEmpty()) sum += box.sizes().norm();
     return sum;
 }
 
@@ -240,19 +291,18 @@ double TriangleTree::sizeOf() const
 double TriangleTree::lowerBound(const Capsule& capsule, int node) const
 {
     const Box& box = _boxes[static_cast<std::size_t>(node)];
-    if (!(box.low.x() <= box.high.x())) return INFINITY;
-    const AxisDistance middle(capsule.a, capsule.b, 0.5 * (box.low + box.high));
-    return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.high - box.low) - kTreeSlack_m;
+    if (box.isEmpty()) return INFINITY;
+    const AxisDistance middle(capsule.a, capsule.b, box.center());
+    return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.sizes()) - kTreeSlack_m;
 }
 
 // Never true of a box that is not inside.
 bool TriangleTree::isInside(int node, const Capsule& capsule) const
 {
     const Box& box = _boxes[static_cast<std::size_t>(node)];
-    if (!(box.low.x() <= box.high.x())) return false;
-    return pointSegmentDistance(0.5 * (box.low + box.high), capsule.a, capsule.b) +
-               0.5 * (box.high - box.low).norm() <=
-           capsule.radius_m;
+    return !box.isEmpty() &&
+           pointSegmentDistance(box.center(), capsule.a, capsule.b) + 0.5 * box.sizes().norm() <=
+               capsule.radius_m;
 }
 
 MeshDistance::MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh,
@@ -261,8 +311,8 @@ MeshDistance::MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh,
     _tree(*_mesh, like ? &like->_tree : nullptr)
 {
     if (_tree.isEmpty()) return;
-    _centre = 0.5 * (_tree.low() + _tree.high());
-    _radius_m = 0.5 * (_tree.high() - _tree.low()).norm();
+    _centre = _tree.box().center();
+    _radius_m = 0.5 * _tree.box().sizes().norm();
 }
 
 NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
@@ -278,7 +328,8 @@ NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
         const Eigen::Vector3d p = _mesh->vertices.col(corner[0]);
         const Eigen::Vector3d q = _mesh->vertices.col(corner[1]);
         const Eigen::Vector3d r = _mesh->vertices.col(corner[2]);
-        if (isFarther(capsule, p, q, r, limit)) return;
+        // With a slack, so that no triangle at exactly the limit is passed over.
+        if (leastDistance(capsule, {p, q, r}) > limit + kTreeSlack_m) return;
         const ClosestPair pair = closestSegmentTriangle(capsule.a, capsule.b, p, q, r);
         const double distance = pair.distance - capsule.radius_m;
         // Of triangles at the same distance takes the one with the lowest index, so that the order
@@ -303,11 +354,16 @@ double MeshDistance::overlapArea(const std::vector<Capsule>& capsules, double re
                             {
                                 if (!isFinite(*_mesh, t)) return 0.0;
                                 const Eigen::Vector3i corner = _mesh->triangles.col(t);
-                                return areaInside({_mesh->vertices.col(corner[0]),
-                                                   _mesh->vertices.col(corner[1]),
-                                                   _mesh->vertices.col(corner[2])},
-                                                  near,
-                                                  resolution_m);
+                                PatchMoments inside;
+                                addInside({_mesh->vertices.col(corner[0]),
+                                           _mesh->vertices.col(corner[1]),
+                                           _mesh->vertices.col(corner[2])},
+                                          Eigen::Vector3d::Zero(), // which the area doesn't take
+                                          near,
+                                          {},
+                                          resolution_m,
+                                          inside);
+                                return inside.area_m2;
                             });
 }
 

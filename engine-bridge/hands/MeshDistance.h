@@ -3,12 +3,51 @@
 #include "engine-bridge/hands/Hand.h"
 #include "haptics/surface/TriangleMesh.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <memory>
 #include <vector>
 
 namespace midair::bridge
 {
+
+/// A triangle of a surface.
+struct SurfaceTriangle
+{
+    Eigen::Vector3d p, q, r; ///< metres
+};
+
+/// Sums over a part of a surface, from which its centre, spread and mean normal follow.
+struct PatchMoments
+{
+    double area_m2 = 0.0;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();   ///< integral of x dA, m^3
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  ///< integral of x x^T dA, m^4
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< integral of the unit normal, m^2
+    Eigen::Matrix3d normals = Eigen::Matrix3d::Zero(); ///< integral of n n^T, m^2
+
+    /// Adds a whole triangle with the unit normal \a n, exactly: of a triangle with corners v_k and
+    /// sum s the integral of x x^T is A/12 (sum v_k v_k^T + s s^T).
+    void add(const SurfaceTriangle& t, const Eigen::Vector3d& n);
+    void add(const PatchMoments& other);
+
+    Eigen::Vector3d centre() const { return first / area_m2; } ///< area_m2 > 0
+    Eigen::Matrix3d covariance() const;                        ///< m^2; area_m2 > 0
+};
+
+/// Adds the part of \a t inside the union of \a capsules to \a sum; \a n is its unit normal.
+///
+/// Triangles that the skin may cut are halved until they are no longer than \a resolution_m (> 0)
+/// or wholly on one side; of these the part inside is bounded by a straight line between the places
+/// where the skin crosses the edges. What any of \a clips (n, d; cut off at n x + d < 0) cuts off
+/// is left out, to that resolution.
+void addInside(const SurfaceTriangle& t,
+               const Eigen::Vector3d& n,
+               const std::vector<const Capsule*>& capsules,
+               const std::vector<Eigen::Vector4d>& clips,
+               double resolution_m,
+               PatchMoments& sum);
 
 /// Bounding volume hierarchy of a mesh's triangles: boxes, and the area of the surface below each.
 ///
@@ -22,8 +61,7 @@ public:
     TriangleTree(const haptics::TriangleMesh& mesh, const TriangleTree* like);
 
     bool isEmpty() const { return _isEmpty; }
-    const Eigen::Vector3d& low() const { return _boxes.front().low; } ///< of the whole mesh
-    const Eigen::Vector3d& high() const { return _boxes.front().high; }
+    const Eigen::AlignedBox3d& box() const { return _boxes.front(); } ///< of the whole mesh
 
     /// Calls \a visit(t) with every triangle that may be within \a limit of the capsule's axis,
     /// those that are probably near first; visit may lower the limit.
@@ -57,16 +95,14 @@ private:
         Eigen::Index ofTriangles = 0; ///< of the mesh
         double size_m = 0.0;          ///< sizeOf() when it was found
     };
-    struct Box
+    struct Box : Eigen::AlignedBox3d
     {
-        Eigen::Vector3d low;
-        Eigen::Vector3d high;
         double area = 0.0; ///< of all triangles below
     };
     struct Builder;
 
     void fit();
-    void fitLeaf(const Link& link, Box& box) const;
+    Box boxOf(const Link& leaf) const;
     double sizeOf() const;
     double lowerBound(const Capsule& capsule, int node) const;
     bool isInside(int node, const Capsule& capsule) const;

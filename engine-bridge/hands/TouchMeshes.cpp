@@ -27,12 +27,12 @@ void TouchMeshes::beginUpdate()
 {
     ++_updates;
     _budget = kAtOnce;
-    std::vector<Made> news;
+    std::vector<Prepared> news;
     {
         const base::Lock lock(_mutex);
         news.swap(_made);
     }
-    for (Made& one : news)
+    for (const Prepared& one : news)
     {
         _byMesh[one.meshId] = one.distance;
         const auto entry = _entries.find(one.object);
@@ -41,64 +41,56 @@ void TouchMeshes::beginUpdate()
 }
 
 // The old one goes into the bin with the thread, if there is one.
-void TouchMeshes::keep(Entry& entry, const Made& made)
+void TouchMeshes::keep(Entry& entry, Prepared made)
 {
-    if (entry.newest)
+    if (entry.newest.distance)
     {
         const base::Lock lock(_mutex);
-        if (_thread.joinable()) _bin.push_back(std::move(entry.newest));
+        if (_thread.joinable()) _bin.push_back(std::move(entry.newest.distance));
     }
-    entry.newest = made.distance;
-    entry.meshId = made.meshId;
-    entry.topologyId = made.topologyId;
-}
-
-TouchMeshes::Made TouchMeshes::made(const Wanted& wanted)
-{
-    return {wanted.object,
-            wanted.meshId,
-            wanted.topologyId,
-            std::make_shared<const MeshDistance>(wanted.mesh.get(), wanted.like.get())};
+    entry.newest = std::move(made);
 }
 
 std::shared_ptr<const MeshDistance> TouchMeshes::get(const HapticObject& object)
 {
     Entry& entry = _entries[object.id];
+    const Prepared& newest = entry.newest;
     entry.lastUse = _updates;
-    if (entry.newest && entry.meshId == object.meshId) return entry.newest;
-    const auto known = _byMesh.find(object.meshId);
-    if (auto shared = known != _byMesh.end() ? known->second.lock() : nullptr)
+    if (newest.distance && newest.meshId == object.meshId) return newest.distance;
+    Prepared what{object.id, object.meshId, object.topologyId, _byMesh[object.meshId].lock()};
+    const bool isLike = object.topologyId != 0 && object.topologyId == newest.topologyId;
+    const std::shared_ptr<const MeshDistance> like = isLike ? newest.distance : nullptr;
+    if (!what.distance)
     {
-        keep(entry, {object.id, object.meshId, object.topologyId, std::move(shared)});
-        return entry.newest;
+        const std::size_t bytes = object.mesh.bytes();
+        if (bytes > _budget)
+        {
+            submit({what, object.mesh, like});
+            return newest.distance;
+        }
+        _budget -= bytes;
+        what.distance = std::make_shared<const MeshDistance>(object.mesh.get(), like.get());
+        _byMesh[object.meshId] = what.distance;
     }
-    const bool isLike = object.topologyId != 0 && object.topologyId == entry.topologyId;
-    Wanted wanted{
-        object.id, object.meshId, object.topologyId, object.mesh, isLike ? entry.newest : nullptr};
-    const std::size_t bytes = object.mesh.bytes();
-    if (bytes > _budget)
-    {
-        submit(std::move(wanted));
-        return entry.newest;
-    }
-    _budget -= bytes;
-    keep(entry, made(wanted));
-    _byMesh[object.meshId] = entry.newest;
-    return entry.newest;
+    keep(entry, std::move(what));
+    return newest.distance;
 }
 
 void TouchMeshes::submit(Wanted wanted)
 {
     {
         const base::Lock lock(_mutex);
-        const auto isSame = [&](const auto& other) { return other.meshId == wanted.meshId; };
-        if (_atWork == wanted.meshId || std::any_of(_wanted.begin(), _wanted.end(), isSame) ||
+        const auto isSame = [&](const Prepared& other)
+        { return other.meshId == wanted.what.meshId; };
+        const auto isWanted = [&](const Wanted& other) { return isSame(other.what); };
+        if (_atWork == wanted.what.meshId ||
+            std::any_of(_wanted.begin(), _wanted.end(), isWanted) ||
             std::any_of(_made.begin(), _made.end(), isSame))
             return;
-        const auto older =
-            std::find_if(_wanted.begin(),
-                         _wanted.end(),
-                         [&](const Wanted& other) { return other.object == wanted.object; });
+        const auto older = std::find_if(_wanted.begin(),
+                                        _wanted.end(),
+                                        [&](const Wanted& other)
+                                        { return other.what.object == wanted.what.object; });
         if (older != _wanted.end())
             *older = std::move(wanted);
         else
@@ -127,14 +119,15 @@ void TouchMeshes::run()
         }
         Wanted next = std::move(_wanted.front());
         _wanted.erase(_wanted.begin());
-        _atWork = next.meshId;
+        _atWork = next.what.meshId;
         lock.unlock();
         unused.clear();
-        Made one = made(next);
+        next.what.distance = std::make_shared<const MeshDistance>(next.mesh.get(), next.like.get());
+        Prepared made = std::move(next.what);
         next = {};
         lock.lock();
         _atWork = 0;
-        _made.push_back(std::move(one));
+        _made.push_back(std::move(made));
     }
 }
 

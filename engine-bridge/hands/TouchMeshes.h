@@ -38,34 +38,28 @@ public:
     static constexpr std::uint64_t kKept = 600;
 
 private:
-    /// What there is of an object.
-    struct Entry
+    /// A mesh of an object, to be prepared or prepared.
+    struct Prepared
     {
-        std::shared_ptr<const MeshDistance> newest; ///< null: none yet
-        std::uint64_t meshId = 0;                   ///< of newest
-        std::uint64_t topologyId = 0;               ///< of newest
-        std::uint64_t lastUse = 0;
-    };
-    /// A mesh to be prepared.
-    struct Wanted
-    {
-        std::uint64_t object = 0;
+        std::uint64_t object = 0; ///< HapticObject::id
         std::uint64_t meshId = 0;
         std::uint64_t topologyId = 0;
+        std::shared_ptr<const MeshDistance> distance; ///< null: not yet
+    };
+    struct Wanted
+    {
+        Prepared what;
         SharedMesh mesh;
         std::shared_ptr<const MeshDistance> like; ///< of the same triangles; null: none
     };
-    /// One that is prepared.
-    struct Made
+    /// What there is of an object.
+    struct Entry
     {
-        std::uint64_t object = 0;
-        std::uint64_t meshId = 0;
-        std::uint64_t topologyId = 0;
-        std::shared_ptr<const MeshDistance> distance;
+        Prepared newest;
+        std::uint64_t lastUse = 0;
     };
 
-    static Made made(const Wanted& wanted);
-    void keep(Entry& entry, const Made& made);
+    void keep(Entry& entry, Prepared made);
     void submit(Wanted wanted);
     void run();
 
@@ -81,7 +75,7 @@ private:
     std::vector<Wanted> _wanted MIDAIR_GUARDED_BY(_mutex);
     /// meshId of the one that is being prepared
     std::uint64_t _atWork MIDAIR_GUARDED_BY(_mutex) = 0;
-    std::vector<Made> _made MIDAIR_GUARDED_BY(_mutex); ///< not taken yet
+    std::vector<Prepared> _made MIDAIR_GUARDED_BY(_mutex); ///< not taken yet
     /// large ones that nobody needs any more: freeing megabytes takes longer than a frame should
     std::vector<std::shared_ptr<const MeshDistance>> _bin MIDAIR_GUARDED_BY(_mutex);
     bool _stop MIDAIR_GUARDED_BY(_mutex) = false;

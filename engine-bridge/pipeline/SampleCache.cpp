@@ -15,11 +15,9 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
 {
     Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
     if (points.cols() == 0) return corners;
-    const Eigen::Vector3d low = points.rowwise().minCoeff();
-    const Eigen::Vector3d high = points.rowwise().maxCoeff();
+    const Eigen::AlignedBox3d box(points.rowwise().minCoeff(), points.rowwise().maxCoeff());
     for (int i = 0; i < 8; ++i)
-        for (int k = 0; k < 3; ++k)
-            corners(k, i) = ((i >> k) & 1) ? high[k] : low[k];
+        corners.col(i) = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
     return corners;
 }
 

@@ -86,7 +86,6 @@ public:
     }
     /// What is wrong with hands and objects, a sentence each, as of the last update().
     std::vector<std::string> problems() const;
-    const ContactRendererOptions& options() const { return _options; }
 
 private:
     haptics::ControlPoints pointsWithObjects(const std::vector<ContactFocus>& foci) const;

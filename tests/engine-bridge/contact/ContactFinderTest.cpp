@@ -1,12 +1,14 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
 #include "engine-bridge/hands/MeshDistance.h"
+#include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -144,8 +146,8 @@ TEST(ContactFinder, WhatWasJoinedStaysSoInTremor)
     EXPECT_LE(switches, 1);
 }
 
-// Bones that overlap share a part of the surface, which counts once: as overlapArea() has it, which
-// is written apart.
+// Bones that overlap share a part of the surface, which counts once: as where places of a fine grid
+// lie in any of them.
 TEST(ContactFinder, TheUnionOfBonesIsCountedOnce)
 {
     ContactFinderOptions options;
@@ -163,8 +165,19 @@ TEST(ContactFinder, TheUnionOfBonesIsCountedOnce)
     std::vector<Capsule> capsules;
     for (const Capsule& own : finder.patches()[0].own)
         capsules.push_back({pose.inverse() * own.a, pose.inverse() * own.b, own.radius_m});
-    const double area = MeshDistance(mesh).overlapArea(capsules, 0.2e-3);
+    constexpr double kStep_m = 0.1e-3;
+    double area = 0.0;
+    for (double x = -0.03 + kStep_m / 2; x < 0.03; x += kStep_m)
+        for (double y = -0.03 + kStep_m / 2; y < 0.03; y += kStep_m)
+            if (std::any_of(capsules.begin(),
+                            capsules.end(),
+                            [&](const Capsule& one) {
+                                return contains(one, {x, y, 0.0});
+                            }))
+                area += kStep_m * kStep_m;
     EXPECT_NEAR(finder.patches()[0].area_m2, area, 0.01 * area);
+    // What a touch takes is the same.
+    EXPECT_NEAR(MeshDistance(mesh).overlapArea(capsules, 0.5e-3), area, 0.01 * area);
 }
 
 TEST(ContactFinder, AThinPlateIsSplitByItsNormalsAndItsFarSideIsAnExit)

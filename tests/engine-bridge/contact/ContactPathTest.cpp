@@ -72,7 +72,6 @@ TEST(ContactPath, TurnsAtItsRateOnTheShrunkCircleOnTheSkin)
     }
     EXPECT_NEAR(std::abs(turned) / base::kTwoPi, 5.0, 0.05);
     EXPECT_NEAR(path.turningRate_Hz(), 5.0, 1e-9);
-    EXPECT_NEAR(path.leastFieldRate_Hz(), base::kTwoPi * 3.5e-3 * 5.0 / 0.5e-3, 5.0);
 }
 
 TEST(ContactPath, SharesFociOutByCircumference)
