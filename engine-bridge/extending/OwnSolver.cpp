@@ -89,8 +89,23 @@ public:
     const SolverOptions& options() const override { return _options; }
 
 private:
-    std::string
-    refusal(const ControlPoints& points, const TransducerArray& array, const Medium& medium) const;
+    static std::string
+    refusal(const ControlPoints& points, const TransducerArray& array, const Medium& medium)
+    {
+        std::string why;
+        if (!medium.isValid(&why) || !array.isValid(&why)) return why;
+        const auto entries =
+            static_cast<std::size_t>(points.size()) * static_cast<std::size_t>(array.size());
+        if (points.size() > base::kMostControlPoints || entries > base::kMostEntries)
+            return fmt::format(
+                "{} control points and {} transducers are more than can be solved for",
+                points.size(),
+                array.size());
+        if (points.targets.size() != points.size() || !points.positions.allFinite() ||
+            !points.targets.allFinite())
+            return "the control points are not finite";
+        return {};
+    }
     void keepWanted(const ControlPoints& points)
     {
         std::vector<Eigen::Index> kept;
@@ -184,24 +199,6 @@ private:
     Matrix _matrix; ///< n x m, Pa, in the array's order
     Eigen::VectorXcf _last;
 };
-
-std::string OwnSolver::refusal(const ControlPoints& points,
-                               const TransducerArray& array,
-                               const Medium& medium) const
-{
-    std::string why;
-    if (!medium.isValid(&why) || !array.isValid(&why)) return why;
-    const auto entries =
-        static_cast<std::size_t>(points.size()) * static_cast<std::size_t>(array.size());
-    if (points.size() > base::kMostControlPoints || entries > base::kMostEntries)
-        return fmt::format("{} control points and {} transducers are more than can be solved for",
-                           points.size(),
-                           array.size());
-    if (points.targets.size() != points.size() || !points.positions.allFinite() ||
-        !points.targets.allFinite())
-        return "the control points are not finite";
-    return {};
-}
 
 } // namespace
 

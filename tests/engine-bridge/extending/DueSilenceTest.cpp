@@ -1,4 +1,4 @@
-#include "engine-bridge/extending/DriverThread.h"
+#include "engine-bridge/extending/DriverDevice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // A driver whose silence() throws, whose other calls do, and one that is lost: what the kit says of
 // them, and how often it calls them.
-#include "engine-bridge/extending/DriverThread.h"
+#include "engine-bridge/extending/DriverDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/plugin/KitTest.h"
 

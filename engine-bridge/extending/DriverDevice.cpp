@@ -1,6 +1,7 @@
-#include "engine-bridge/extending/DriverThread.h"
+#include "engine-bridge/extending/DriverDevice.h"
 
 #include "device/DeviceLog.h"
+#include "device/FieldCounters.h"
 #include "device/FieldQueue.h"
 #include "device/SequenceNumber.h"
 #include "device/drive/DriveEncoder.h"
@@ -114,9 +115,22 @@ std::vector<std::complex<float>> DriverLevels::activations(const device::DriveSi
 }
 
 /// What the thread and its owner share.
-struct DriverThread::Shared
+struct DriverDevice::Shared
 {
-    Shared(Opened&& opened, std::string itsName, DriverLevels&& itsLevels, int count);
+    Shared(Opened&& opened, const std::string& itsName, int count) :
+        name(itsName),
+        levels(itsName, opened.phaseLevels, std::move(opened.amplitudes)),
+        transducers(count),
+        playing(device::silentSignal(count)),
+        status(std::move(opened.status)),
+        _driver(std::move(opened.driver)),
+        _lookAt_s(base::steadySeconds() + kLook_s)
+    {
+        if (opened.isReady) return;
+        own.state = DeviceState::LOST;
+        own.message = kNotReady;
+        _silence.wantNow();
+    }
 
     void run()
     {
@@ -318,34 +332,24 @@ private:
     double _lookAt_s = 0.0;
 };
 
-DriverThread::Shared::Shared(Opened&& opened,
-                             std::string itsName,
-                             DriverLevels&& itsLevels,
-                             int count) :
-    name(std::move(itsName)),
-    levels(std::move(itsLevels)),
-    transducers(count),
-    playing(device::silentSignal(count)),
-    status(std::move(opened.status)),
-    _driver(opened.driver),
-    _lookAt_s(base::steadySeconds() + kLook_s)
+DriverDevice::Opened DriverDevice::ask(const std::shared_ptr<ArrayDriver>& driver)
 {
-    if (opened.isReady) return;
-    own.state = DeviceState::LOST;
-    own.message = kNotReady;
-    _silence.wantNow();
+    return {driver,
+            driver->isReady(),
+            driver->getStatus(),
+            driver->getPhaseLevels(),
+            driver->getAmplitudes(),
+            driver->getFieldsPerSecond()};
 }
 
-DriverThread::DriverThread(Opened opened,
-                           const std::string& name,
-                           DriverLevels levels,
-                           int transducers) :
-    _shared(std::make_shared<Shared>(std::move(opened), name, std::move(levels), transducers)),
+DriverDevice::DriverDevice(Opened opened, const std::string& name, int transducers) :
+    _fieldsPerSecond(std::max(0.0, opened.fieldsPerSecond)),
+    _shared(std::make_shared<Shared>(std::move(opened), name, transducers)),
     _thread([shared = _shared] { shared->run(); })
 {
 }
 
-DriverThread::~DriverThread()
+DriverDevice::~DriverDevice()
 {
     Shared& shared = *_shared;
     bool isLeft = false;
@@ -379,7 +383,7 @@ DriverThread::~DriverThread()
                     kFarewell_s));
 }
 
-bool DriverThread::send(const DriveSignal& signal)
+bool DriverDevice::send(const DriveSignal& signal)
 {
     Shared& shared = *_shared;
     const base::Lock lock(shared.mutex);
@@ -394,37 +398,61 @@ bool DriverThread::send(const DriveSignal& signal)
     return true;
 }
 
-void DriverThread::silence()
+void DriverDevice::silence()
 {
     const base::Lock lock(_shared->mutex);
     _shared->silenceLocked();
 }
 
-double DriverThread::confirmed_s() const
+double DriverDevice::confirmed_s() const
 {
     const base::Lock lock(_shared->mutex);
     return std::max(_shared->fields.confirmed_s(), _shared->silenced_s);
 }
 
-DeviceReport DriverThread::report() const
+DeviceReport DriverDevice::report() const
 {
     const base::Lock lock(_shared->mutex);
     return _shared->reportLocked();
 }
 
-std::string DriverThread::status() const
+// What the driver said of itself before a loss is no longer true.
+std::string DriverDevice::status() const
 {
     const base::Lock lock(_shared->mutex);
-    return _shared->status;
+    const DeviceReport report = _shared->reportLocked();
+    const bool isLost = report.state == DeviceState::LOST;
+    const std::string own = isLost                                ? "lost"
+                            : report.state < DeviceState::HANGING ? _shared->status
+                            : report.unsilenced.empty()           ? "hangs"
+                                                                  : "not silenced";
+    const std::string& name = _shared->name;
+    return name + (name.back() == ':' ? " " : ": ") + (own.empty() ? "" : own + ": ") +
+           device::countersText(report) +
+           (isLost && !report.unsilenced.empty() ? "; " + report.unsilenced : "");
 }
 
-DriveSignal DriverThread::playing() const
+device::DriveAbility DriverDevice::ability() const
+{
+    device::DriveAbility ability;
+    ability.phaseLevels = static_cast<int>(_shared->levels.phaseLevels());
+    ability.amplitudes = _shared->levels.amplitudes();
+    ability.fieldsPerSecond = _fieldsPerSecond;
+    return ability;
+}
+
+std::vector<std::complex<float>> DriverDevice::played() const
 {
     const base::Lock lock(_shared->mutex);
-    return _shared->playing;
+    return _shared->levels.activations(_shared->playing);
 }
 
-bool DriverThread::isLeftBehind(const std::string& name)
+std::vector<std::complex<float>> DriverDevice::wouldPlay(const DriveSignal& signal) const
+{
+    return _shared->levels.activations(signal);
+}
+
+bool DriverDevice::isLeftBehind(const std::string& name)
 {
     LeftBehind& left = LeftBehind::all();
     const base::Lock all(left.mutex);

@@ -95,11 +95,12 @@ private:
     std::vector<int> _duties; ///< the duty level of each
 };
 
-/// Calls an application's driver on a thread of its own, so that nobody waits for its code: while a
-/// call runs, the newest field waits, and a silence is due before it.
+/// An array of an application's driver, which is called on a thread of its own, so that nobody
+/// waits for its code: while a call runs, the newest field waits, and a silence is due before it.
+/// GuardedDevice, which stands before it, keeps the limits.
 ///
 /// All members may be called from any thread. None waits for the driver but the destructor.
-class DriverThread
+class DriverDevice : public device::ArrayDevice
 {
 public:
     /// A call that has not returned after this time hangs, which the report says.
@@ -107,32 +108,39 @@ public:
     /// The longest time that the destructor waits for the driver.
     static constexpr double kFarewell_s = 3.0;
 
-    /// How a driver is when it has been opened.
+    /// What a driver says when it has been opened.
     struct Opened
     {
         std::shared_ptr<ArrayDriver> driver;
         bool isReady = true;
         std::string status;
+        unsigned int phaseLevels = 256;
+        std::vector<float> amplitudes;
+        double fieldsPerSecond = 0.0;
     };
+    /// Asks \a driver, and throws what it throws.
+    static Opened ask(const std::shared_ptr<ArrayDriver>& driver);
 
-    DriverThread(Opened opened, const std::string& name, DriverLevels levels, int transducers);
+    /// Throws DeviceError, which names the device \a name, if the levels are out of their ranges.
+    DriverDevice(Opened opened, const std::string& name, int transducers);
     /// Has the driver silenced and let go. A driver that hangs is left to the thread, which does
     /// both once the call has returned; the log says so.
-    ~DriverThread();
+    ~DriverDevice() override;
 
-    DriverThread(const DriverThread&) = delete;
-    DriverThread& operator=(const DriverThread&) = delete;
+    DriverDevice(const DriverDevice&) = delete;
+    DriverDevice& operator=(const DriverDevice&) = delete;
 
     /// Has \a signal played as soon as the driver has returned, in place of one that still waits.
     /// Returns false if it is for another number of transducers or the driver isn't ready.
-    bool send(const device::DriveSignal& signal);
-    void silence();
-
-    double confirmed_s() const; ///< what the driver has returned from, see ArrayDevice
-    device::DeviceReport report() const;
-    std::string status() const; ///< as the driver said last
+    bool send(const device::DriveSignal& signal) override;
+    void silence() override;
+    double confirmed_s() const override; ///< what the driver has returned from
+    device::DeviceReport report() const override;
+    std::string status() const override;
+    device::DriveAbility ability() const override;
     /// The newest field that the driver has taken; off after a silence.
-    device::DriveSignal playing() const;
+    std::vector<std::complex<float>> played() const override;
+    std::vector<std::complex<float>> wouldPlay(const device::DriveSignal& signal) const override;
 
     /// Returns true while a driver of the device \a name, which has been closed, still hangs.
     static bool isLeftBehind(const std::string& name);
@@ -140,6 +148,7 @@ public:
 private:
     struct Shared;
 
+    const double _fieldsPerSecond;
     std::shared_ptr<Shared> _shared; ///< outlives this object in a thread that is left behind
     std::thread _thread;
 };
