@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <system_error>
 #include <utility>
@@ -63,8 +62,9 @@ std::optional<double> temperatureOf(const std::string& line, std::string& proble
     return std::nullopt;
 }
 
-TemperatureSource::TemperatureSource(std::string file) :
+TemperatureSource::TemperatureSource(std::string file, const base::Clock& clock) :
     _file(std::move(file)),
+    _clock(clock),
     _thread([this] { run(); })
 {
 }
@@ -91,17 +91,15 @@ TemperatureSource::News TemperatureSource::take()
 
 void TemperatureSource::run()
 {
-    const auto pause = std::chrono::duration<double>(kLook_s);
     base::Lock lock(_mutex);
     while (!_stop)
     {
         lock.unlock();
         look();
         lock.lock();
-        const auto end = std::chrono::steady_clock::now() + pause;
-        while (!_stop && _wake.waitUntil(lock, end))
-        {
-        }
+        const double end_s = _clock.now_s() + kLook_s;
+        while (!_stop && _clock.now_s() < end_s)
+            _clock.wait(_wake, lock, end_s);
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <array>
 #include <memory>
@@ -38,24 +39,24 @@ public:
         bool isClosed = false; ///< there is nothing to read now
     };
 
-    explicit TemperatureSource(std::string file);
+    /// \a clock outlives it.
+    explicit TemperatureSource(std::string file, const base::Clock& clock = base::steadyClock());
     ~TemperatureSource();
     TemperatureSource(const TemperatureSource&) = delete;
     TemperatureSource& operator=(const TemperatureSource&) = delete;
 
-    const std::string& file() const { return _file; }
     News take(); ///< any thread; never waits for a file
 
 private:
     void run();
     void look();
-    bool isOpen();
     void readPipe();
     void readFile();
     void readLine(std::string line);
     void tell(const std::string& problem, bool isClosed);
 
     const std::string _file;
+    const base::Clock& _clock;
     int _descriptor = -1; // of a pipe
     std::string _seen;    // state and content of a regular file at the last look
     std::string _pending; // begin of a line

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include <fmt/format.h>
@@ -36,32 +37,24 @@ struct RobustFit
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();     ///< metres
     double scale = 1.0;
     Eigen::VectorXd residuals_m; ///< n
-    std::vector<bool> inlier;    ///< n
-    int inliers = 0;
-    double noise_m = 0.0; ///< standard deviation per coordinate over the inliers
+    std::vector<int> inliers;    ///< numbers of those pairs, ascending
+    double noise_m = 0.0;        ///< standard deviation per coordinate over the inliers
 };
-
-/// Fits by least median of squares over triples (all, or random ones by seed), then by least
-/// squares over the inliers until these stay the same. Needs at least three finite pairs; the
-/// caller checks for degenerate ones.
-RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options);
 
 constexpr int kFewestForRejection = 6;  ///< fewer pairs don't show which one is wrong
 constexpr double kFinestNoise_m = 1e-7; ///< so that rounding makes no outliers of exact pairs
 
 using Triple = std::array<int, 3>;
 
-void fit(RobustFit& result, const PointPairs& pairs, const std::vector<int>& chosen, bool scaling)
+PointPairs chosen(const PointPairs& pairs, const std::vector<int>& which)
 {
-    const auto count = static_cast<Eigen::Index>(chosen.size());
-    Eigen::Matrix3Xd world(3, count);
-    Eigen::Matrix3Xd array(3, count);
-    for (Eigen::Index k = 0; k < count; ++k)
-    {
-        world.col(k) = pairs.world.col(chosen[static_cast<std::size_t>(k)]);
-        array.col(k) = pairs.array.col(chosen[static_cast<std::size_t>(k)]);
-    }
-    const Eigen::Matrix4d motion = base::nearestMotion(world, array, scaling);
+    return {pairs.world(Eigen::all, which), pairs.array(Eigen::all, which)};
+}
+
+void fit(RobustFit& result, const PointPairs& pairs, const std::vector<int>& which, bool scaling)
+{
+    const PointPairs some = chosen(pairs, which);
+    const Eigen::Matrix4d motion = base::nearestMotion(some.world, some.array, scaling);
     result.linear = motion.topLeftCorner<3, 3>();
     result.offset = motion.topRightCorner<3, 1>();
     result.scale = scaling ? std::cbrt(result.linear.determinant()) : 1.0;
@@ -112,12 +105,10 @@ std::vector<int> within(const Eigen::VectorXd& residuals, double limit)
 }
 
 /// sqrt(sum r^2 / (3 n - parameters of the fit)).
-double noise(const RobustFit& result, const std::vector<int>& chosen, bool scaling)
+double noise(const RobustFit& result, bool scaling)
 {
-    double sum = 0.0;
-    for (const int k : chosen)
-        sum += result.residuals_m[k] * result.residuals_m[k];
-    const int freedom = 3 * static_cast<int>(chosen.size()) - (scaling ? 7 : 6);
+    const double sum = result.residuals_m(result.inliers).squaredNorm();
+    const int freedom = 3 * static_cast<int>(result.inliers.size()) - (scaling ? 7 : 6);
     return std::max(kFinestNoise_m, std::sqrt(sum / std::max(1, freedom)));
 }
 
@@ -143,32 +134,29 @@ std::vector<int> consensus(const PointPairs& pairs, const RobustFitOptions& opti
     return within(best.residuals_m, options.outlierSigmas * sigma);
 }
 
+/// Fits by least median of squares over triples (all, or random ones by seed), then by least
+/// squares over the inliers until these stay the same. Needs at least three finite pairs; the
+/// caller checks for degenerate ones.
 RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options)
 {
     const int n = pairs.size();
-    std::vector<int> chosen;
-    if (n >= kFewestForRejection) chosen = consensus(pairs, options);
-    if (static_cast<int>(chosen.size()) < 3)
-    {
-        chosen.clear();
-        for (int k = 0; k < n; ++k)
-            chosen.push_back(k);
-    }
     RobustFit result;
-    fit(result, pairs, chosen, options.scaling);
+    if (n >= kFewestForRejection) result.inliers = consensus(pairs, options);
+    if (result.inliers.size() < 3)
+    {
+        result.inliers.resize(static_cast<std::size_t>(n));
+        std::iota(result.inliers.begin(), result.inliers.end(), 0);
+    }
+    fit(result, pairs, result.inliers, options.scaling);
     for (int round = 0; round < 10 && n >= kFewestForRejection; ++round)
     {
-        const double limit = options.outlierSigmas * noise(result, chosen, options.scaling);
+        const double limit = options.outlierSigmas * noise(result, options.scaling);
         std::vector<int> next = within(result.residuals_m, limit);
-        if (static_cast<int>(next.size()) < 3 || next == chosen) break;
-        chosen = std::move(next);
-        fit(result, pairs, chosen, options.scaling);
+        if (next.size() < 3 || next == result.inliers) break;
+        result.inliers = std::move(next);
+        fit(result, pairs, result.inliers, options.scaling);
     }
-    result.noise_m = noise(result, chosen, options.scaling);
-    result.inliers = static_cast<int>(chosen.size());
-    result.inlier.assign(static_cast<std::size_t>(n), false);
-    for (const int k : chosen)
-        result.inlier[static_cast<std::size_t>(k)] = true;
+    result.noise_m = noise(result, options.scaling);
     return result;
 }
 
@@ -178,21 +166,6 @@ constexpr double kPlaneRatio = 0.1;  ///< third over first: below, a plane
 constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, wrong handedness
 constexpr int kDraws = 4000;         ///< gives the 95 % quantile to about 1.5 %
 constexpr int kEdgeDirections = 256;
-
-PointPairs chosen(const PointPairs& pairs, const std::vector<bool>& which)
-{
-    PointPairs result;
-    const auto count = std::count(which.begin(), which.end(), true);
-    result.world.resize(3, count);
-    result.array.resize(3, count);
-    for (Eigen::Index k = 0, to = 0; k < pairs.world.cols(); ++k)
-    {
-        if (!which[static_cast<std::size_t>(k)]) continue;
-        result.world.col(to) = pairs.world.col(k);
-        result.array.col(to++) = pairs.array.col(k);
-    }
-    return result;
-}
 
 /// Standard deviations along the principal axes, largest first.
 Eigen::Vector3d spread(const Eigen::Matrix3Xd& points)
@@ -306,7 +279,8 @@ bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitO
     PointPairs mirror = pairs;
     mirror.world.row(0) *= -1.0;
     const RobustFit other = robustFit(mirror, options);
-    return other.inliers >= direct.inliers && other.noise_m < kMirrorRatio * direct.noise_m;
+    return other.inliers.size() >= direct.inliers.size() &&
+           other.noise_m < kMirrorRatio * direct.noise_m;
 }
 
 /// Checks unit and handedness by a fit with scaling. Returns false if either is wrong.
@@ -325,7 +299,7 @@ bool checkScaleAndHand(CalibrationReport& report,
              "right-handed (an axis negated, or two exchanged, in one of them)");
         return false;
     }
-    const PointPairs kept = chosen(pairs, fit.inlier);
+    const PointPairs kept = chosen(pairs, fit.inliers);
     report.scale = fit.scale;
     // Var s = sigma^2 / sum |d|^2 with d in world units, the normal equation of s alone.
     report.scaleError =
@@ -448,7 +422,7 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
         return report;
     }
     RobustFit fit = robustFit(pairs, {false, options.outlierSigmas, options.trials, options.seed});
-    PointPairs kept = chosen(pairs, fit.inlier);
+    PointPairs kept = chosen(pairs, fit.inliers);
     const Eigen::Vector3d all = spread(pairs.world);
     const Eigen::Vector3d sigmas = spread(kept.world);
     if (all[1] <= kLineRatio * all[0] || sigmas[1] <= kLineRatio * sigmas[0])
@@ -466,11 +440,12 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
     report.worldToArray.linear() = fit.linear;
     report.worldToArray.translation() = fit.offset;
     report.residuals_m = fit.residuals_m;
-    for (std::size_t k = 0; k < fit.inlier.size(); ++k)
-        report.outlier[k] = !fit.inlier[k];
+    report.outlier.assign(static_cast<std::size_t>(n), true);
+    for (const int k : fit.inliers)
+        report.outlier[static_cast<std::size_t>(k)] = false;
     report.noise_m = fit.noise_m;
-    const int freedom = 3 * fit.inliers - 6;
-    report.rms_m = fit.noise_m * std::sqrt(freedom / static_cast<double>(fit.inliers));
+    const int freedom = 3 * kept.size() - 6;
+    report.rms_m = fit.noise_m * std::sqrt(freedom / static_cast<double>(kept.size()));
     const Eigen::Matrix3d C = ErrorModel(kept.array).worstAtRadius(options.edge_m);
     errorQuantiles(report, C, freedom, options.seed);
     checkShape(report, kept);

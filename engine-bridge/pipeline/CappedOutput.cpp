@@ -3,7 +3,6 @@
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +12,9 @@
 namespace midair::bridge
 {
 
-PipelineContext::PipelineContext(HologramOptions given) : options(std::move(given))
+PipelineContext::PipelineContext(HologramOptions given) :
+    options(std::move(given)),
+    clock(*options.clock)
 {
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
@@ -43,7 +44,8 @@ CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
                            options.array.size(), options.array.board, options.array.dead}] {
         return factory(uri, layout);
     };
-    _output = std::make_unique<ArrayOutput>(open, _context.messages, options.reopen_s);
+    _output =
+        std::make_unique<ArrayOutput>(open, _context.messages, options.reopen_s, _context.clock);
     useAbility();
 }
 
@@ -197,7 +199,7 @@ void CappedOutput::send(haptics::FieldSequence sequence, HologramResult& result)
                 {base::MessageCode::DEVICE_SLOW,
                  _line.message(sequence.modulation, _context.options.modulation)});
     }
-    result.handedOver_s = base::steadySeconds();
+    result.handedOver_s = _context.clock.now_s();
     result.sequence = std::move(sequence);
 }
 

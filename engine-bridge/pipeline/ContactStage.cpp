@@ -1,7 +1,5 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 
-#include "haptics/base/threads/SteadyClock.h"
-
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -56,7 +54,7 @@ const SceneSnapshot& ContactStage::withContactShares(const SceneSnapshot& snapsh
 
 bool ContactStage::isActive() const
 {
-    return _concerns && _renderer->isActive(base::steadySeconds());
+    return _concerns && _renderer->isActive(_context.clock.now_s());
 }
 
 double ContactStage::period_s() const
@@ -90,7 +88,7 @@ bool ContactStage::takeOver(HologramResult& result)
 void ContactStage::playNext(HologramResult* result)
 {
     const HologramOptions& options = _context.options;
-    const double now_s = base::steadySeconds();
+    const double now_s = _context.clock.now_s();
     RenderedField rendered = _renderer->render(now_s, _whole);
     if (rendered.isFailed)
         _context.messages.say({base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error});
@@ -126,7 +124,7 @@ void ContactStage::playNext(HologramResult* result)
 RestStep ContactStage::attend(bool /*isPlaying*/)
 {
     if (!isActive() && !_isPlayed) return {};
-    const double now_s = base::steadySeconds();
+    const double now_s = _context.clock.now_s();
     if (_output.device().isHoldOver()) return silence(); // frames stand still
     if (!isActive()) return playWhole();
     RestStep step;
@@ -168,7 +166,7 @@ RestStep ContactStage::playWhole()
 
 std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
 {
-    if (isActive()) return std::max(_field_s + period_s() - base::steadySeconds(), 0.0);
+    if (isActive()) return std::max(_field_s + period_s() - _context.clock.now_s(), 0.0);
     if (_isPlayed) return 0.0; // they have just ended
     return std::nullopt;
 }

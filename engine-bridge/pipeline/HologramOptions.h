@@ -5,6 +5,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/HologramSolver.h"
 
@@ -34,7 +35,9 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     double reopen_s = 1.0;
     /// the name of this user of the device, for the message when another one opens the same device
     std::string owner;
-    std::vector<base::Message> notes;     ///< what the user should know of these options; messages
+    std::vector<base::Message> notes; ///< what the user should know of these options; messages
+    /// what tells the time of what is played, for tests; outlives the pipeline
+    const base::Clock* clock = &base::steadyClock();
     ContactRendererOptions contacts;      ///< of objects that are felt where they are touched
     haptics::ModulatorOptions modulation; ///< of everything; its fieldRate_Hz is the fieldRate
 

@@ -4,7 +4,6 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/MessageLog.h"
-#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <algorithm>
@@ -87,7 +86,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
     _solved.resize(0);
     silence();
     auto result = begin(snapshot);
-    result->handedOver_s = base::steadySeconds();
+    result->handedOver_s = _context.clock.now_s();
     result->latency_ms = (result->handedOver_s - snapshot.time_s) * 1e3;
     result->sequence.report.stop = stop;
     result->sequence.report.message = why;
@@ -141,7 +140,7 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
         array,
         _context.options.medium);
     count(sequence.report, _context.counters);
-    _updates.count(base::steadySeconds());
+    _updates.count(_context.clock.now_s());
     tellReport(points, sequence);
     // The solver continued the last field of its own set, not the one that is played.
     if (_context.options.cycle > 1) continueLast(sequence);
@@ -185,7 +184,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     const haptics::ControlPoints points = assemble(snapshot, set, *result);
     const haptics::TransducerArray& array = _hands.shadowed(points);
     haptics::FieldSequence sequence = compose(snapshot, set, points, array);
-    const auto age_ms = [&] { return (base::steadySeconds() - snapshot.time_s) * 1e3; };
+    const auto age_ms = [&] { return (_context.clock.now_s() - snapshot.time_s) * 1e3; };
     const bool goesOn = isPlayedAlready(sequence, points);
     if (goesOn)
     {
@@ -247,8 +246,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
     result.playing = device().isPlaying();
     result.deviceOpen = device().isOpen();
     result.counters = _context.counters;
-    result.updatesPerSecond = _updates.perSecond(base::steadySeconds());
-    result.deviceStatus = device().status();
+    result.updatesPerSecond = _updates.perSecond(_context.clock.now_s());
+    result.deviceStatus = device().reading().status;
     result.state = _output.stateOf(result);
     for (PipelineStage* stage : _stages)
         stage->report(result, isOtherField);

@@ -64,21 +64,16 @@ public:
     /// The part of reconfigure() that can't wait: returns true if the caps in \a options are so
     /// strict that what is played, or being solved, may exceed them. Any thread.
     bool isStricter(const HologramOptions& options) const { return _output.isStricter(options); }
-    /// Lowers the cap of the amplitude at once. Any thread.
-    void lowerAmplitudeCap(double amplitude) { device().lowerAmplitudeCap(amplitude); }
-    /// See ArrayOutput. Any thread.
-    void setMuted(bool muted) { device().setMuted(muted); }
-
-    /// See ArrayOutput. To be called before the first process().
-    void follow(const std::shared_ptr<device::Lead>& lead) { device().follow(lead); }
+    /// The array. What of it is for any thread may be called during process(), too: a field that
+    /// process() is working on may still be played after its silenceNow(), unless a stop was
+    /// requested before.
+    ArrayOutput& device() { return _output.device(); }
+    const ArrayOutput& device() const { return _output.device(); }
 
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
     /// says STOPPED, attend() null.
     void setStop(const base::StopToken& stop);
-    /// Silences the array. May be called from any thread, also during process(); a field that
-    /// process() is working on may still be played afterwards, unless a stop was requested before.
-    void silenceNow() { device().silenceNow(); }
 
     /// To be called between the calls of process(). Returns true if a device that could not be
     /// opened is open now: then the last snapshot should be processed again, which plays it.
@@ -86,20 +81,13 @@ public:
 
     const HologramCounters& counters() const { return _context.counters; }
     const HologramOptions& options() const { return _context.options; }
-    ArrayFields fields() const { return device().fields(); }       ///< any thread
-    std::string deviceStatus() const { return device().status(); } ///< any thread
-    ArrayReading reading() const { return device().reading(); }    ///< any thread
     /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
     /// isn't. Any thread.
     double solvingSince_s() const { return _composer.busySince_s(); }
-    /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
-    PlayedDrives playedOfLate(double duration_s) const { return device().playedOfLate(duration_s); }
     haptics::ExposureFigures exposure() const { return _ears.reading(); } ///< any thread
     std::vector<std::string> messages() const { return _context.messages.all(); }
 
 private:
-    ArrayOutput& device() { return _output.device(); }
-    const ArrayOutput& device() const { return _output.device(); }
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);

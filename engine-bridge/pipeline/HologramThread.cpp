@@ -79,8 +79,8 @@ void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwi
         });
     const base::Lock lock(_atWorkMutex);
     if (!_atWork) return;
-    _atWork->lowerAmplitudeCap(amplitude);
-    if (isStricter) _atWork->silenceNow();
+    _atWork->device().lowerAmplitudeCap(amplitude);
+    if (isStricter) _atWork->device().silenceNow();
 }
 
 void HologramThread::setMuted(bool muted)
@@ -88,7 +88,7 @@ void HologramThread::setMuted(bool muted)
     {
         const base::Lock lock(_atWorkMutex);
         _lead->setMuted(muted);
-        if (_atWork) _atWork->setMuted(muted);
+        if (_atWork) _atWork->device().setMuted(muted);
     }
     _slot.wake(); // attend() plays the field again, or tells that it is muted
 }
@@ -103,7 +103,7 @@ ArrayState HologramThread::state() const
     const base::Lock lock(_atWorkMutex);
     if (!isOpen || !_lead->isMuted()) return state;
     // A driver that hangs hasn't heard of it, so the array may still sound.
-    const bool isDeaf = _atWork && _atWork->reading().state == ArrayState::FAULT;
+    const bool isDeaf = _atWork && _atWork->device().reading().state == ArrayState::FAULT;
     return isDeaf ? ArrayState::FAULT : ArrayState::MUTED;
 }
 
@@ -112,7 +112,7 @@ ArrayReading HologramThread::reading() const
 {
     {
         const base::Lock lock(_atWorkMutex);
-        if (_atWork) return _atWork->reading();
+        if (_atWork) return _atWork->device().reading();
     }
     ArrayReading now;
     if (_opening) now.state = ArrayState::OPENING;
@@ -136,7 +136,7 @@ std::shared_ptr<const PlayedPressure> HologramThread::playedNow() const
 PlayedDrives HologramThread::playedOfLate(double duration_s) const
 {
     const base::Lock lock(_atWorkMutex);
-    return _atWork ? _atWork->playedOfLate(duration_s) : PlayedDrives();
+    return _atWork ? _atWork->device().playedOfLate(duration_s) : PlayedDrives();
 }
 
 haptics::ExposureFigures HologramThread::exposure() const
@@ -147,22 +147,6 @@ haptics::ExposureFigures HologramThread::exposure() const
     }
     const auto result = latestResult();
     return result ? result->exposure : haptics::ExposureFigures();
-}
-
-ArrayFields HologramThread::fields() const
-{
-    const base::Lock lock(_atWorkMutex);
-    return _atWork ? _atWork->fields() : ArrayFields();
-}
-
-std::string HologramThread::deviceStatus() const
-{
-    {
-        const base::Lock lock(_atWorkMutex);
-        if (_atWork) return _atWork->deviceStatus();
-    }
-    const auto result = latestResult();
-    return result ? result->deviceStatus : std::string();
 }
 
 double HologramThread::solvesFor_s() const
@@ -192,14 +176,14 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
     const base::Lock lock(_atWorkMutex);
     _atWork = pipeline;
-    if (_atWork) _atWork->follow(_lead);
+    if (_atWork) _atWork->device().follow(_lead);
 }
 
 // Called after the stop was requested, so that the pipeline doesn't send the field it works on.
 void HologramThread::silenceNow()
 {
     const base::Lock lock(_atWorkMutex);
-    if (_atWork) _atWork->silenceNow();
+    if (_atWork) _atWork->device().silenceNow();
 }
 
 std::shared_ptr<const HologramResult> HologramThread::latestResult() const

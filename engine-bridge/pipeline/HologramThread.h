@@ -72,7 +72,8 @@ public:
     /// What the array does now; newer than the newest result's. Never waits for the device. Any
     /// thread.
     ArrayState state() const;
-    /// The same with what became of the fields, by one report of the device. Any thread.
+    /// The same with what became of the fields, by one report of the device; the status of the
+    /// newest result, and no fields, while none is open. Any thread.
     ArrayReading reading() const;
     /// What hands feel: the points of the newest field with their pressures if the array plays it
     /// at this moment; no points while it is muted, lost, at fault, silenced by its hold or a cap,
@@ -83,10 +84,6 @@ public:
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none
     /// is open. Any thread.
     PlayedDrives playedOfLate(double duration_s) const;
-    /// What the device has done with its fields; nothing while none is open. Any thread.
-    ArrayFields fields() const;
-    /// Status of the device; of the newest result while none is open. Any thread.
-    std::string deviceStatus() const;
 
     /// For how long the solver has been at work on one field, s, while a newer snapshot waits; 0:
     /// none waits. Any thread.

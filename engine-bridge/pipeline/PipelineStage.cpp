@@ -1,7 +1,5 @@
 #include "engine-bridge/pipeline/PipelineStage.h"
 
-#include "haptics/base/threads/SteadyClock.h"
-
 #include <vector>
 
 namespace midair::bridge
@@ -23,13 +21,13 @@ bool EarStage::arrive(const SceneSnapshot*& snapshot)
     _isMoved = limit_dB() > 0.0;
     const HologramResult* last = _context.last.get();
     if (!_isMoved && last && last->state == ArrayState::PLAYING)
-        _watch.play(last->sequence.fields, base::steadySeconds());
+        _watch.play(last->sequence.fields, _context.clock.now_s());
     return !_isMoved;
 }
 
 void EarStage::report(HologramResult& result, bool isOtherField)
 {
-    const double now_s = base::steadySeconds();
+    const double now_s = _context.clock.now_s();
     const bool sounds = result.state == ArrayState::PLAYING;
     if (isOtherField || !_context.last || result.state != _context.last->state)
         _watch.play(sounds ? result.sequence.fields : std::vector<Eigen::VectorXcf>(), now_s);
@@ -38,7 +36,7 @@ void EarStage::report(HologramResult& result, bool isOtherField)
 
 haptics::ExposureFigures EarStage::reading() const
 {
-    return _watch.reading(base::steadySeconds());
+    return _watch.reading(_context.clock.now_s());
 }
 
 } // namespace midair::bridge

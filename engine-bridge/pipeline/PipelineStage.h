@@ -24,6 +24,7 @@ struct PipelineContext
     kept(const haptics::TransducerArray& array) const;
 
     HologramOptions options;
+    const base::Clock& clock;                              ///< that of the first options
     std::shared_ptr<const haptics::TransducerArray> array; ///< that of options, for the results
     base::MessageLog messages;
     HologramCounters counters;

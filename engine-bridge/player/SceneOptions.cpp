@@ -2,14 +2,12 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "haptics/base/settings/Setting.h"
-#include "haptics/base/text/Quantity.h"
 #include "haptics/base/text/Words.h"
 #include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>
-#include <array>
-#include <vector>
 
 namespace midair::bridge
 {
@@ -111,17 +109,6 @@ HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMateri
                    : renderOf(static_cast<SceneSettings::Render>(settings.render));
     p.material = material;
     return p;
-}
-
-bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places)
-{
-    std::vector<std::array<double, 3>> read;
-    if (!base::parsePlaces(text, read)) return false;
-    places.resize(3, static_cast<Eigen::Index>(read.size()));
-    for (std::size_t l = 0; l < read.size(); ++l)
-        places.col(static_cast<Eigen::Index>(l)) =
-            Eigen::Map<const Eigen::Vector3d>(read[l].data());
-    return true;
 }
 
 SceneSettings restricted(SceneSettings settings, const device::UserCaps& limits)

@@ -8,8 +8,6 @@
 #include <osgMidair/ObjectSettings>
 #include <osgMidair/SceneSettings>
 
-#include <Eigen/Core>
-
 #include <string>
 
 namespace midair::bridge
@@ -32,10 +30,6 @@ ObjectMaterial materialOf(const ObjectSettings& settings);
 
 /// The part of \a settings that goes to the pipeline with each object, felt as \a material.
 HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMaterial& material);
-
-/// Reads listening places, "0 0 0.6; 30 0 60 cm", into \a places (3 x n, m), as
-/// base::parsePlaces() does.
-bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places);
 
 /// \a settings with what \a limits restrict beyond them.
 SceneSettings restricted(SceneSettings settings, const device::UserCaps& limits);

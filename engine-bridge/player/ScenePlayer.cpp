@@ -480,12 +480,6 @@ ArrayReading ScenePlayer::reading() const
     return _shared.thread ? _shared.thread->reading() : ArrayReading();
 }
 
-std::string ScenePlayer::deviceStatus() const
-{
-    const base::Lock lock(_shared.mutex);
-    return _shared.thread ? _shared.thread->deviceStatus() : std::string();
-}
-
 PlayedDrives ScenePlayer::playedOfLate(double duration_s) const
 {
     const base::Lock lock(_shared.mutex);

@@ -226,7 +226,6 @@ public:
     SceneStatistics statistics() const;
     ArrayState state() const; ///< CLOSED while there is no thread
     ArrayReading reading() const;
-    std::string deviceStatus() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
     PlayedDrives playedOfLate(double duration_s) const;
     /// The array as it was read last; null: it wasn't, or can't be.

@@ -1,7 +1,6 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <cmath>
@@ -98,8 +97,12 @@ drivesOf(const std::vector<Eigen::VectorXcf>& fields, int transducers, const std
     return drives;
 }
 
-ArrayOutput::ArrayOutput(const Open& open, base::MessageLog& messages, double retry_s) :
-    _messages(messages)
+ArrayOutput::ArrayOutput(const Open& open,
+                         base::MessageLog& messages,
+                         double retry_s,
+                         const base::Clock& clock) :
+    _messages(messages),
+    _clock(clock)
 {
     _opener = std::make_unique<DeviceOpener>(open, retry_s);
     _shared.isOpening = !_opener->await();
@@ -181,7 +184,7 @@ void ArrayOutput::usePlayer(bool wanted)
     if (!wanted)
         _player.reset();
     else if (!_player && _device)
-        _player = std::make_unique<FieldPlayer>(*_device);
+        _player = std::make_unique<FieldPlayer>(*_device, _clock);
     _sent.byPlayer = _player != nullptr;
     if (_player) _sent.isHeld = false;
 }
@@ -192,7 +195,7 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     stop.throwIfRequested();
     noteSending();
     _sent.before = _device->report();
-    _sent.time_s = base::steadySeconds();
+    _sent.time_s = _clock.now_s();
     _sent.isPlaying = false;
     _sent.isHeld = true; // until it is unmuted, or capped
     if (isBlocked()) return false;
@@ -431,7 +434,7 @@ ArrayState ArrayOutput::state()
     // What a moving scene's fields became says nothing more once one of them is held.
     const bool isHeld =
         !_sent.byPlayer && report.pending == 0 && report.played > _sent.before.played;
-    if (isHeld && base::steadySeconds() - _sent.time_s > kRest_s) faith.share.forget(report);
+    if (isHeld && _clock.now_s() - _sent.time_s > kRest_s) faith.share.forget(report);
     const bool isFaulty = faith.share.isFaulty(report) || faith.isMissed;
     if (report.state < device::DeviceState::HANGING) _told.loss.reset();
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
@@ -473,8 +476,9 @@ ArrayReading ArrayOutput::reading() const
     const device::ArrayDevice* device = _shared.device;
     if (!device)
     {
-        now.status = "not open: " + openError();
         if (_shared.isOpening) now.state = ArrayState::OPENING;
+        const base::Lock lock(_shared.mutex);
+        now.status = "not open: " + _shared.openError;
         return now;
     }
     Judgement judged;
@@ -507,17 +511,6 @@ ArrayReading ArrayOutput::reading() const
 PlayedDrives ArrayOutput::playedOfLate(double duration_s) const
 {
     return device() ? playedOf(*device(), duration_s) : PlayedDrives();
-}
-
-std::string ArrayOutput::openError() const
-{
-    const base::Lock lock(_shared.mutex);
-    return _shared.openError;
-}
-
-std::string ArrayOutput::status() const
-{
-    return device() ? device()->status() : "not open: " + openError();
 }
 
 } // namespace midair::bridge

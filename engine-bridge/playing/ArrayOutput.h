@@ -7,6 +7,7 @@
 #include "engine-bridge/playing/PlayedDrives.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/sequence/Modulator.h"
 
@@ -63,7 +64,11 @@ public:
     /// DeviceOpener::kPatience_s. If it throws, or takes longer, that is a message and there is no
     /// device yet: fields are then decoded as a device with default levels would play them. \a
     /// retry_s: pause before \a open is called again, and then again with growing pauses; 0: never.
-    ArrayOutput(const Open& open, base::MessageLog& messages, double retry_s = 0.0);
+    /// \a clock is that of what it plays, and outlives it.
+    ArrayOutput(const Open& open,
+                base::MessageLog& messages,
+                double retry_s = 0.0,
+                const base::Clock& clock = base::steadyClock());
     ~ArrayOutput(); ///< silences the device
 
     ArrayOutput(const ArrayOutput&) = delete;
@@ -150,9 +155,6 @@ public:
     /// is no longer pending, else planned().
     std::vector<Eigen::VectorXcf> played() const;
 
-    std::string status() const; ///< any thread
-    /// What the device has done with its fields; nothing without a device. Any thread.
-    ArrayFields fields() const { return reading().fields; }
     /// What the array does now. To be asked at each field, since it is judged by the last ones.
     ArrayState state();
     /// Keeps \a state, as it was judged, for reading().
@@ -234,11 +236,11 @@ private:
     bool takeDevice();
     base::Message refusal(const device::DeviceReport& report) const;
     void tellRefusal(const device::DeviceReport& report);
-    std::string openError() const;
     device::ArrayDevice* device() const { return _shared.device; }
 
     base::MessageLog& _messages;
-    std::shared_ptr<device::Lead> _lead = std::make_shared<device::Lead>();
+    const base::Clock& _clock;
+    std::shared_ptr<device::Lead> _lead = std::make_shared<device::Lead>(_clock);
 
     /// Guards sending to the device and to the player, and making and destroying the two.
     base::Mutex _sending;

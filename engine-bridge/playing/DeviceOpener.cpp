@@ -124,12 +124,6 @@ bool DeviceOpener::await()
     return _shared->tries > 1 || _shared->awaitTry(lock);
 }
 
-bool DeviceOpener::isFirstTry() const
-{
-    const base::Lock lock(_shared->mutex);
-    return _shared->tries == 1 && _shared->isTrying;
-}
-
 std::unique_ptr<device::ArrayDevice> DeviceOpener::take(std::uint64_t& failed, std::string& why)
 {
     const base::Lock lock(_shared->mutex);

@@ -34,8 +34,6 @@ public:
 
     /// Waits for the end of the first try, at most kPatience_s. Returns false if it hasn't ended.
     bool await();
-    /// Returns true while the first try is under way.
-    bool isFirstTry() const;
 
     /// Returns the device if it is open by now, and then tries no more; else null. \a failed:
     /// number of tries that have failed since the last call; if any, \a why is the reason of the

@@ -2,8 +2,10 @@
 
 #include "engine-bridge/playing/FieldBounds.h"
 #include "engine-bridge/playing/PressureCap.h"
+#include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -35,6 +37,16 @@ Eigen::Matrix3Xd joined(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b)
 }
 
 } // namespace
+
+bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places)
+{
+    std::vector<std::array<double, 3>> read;
+    if (!base::parsePlaces(text, read)) return false;
+    places.resize(3, static_cast<Eigen::Index>(read.size()));
+    for (std::size_t l = 0; l < read.size(); ++l)
+        places.col(static_cast<Eigen::Index>(l)) = Eigen::Vector3d::Map(read[l].data());
+    return true;
+}
 
 EarBound::EarBound(double limit_dB, std::shared_ptr<haptics::Exposure> exposure) :
     _limit_dB(limit_dB),

@@ -11,10 +11,15 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace midair::bridge
 {
+
+/// Reads listening places, "0 0 0.6; 30 0 60 cm", into \a places (3 x n, m), as
+/// base::parsePlaces() does.
+bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places);
 
 /// A limit on the level at listening places, for PressureCap to hold. A field keeps to it if
 /// neither its rms pressure in a place and in four more around it, with its phases as played, nor

@@ -147,6 +147,24 @@ firstOf(const device::DriveSignal& all, const std::vector<int>& order, std::size
     return some;
 }
 
+// One field, or several in which all that sounds has one amplitude, so that the lowest level keeps
+// their ratios.
+bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields)
+{
+    if (fields.size() == 1) return true;
+    const double most = largest(fields);
+    for (const Eigen::VectorXcf& q : fields)
+        for (const std::complex<float>& one : q)
+            if (one != 0.0f && std::abs(one) < kOneAmplitude * most) return false;
+    return true;
+}
+
+void setToLowest(int duty, device::DriveSignal& signal)
+{
+    for (std::uint8_t& level : signal.duty)
+        level = level > 0 ? static_cast<std::uint8_t>(duty) : level;
+}
+
 } // namespace
 
 PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability) :
@@ -228,18 +246,6 @@ PressureCap::hold(const Where& where, device::DriveSignal& signal, CappedField k
     field.played.setZero(signal.size());
     field.achieved_Pa.setZero(where.points.cols());
     return field;
-}
-
-// One field, or several in which all that sounds has one amplitude, so that the lowest level keeps
-// their ratios.
-bool PressureCap::mayThinOut(const std::vector<Eigen::VectorXcf>& fields)
-{
-    if (fields.size() == 1) return true;
-    const double most = largest(fields);
-    for (const Eigen::VectorXcf& q : fields)
-        for (const std::complex<float>& one : q)
-            if (one != 0.0f && std::abs(one) < kOneAmplitude * most) return false;
-    return true;
 }
 
 // Where the lowest level of all is too much, fewer transducers may not be: as many as keep to the
@@ -353,26 +359,24 @@ PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedDr
 {
     const double before = power(sequence.fields);
     CappedDrives made;
-    const double factor = sequence.isHeld() ? holdHeld(where, sequence, made)
-                                            : holdAll(where, sequence.fields, &made.drives);
+    double factor = 1.0;
+    if (sequence.isHeld())
+    {
+        Eigen::VectorXcf& q = sequence.fields.front();
+        device::DriveSignal& signal = made.drives.emplace_back();
+        if (!encodeFor(where, q, signal))
+            throw base::InputError(
+                "solver gave activations that are not finite; nothing is played");
+        made.held = hold(where, signal, {1.0, q, sequence.achieved_Pa});
+        factor = made.held.factor;
+        if (factor < 1.0) q = decoded(signal);
+    }
+    else
+        factor = holdAll(where, sequence.fields, &made.drives);
     if (factor < 1.0) sequence.achieved_Pa.resize(0);
     if (capped) *capped = std::move(made);
     if (factor >= 1.0 || factor <= 0.0 || before <= 0.0) return factor;
     return std::min(1.0, std::sqrt(power(sequence.fields) / before));
-}
-
-double PressureCap::holdHeld(const Where& where,
-                             haptics::FieldSequence& sequence,
-                             CappedDrives& capped) const
-{
-    Eigen::VectorXcf& q = sequence.fields.front();
-    device::DriveSignal signal;
-    if (!encodeFor(where, q, signal))
-        throw base::InputError("solver gave activations that are not finite; nothing is played");
-    capped.held = hold(where, signal, {1.0, q, sequence.achieved_Pa});
-    if (capped.held.factor < 1.0) q = decoded(signal);
-    capped.drives = {std::move(signal)};
-    return capped.held.factor;
 }
 
 bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const
@@ -418,12 +422,6 @@ int PressureCap::lowestDuty(int transducers) const
         if (!_play(all).isZero(0.0f)) return duty;
     }
     return 0;
-}
-
-void PressureCap::setToLowest(int duty, device::DriveSignal& signal) const
-{
-    for (std::uint8_t& level : signal.duty)
-        level = level > 0 ? static_cast<std::uint8_t>(duty) : level;
 }
 
 LowestLevel PressureCap::lowest(const Where& where,

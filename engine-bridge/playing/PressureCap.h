@@ -135,11 +135,7 @@ public:
                        bool alone = false) const;
 
 private:
-    double
-    holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedDrives& capped) const;
     int lowestDuty(int transducers) const;
-    void setToLowest(int duty, device::DriveSignal& signal) const;
-    static bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields);
     std::string tellOfCap(const Where& where,
                           const std::vector<Eigen::VectorXcf>& wanted,
                           const SilenceRemedy& remedy) const;

@@ -22,42 +22,38 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 [[noreturn]] void raise(midair_status status);
 [[noreturn]] void raise(midair_status status, const std::string& text);
 
-/// Calls the C interface without Python's lock, since a call may wait for a callback that needs it,
-/// and raises what it fails with. Returns MIDAIR_OK or MIDAIR_SILENT.
-template<typename Call>
-midair_status checked(const Call& call)
+/// Calls a function of the C interface without Python's lock, since it may wait for a callback that
+/// needs that.
+template<typename Function, typename... Arguments>
+midair_status unlocked(Function* function, const Arguments&... arguments)
 {
-    midair_status status = MIDAIR_OK;
-    {
-        const py::gil_scoped_release released;
-        status = call();
-    }
+    const py::gil_scoped_release released;
+    return function(arguments...);
+}
+
+/// The same, and raises what it fails with. Returns MIDAIR_OK or MIDAIR_SILENT.
+template<typename Function, typename... Arguments>
+midair_status checked(Function* function, const Arguments&... arguments)
+{
+    const midair_status status = unlocked(function, arguments...);
     if (status < 0) raise(status);
     return status;
 }
 
-/// Returns a text that \a read(room, size, needed) writes; one that grows meanwhile is read again.
-template<typename Read>
-std::string textFrom(const Read& read)
+/// Returns the text of \a of that \a read(of.., room, size, needed) writes; one that grows
+/// meanwhile is read again.
+template<typename Function, typename... Arguments>
+std::string textFrom(Function* read, const Arguments&... of)
 {
     std::string text(256, '\0');
-    for (;;)
-    {
-        std::size_t needed = 0;
-        midair_status status = MIDAIR_OK;
-        {
-            const py::gil_scoped_release released;
-            status = read(text.data(), text.size(), &needed);
-        }
-        if (status == MIDAIR_TOO_SMALL)
-        {
-            text.resize(needed);
-            continue;
-        }
-        if (status < 0) raise(status);
-        text.resize(needed - 1);
-        return text;
-    }
+    std::size_t needed = 0;
+    midair_status status = unlocked(read, of..., text.data(), text.size(), &needed);
+    for (; status == MIDAIR_TOO_SMALL;
+         status = unlocked(read, of..., text.data(), text.size(), &needed))
+        text.resize(needed);
+    if (status < 0) raise(status);
+    text.resize(needed - 1);
+    return text;
 }
 
 /// Owns a handle of the C interface, and closes it.

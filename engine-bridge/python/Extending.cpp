@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstdio>
 #include <sstream>
+#include <type_traits>
 #include <vector>
 
 #include <pybind11/stl.h>
@@ -29,9 +30,10 @@ void write(const char* what, char* error, std::size_t size)
     if (error && size > 0) std::snprintf(error, size, "%s", what);
 }
 
-/// Calls Python with its lock. Returns false, with what it raised in \a error, if it failed.
+/// Calls Python with its lock. Returns false, with what it raised in \a error, if it failed, or if
+/// \a call says so.
 template<typename Call>
-bool calledPython(char* error, std::size_t size, const Call& call)
+bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
 {
     if (hasEnded())
     {
@@ -41,7 +43,13 @@ bool calledPython(char* error, std::size_t size, const Call& call)
     const py::gil_scoped_acquire lock;
     try
     {
-        return call();
+        if constexpr (std::is_void_v<decltype(call())>)
+        {
+            call();
+            return true;
+        }
+        else
+            return call();
     }
     catch (py::error_already_set& raised)
     {
@@ -101,9 +109,8 @@ solve(void* user, const midair_problem* given, float* activations, char* error, 
                                   " activations for " + std::to_string(given->transducers) +
                                   " transducers");
         std::copy_n(q.data(), q.size(), reinterpret_cast<std::complex<float>*>(activations));
-        return true;
     };
-    return calledPython(error, size, call) ? 0 : 1;
+    return calledPython(call, error, size) ? 0 : 1;
 }
 
 /// An open device that is written in Python.
@@ -132,18 +139,16 @@ void* openDevice(void* user,
                  std::size_t size)
 {
     PyDevice* opened = nullptr;
-    calledPython(error,
-                 size,
-                 [&]
-                 {
-                     const auto m = static_cast<py::ssize_t>(transducers);
-                     const py::array_t<std::int32_t> board(m, boards);
-                     py::object object = static_cast<py::object*>(user)->operator()(
-                         path, optionsOf(options), board);
-                     if (object.is_none()) throw py::value_error("the device could not be opened");
-                     opened = new PyDevice{std::move(object), m};
-                     return true;
-                 });
+    const auto call = [&]
+    {
+        const auto m = static_cast<py::ssize_t>(transducers);
+        const py::array_t<std::int32_t> board(m, boards);
+        py::object object =
+            static_cast<py::object*>(user)->operator()(path, optionsOf(options), board);
+        if (object.is_none()) throw py::value_error("the device could not be opened");
+        opened = new PyDevice{std::move(object), m};
+    };
+    calledPython(call, error, size);
     return opened;
 }
 
@@ -157,18 +162,13 @@ std::int32_t playDevice(void* instance, const std::uint8_t* phases, const std::u
                                        py::array_t<std::uint8_t>(device.transducers, amplitudes));
         return taken.is_none() || taken.cast<bool>();
     };
-    return calledPython(nullptr, 0, call) ? 0 : 1;
+    return calledPython(call) ? 0 : 1;
 }
 
 std::int32_t silenceDevice(void* instance)
 {
-    auto& device = *static_cast<PyDevice*>(instance);
-    const auto call = [&]
-    {
-        device.object.attr("silence")();
-        return true;
-    };
-    return calledPython(nullptr, 0, call) ? 0 : 1;
+    const auto call = [&] { static_cast<PyDevice*>(instance)->object.attr("silence")(); };
+    return calledPython(call) ? 0 : 1;
 }
 
 std::int32_t isReadyDevice(void* instance)
@@ -179,7 +179,7 @@ std::int32_t isReadyDevice(void* instance)
         return !py::hasattr(device.object, "is_ready") ||
                device.object.attr("is_ready")().cast<bool>();
     };
-    return calledPython(nullptr, 0, call) ? 1 : 0;
+    return calledPython(call) ? 1 : 0;
 }
 
 void closeDevice(void* instance)
@@ -188,9 +188,8 @@ void closeDevice(void* instance)
     const auto call = [&]
     {
         if (py::hasattr(device->object, "close")) device->object.attr("close")();
-        return true;
     };
-    calledPython(nullptr, 0, call);
+    calledPython(call);
     if (hasEnded()) return; // the object can't be let go without Python
     const py::gil_scoped_acquire lock;
     delete device;
@@ -199,34 +198,29 @@ void closeDevice(void* instance)
 void* openHands(void* user, const char* options, char* error, std::size_t size)
 {
     py::object* opened = nullptr;
-    calledPython(error,
-                 size,
-                 [&]
-                 {
-                     py::object object = static_cast<py::object*>(user)->operator()(options);
-                     if (object.is_none()) throw py::value_error("there is no such hand source");
-                     opened = new py::object(std::move(object));
-                     return true;
-                 });
+    const auto call = [&]
+    {
+        py::object object = static_cast<py::object*>(user)->operator()(options);
+        if (object.is_none()) throw py::value_error("there is no such hand source");
+        opened = new py::object(std::move(object));
+    };
+    calledPython(call, error, size);
     return opened;
 }
 
 std::int32_t handsNow(void* instance, double time_s, midair_hand* hands, std::size_t capacity)
 {
     std::int32_t count = -1;
-    calledPython(nullptr,
-                 0,
-                 [&]
-                 {
-                     const py::object result =
-                         static_cast<py::object*>(instance)->attr("hands")(time_s);
-                     if (result.is_none()) return true;
-                     const auto all = result.cast<py::array_t<midair_hand, py::array::c_style>>();
-                     if (static_cast<std::size_t>(all.size()) > capacity) return false;
-                     std::copy_n(all.data(), all.size(), hands);
-                     count = static_cast<std::int32_t>(all.size());
-                     return true;
-                 });
+    const auto call = [&]
+    {
+        const py::object result = static_cast<py::object*>(instance)->attr("hands")(time_s);
+        if (result.is_none()) return;
+        const auto all = result.cast<py::array_t<midair_hand, py::array::c_style>>();
+        if (static_cast<std::size_t>(all.size()) > capacity) return;
+        std::copy_n(all.data(), all.size(), hands);
+        count = static_cast<std::int32_t>(all.size());
+    };
+    calledPython(call);
     return count;
 }
 
@@ -263,7 +257,7 @@ void registerDevice(const std::string& scheme,
     driver.amplitudes = amplitudes.data();
     driver.amplitude_count = static_cast<std::uint32_t>(amplitudes.size());
     driver.fields_per_second = fieldsPerSecond;
-    checked([&] { return midair_register_device(scheme.c_str(), &driver); });
+    checked(midair_register_device, scheme.c_str(), &driver);
 }
 
 void registerHands(const std::string& name, const py::object& open)
@@ -274,7 +268,7 @@ void registerHands(const std::string& name, const py::object& open)
     source.open = openHands;
     source.hands = handsNow;
     source.close = closeHands;
-    checked([&] { return midair_register_hands(name.c_str(), &source); });
+    checked(midair_register_hands, name.c_str(), &source);
 }
 
 } // namespace
@@ -306,7 +300,7 @@ void addExtending(py::module_& module)
         [](const std::string& name, const py::object& function)
         {
             void* const user = keptForever(function);
-            checked([&] { return midair_register_solver(name.c_str(), solve, user); });
+            checked(midair_register_solver, name.c_str(), solve, user);
         },
         py::arg("name"),
         py::arg("function"),

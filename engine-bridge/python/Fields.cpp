@@ -14,7 +14,7 @@ using Complexes = py::array_t<std::complex<float>>;
 midair_field_info infoOf(const PyField& field)
 {
     midair_field_info info{};
-    checked([&] { return midair_field_about(field.get(), &info); });
+    checked(midair_field_about, field.get(), &info);
     return info;
 }
 
@@ -22,7 +22,7 @@ midair_field_info infoOf(const PyField& field)
 py::array activations(const PyField& field, std::size_t index)
 {
     const float* numbers = nullptr;
-    checked([&] { return midair_field_view(field.get(), index, &numbers); });
+    checked(midair_field_view, field.get(), index, &numbers);
     auto* const keeps = new std::shared_ptr<OwnedField>(field.owned);
     const py::capsule owner(
         keeps, [](void* kept) { delete static_cast<std::shared_ptr<OwnedField>*>(kept); });
@@ -40,11 +40,12 @@ py::tuple levels(const PyField& field, std::size_t index)
     const auto count = static_cast<py::ssize_t>(infoOf(field).transducers);
     py::array_t<std::int32_t> phases(count);
     py::array_t<std::int32_t> amplitudes(count);
-    std::int32_t* const p = phases.mutable_data();
-    std::int32_t* const a = amplitudes.mutable_data();
-    checked(
-        [&]
-        { return midair_field_levels(field.get(), index, p, a, static_cast<std::size_t>(count)); });
+    checked(midair_field_levels,
+            field.get(),
+            index,
+            phases.mutable_data(),
+            amplitudes.mutable_data(),
+            static_cast<std::size_t>(count));
     return py::make_tuple(phases, amplitudes);
 }
 
@@ -52,10 +53,9 @@ py::array points(const PyField& field)
 {
     const auto count = static_cast<py::ssize_t>(infoOf(field).points);
     py::array_t<midair_point> all(count);
-    midair_point* const to = all.mutable_data();
     if (count > 0)
-        checked([&]
-                { return midair_field_points(field.get(), to, static_cast<std::size_t>(count)); });
+        checked(
+            midair_field_points, field.get(), all.mutable_data(), static_cast<std::size_t>(count));
     return std::move(all);
 }
 
@@ -67,11 +67,9 @@ py::dict figures(const PyField& field)
     infoOf(field); // raises for a closed one
     for (std::size_t i = 0;; ++i)
     {
-        midair_status status = MIDAIR_OK;
-        {
-            const py::gil_scoped_release released; // the first one computes the exposure
-            status = midair_field_figure_at(field.get(), i, &name, &value);
-        }
+        // The first one computes the exposure.
+        const midair_status status =
+            unlocked(midair_field_figure_at, field.get(), i, &name, &value);
         if (status == MIDAIR_UNKNOWN) return all;
         if (status < 0) raise(status);
         all[name] = value;
@@ -83,8 +81,7 @@ Complexes pressures(const PyField& field, const Doubles& places, std::size_t ind
     const std::size_t count = rowsOf(places, "places");
     Complexes p(static_cast<py::ssize_t>(count));
     auto* const to = reinterpret_cast<float*>(p.mutable_data());
-    const double* const from = places.data();
-    checked([&] { return midair_field_pressures(field.get(), index, from, count, to); });
+    checked(midair_field_pressures, field.get(), index, places.data(), count, to);
     return p;
 }
 
@@ -92,22 +89,19 @@ py::array_t<float> felt(const PyField& field, const Doubles& places)
 {
     const std::size_t count = rowsOf(places, "places");
     py::array_t<float> p(static_cast<py::ssize_t>(count));
-    float* const to = p.mutable_data();
-    const double* const from = places.data();
-    checked([&] { return midair_field_felt(field.get(), from, count, to); });
+    checked(midair_field_felt, field.get(), places.data(), count, p.mutable_data());
     return p;
 }
 
 std::string text(const PyField& field, const char* name)
 {
-    return textFrom([&](char* room, std::size_t size, std::size_t* needed)
-                    { return midair_field_text(field.get(), name, room, size, needed); });
+    return textFrom(midair_field_text, field.get(), name);
 }
 
 std::shared_ptr<OwnedArray> loadArray(const std::string& name)
 {
     midair_array* array = nullptr;
-    checked([&] { return midair_array_load(name.c_str(), &array); });
+    checked(midair_array_load, name.c_str(), &array);
     return std::make_shared<OwnedArray>(array);
 }
 
@@ -117,19 +111,15 @@ std::shared_ptr<OwnedArray> makeArray(const std::string& name,
                                       double source_Pa_m)
 {
     midair_array* array = nullptr;
-    const midair_transducer* const from = all.data();
     const auto count = static_cast<std::size_t>(all.size());
-    checked(
-        [&] {
-            return midair_array_make(name.c_str(), from, count, frequency_Hz, source_Pa_m, &array);
-        });
+    checked(midair_array_make, name.c_str(), all.data(), count, frequency_Hz, source_Pa_m, &array);
     return std::make_shared<OwnedArray>(array);
 }
 
 std::size_t sizeOf(const OwnedArray& array)
 {
     std::size_t size = 0;
-    checked([&] { return midair_array_size(array.get(), &size); });
+    checked(midair_array_size, array.get(), &size);
     return size;
 }
 
@@ -137,8 +127,7 @@ py::array transducers(const OwnedArray& array)
 {
     const std::size_t size = sizeOf(array);
     py::array_t<midair_transducer> all(static_cast<py::ssize_t>(size));
-    midair_transducer* const to = all.mutable_data();
-    checked([&] { return midair_array_transducers(array.get(), to, size); });
+    checked(midair_array_transducers, array.get(), all.mutable_data(), size);
     return std::move(all);
 }
 
@@ -153,9 +142,9 @@ PySolver openSolver(const OwnedScene& scene, const OwnedArray& array)
 {
     PySolver solver;
     midair_solver* handle = nullptr;
-    checked([&] { return midair_solver_open(scene.get(), &handle); });
+    checked(midair_solver_open, scene.get(), &handle);
     solver.owned = std::make_shared<OwnedSolver>(handle);
-    checked([&] { return midair_array_size(array.get(), &solver.transducers); });
+    checked(midair_array_size, array.get(), &solver.transducers);
     return solver;
 }
 
@@ -167,14 +156,14 @@ solvePoints(const PySolver& solver, const Doubles& positions, const Doubles& tar
         throw py::value_error("targets has to have one number for each point");
     py::array_t<std::complex<float>> q(static_cast<py::ssize_t>(solver.transducers));
     auto* const to = reinterpret_cast<float*>(q.mutable_data());
-    const double* const from = positions.data();
-    const double* const wanted = targets.data();
-    checked(
-        [&]
-        {
-            return midair_solver_solve(
-                solver.owned->get(), from, wanted, count, inPascal ? 1 : 0, to, solver.transducers);
-        });
+    checked(midair_solver_solve,
+            solver.owned->get(),
+            positions.data(),
+            targets.data(),
+            count,
+            inPascal ? 1 : 0,
+            to,
+            solver.transducers);
     return q;
 }
 
@@ -193,7 +182,7 @@ void addArrays(py::module_& module)
             [](const std::string& json)
             {
                 midair_array* array = nullptr;
-                checked([&] { return midair_array_from_json(json.c_str(), &array); });
+                checked(midair_array_from_json, json.c_str(), &array);
                 return std::make_shared<OwnedArray>(array);
             },
             py::arg("json"),
@@ -240,9 +229,8 @@ void addFields(py::module_& module)
              "Root of the mean of |p|^2 over all fields at places (n, 3), float32.")
         .def(
             "write_drive",
-            [](const PyField& field, const std::string& file, std::size_t index) {
-                checked([&] { return midair_field_write_drive(field.get(), index, file.c_str()); });
-            },
+            [](const PyField& field, const std::string& file, std::size_t index)
+            { checked(midair_field_write_drive, field.get(), index, file.c_str()); },
             py::arg("file"),
             py::arg("index") = 0,
             "Writes field index as midair-solve's drive.csv.")
@@ -280,9 +268,7 @@ void addSolvers(py::module_& module)
              [](const PySolver& solver, const std::string& name)
              {
                  double value = 0.0;
-                 checked(
-                     [&]
-                     { return midair_solver_figure(solver.owned->get(), name.c_str(), &value); });
+                 checked(midair_solver_figure, solver.owned->get(), name.c_str(), &value);
                  return value;
              })
         .def("close", [](PySolver& solver) { solver.owned->close(); });

@@ -33,7 +33,7 @@ struct PyObjectOfScene
 std::shared_ptr<OwnedScene> makeScene(const OwnedArray& array)
 {
     midair_scene* scene = nullptr;
-    checked([&] { return midair_scene_make(array.get(), &scene); });
+    checked(midair_scene_make, array.get(), &scene);
     const std::shared_ptr<OwnedScene> owned(new OwnedScene(scene),
                                             [](OwnedScene* one)
                                             {
@@ -47,7 +47,7 @@ std::shared_ptr<OwnedScene> makeScene(const OwnedArray& array)
 std::shared_ptr<OwnedScene> sceneOn(const std::string& name)
 {
     midair_array* array = nullptr;
-    checked([&] { return midair_array_load(name.c_str(), &array); });
+    checked(midair_array_load, name.c_str(), &array);
     return makeScene(OwnedArray(array));
 }
 
@@ -60,21 +60,19 @@ std::string valueText(const py::object& value)
 
 void set(const OwnedScene& scene, const std::string& name, const py::object& value)
 {
-    const std::string text = valueText(value);
-    checked([&] { return midair_set(scene.get(), name.c_str(), text.c_str()); });
+    checked(midair_set, scene.get(), name.c_str(), valueText(value).c_str());
 }
 
 std::string get(const OwnedScene& scene, const std::string& name)
 {
-    return textFrom([&](char* room, std::size_t size, std::size_t* needed)
-                    { return midair_get(scene.get(), name.c_str(), room, size, needed); });
+    return textFrom(midair_get, scene.get(), name.c_str());
 }
 
 PyField solve(const OwnedScene& scene)
 {
     midair_field* field = nullptr;
     PyField solved;
-    solved.isSilent = checked([&] { return midair_solve(scene.get(), &field); }) == MIDAIR_SILENT;
+    solved.isSilent = checked(midair_solve, scene.get(), &field) == MIDAIR_SILENT;
     if (solved.isSilent) solved.why = midair_last_error();
     solved.owned = std::make_shared<OwnedField>(field);
     return solved;
@@ -83,7 +81,7 @@ PyField solve(const OwnedScene& scene)
 PyField newest(const OwnedScene& scene)
 {
     midair_field* field = nullptr;
-    checked([&] { return midair_newest_field(scene.get(), &field); });
+    checked(midair_newest_field, scene.get(), &field);
     return {std::make_shared<OwnedField>(field), false, {}};
 }
 
@@ -100,11 +98,14 @@ PyObjectOfScene addMesh(const std::shared_ptr<OwnedScene>& scene,
         throw py::value_error("intensity has to have one number for each vertex");
     const auto t = static_cast<std::size_t>(triangles.shape(0));
     const float* const factors = intensity ? intensity->data() : nullptr;
-    const double* const from = vertices.data();
-    const std::uint32_t* const corners = triangles.data();
-    checked(
-        [&]
-        { return midair_add_mesh(scene->get(), from, v, corners, t, factors, &object.number); });
+    checked(midair_add_mesh,
+            scene->get(),
+            vertices.data(),
+            v,
+            triangles.data(),
+            t,
+            factors,
+            &object.number);
     return object;
 }
 
@@ -112,7 +113,7 @@ PyObjectOfScene
 addFile(const std::shared_ptr<OwnedScene>& scene, const std::string& file, double size)
 {
     PyObjectOfScene object{scene, 0};
-    checked([&] { return midair_add_file(scene->get(), file.c_str(), size, &object.number); });
+    checked(midair_add_file, scene->get(), file.c_str(), size, &object.number);
     return object;
 }
 
@@ -126,10 +127,13 @@ PyObjectOfScene addPoints(const std::shared_ptr<OwnedScene>& scene,
     if (pressures && static_cast<std::size_t>(pressures->size()) != count)
         throw py::value_error("pressures has to have one number for each point");
     const double* const wanted = pressures ? pressures->data() : nullptr;
-    const double* const from = positions.data();
-    const std::int32_t unit = inPascal ? 1 : 0;
-    checked([&]
-            { return midair_add_points(scene->get(), from, wanted, count, unit, &object.number); });
+    checked(midair_add_points,
+            scene->get(),
+            positions.data(),
+            wanted,
+            count,
+            inPascal ? 1 : 0,
+            &object.number);
     return object;
 }
 
@@ -137,21 +141,19 @@ void setPose(const PyObjectOfScene& object, const Doubles& matrix)
 {
     if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
         throw py::value_error("matrix has to have the shape (4, 4)");
-    const double* const from = matrix.data();
-    checked([&] { return midair_set_pose(object.scene->get(), object.number, from); });
+    checked(midair_set_pose, object.scene->get(), object.number, matrix.data());
 }
 
 void moveVertices(const PyObjectOfScene& object, const Doubles& vertices)
 {
     const std::size_t count = rowsOf(vertices, "vertices");
-    const double* const from = vertices.data();
-    checked([&] { return midair_move_vertices(object.scene->get(), object.number, from, count); });
+    checked(midair_move_vertices, object.scene->get(), object.number, vertices.data(), count);
 }
 
 py::dict stateOf(const OwnedScene& scene)
 {
     midair_device_state now{};
-    checked([&] { return midair_state(scene.get(), &now); });
+    checked(midair_state, scene.get(), &now);
     constexpr const char* kNames[] = {
         "closed", "opening", "silent", "playing", "muted", "lost", "fault"};
     py::dict state;
@@ -169,9 +171,7 @@ py::dict stateOf(const OwnedScene& scene)
 
 void setHands(const OwnedScene& scene, const py::array_t<midair_hand, py::array::c_style>& hands)
 {
-    const midair_hand* const from = hands.data();
-    const auto count = static_cast<std::size_t>(hands.size());
-    checked([&] { return midair_set_hands(scene.get(), from, count); });
+    checked(midair_set_hands, scene.get(), hands.data(), static_cast<std::size_t>(hands.size()));
 }
 
 /// Contacts or touches, of which there may be more at each look.
@@ -182,11 +182,8 @@ py::array all(const OwnedScene& scene, midair_status (*copy)(midair_scene*, T*, 
     for (;;)
     {
         std::size_t count = 0;
-        midair_status status = MIDAIR_OK;
-        {
-            const py::gil_scoped_release released;
-            status = copy(scene.get(), found.data(), found.size(), &count);
-        }
+        const midair_status status =
+            unlocked(copy, scene.get(), found.data(), found.size(), &count);
         if (status < 0 && status != MIDAIR_TOO_SMALL) raise(status);
         found.resize(count);
         if (status == MIDAIR_OK)
@@ -199,8 +196,7 @@ py::array makeHand(int id, const Doubles& tip, const Doubles& orientation)
     if (tip.size() != 3 || orientation.size() != 4)
         throw py::value_error("tip has three numbers, orientation four: x, y, z, w");
     py::array_t<midair_hand> hand(1);
-    midair_hand* const to = hand.mutable_data();
-    checked([&] { return midair_make_hand(id, tip.data(), orientation.data(), to); });
+    checked(midair_make_hand, id, tip.data(), orientation.data(), hand.mutable_data());
     return std::move(hand);
 }
 
@@ -211,21 +207,16 @@ void addObject(py::module_& module)
              [](const PyObjectOfScene& object, const std::string& name, const py::object& value)
              {
                  const std::string text = valueText(value);
-                 checked(
-                     [&] {
-                         return midair_object_set(
-                             object.scene->get(), object.number, name.c_str(), text.c_str());
-                     });
+                 checked(midair_object_set,
+                         object.scene->get(),
+                         object.number,
+                         name.c_str(),
+                         text.c_str());
              })
         .def("__getitem__",
-             [](const PyObjectOfScene& object, const std::string& name)
-             {
+             [](const PyObjectOfScene& object, const std::string& name) {
                  return textFrom(
-                     [&](char* room, std::size_t size, std::size_t* needed)
-                     {
-                         return midair_object_get(
-                             object.scene->get(), object.number, name.c_str(), room, size, needed);
-                     });
+                     midair_object_get, object.scene->get(), object.number, name.c_str());
              })
         .def("set_pose", &setPose, py::arg("matrix"), "A rotation and a translation, (4, 4).")
         .def("move_vertices",
@@ -234,7 +225,7 @@ void addObject(py::module_& module)
              "Replaces the vertices, or the places of points: as many, (n, 3).")
         .def("remove",
              [](const PyObjectOfScene& object)
-             { checked([&] { return midair_remove(object.scene->get(), object.number); }); })
+             { checked(midair_remove, object.scene->get(), object.number); })
         .def_readonly(
             "number", &PyObjectOfScene::number, "As points, contacts and touches name it.");
 }
@@ -296,47 +287,35 @@ void addScenes(py::module_& module)
              py::arg("pressures") = py::none(),
              py::arg("pascal") = false)
         .def("solve", &solve, "Solves the scene once, as midair-solve does.")
-        .def("cancel", [](const OwnedScene& s) { checked([&] { return midair_cancel(s.get()); }); })
+        .def("cancel", [](const OwnedScene& s) { checked(midair_cancel, s.get()); })
         .def(
             "play",
             [](const OwnedScene& s, const std::string& device)
-            { checked([&] { return midair_play(s.get(), device.c_str()); }); },
+            { checked(midair_play, s.get(), device.c_str()); },
             py::arg("device") = "sim:",
             "Plays the scene on that device, from the next update() on.")
         .def(
             "update",
-            [](const OwnedScene& s, double time)
-            { checked([&] { return midair_update(s.get(), time); }); },
+            [](const OwnedScene& s, double time) { checked(midair_update, s.get(), time); },
             py::arg("time"),
             "Takes the scene as it is to the device; to be called with each frame.")
-        .def("stop", [](const OwnedScene& s) { checked([&] { return midair_stop(s.get()); }); })
+        .def("stop", [](const OwnedScene& s) { checked(midair_stop, s.get()); })
         .def(
             "mute",
-            [](const OwnedScene& s, bool muted)
-            { checked([&] { return midair_mute(s.get(), muted ? 1 : 0); }); },
+            [](const OwnedScene& s, bool muted) { checked(midair_mute, s.get(), muted ? 1 : 0); },
             py::arg("muted"))
         .def("newest_field", &newest, "The newest field that was played.")
         .def("set_hands", &setHands, py::arg("hands"), "An array of hand_dtype; for 0.2 s.")
         .def(
             "open_hands",
             [](const OwnedScene& s, const std::string& source)
-            { checked([&] { return midair_open_hands(s.get(), source.c_str()); }); },
+            { checked(midair_open_hands, s.get(), source.c_str()); },
             py::arg("source"))
         .def_property_readonly("state", &stateOf)
-        .def_property_readonly("status",
-                               [](const OwnedScene& s)
-                               {
-                                   return textFrom(
-                                       [&](char* t, std::size_t n, std::size_t* needed)
-                                       { return midair_device_status(s.get(), t, n, needed); });
-                               })
-        .def_property_readonly("messages",
-                               [](const OwnedScene& s)
-                               {
-                                   return textFrom(
-                                       [&](char* t, std::size_t n, std::size_t* needed)
-                                       { return midair_messages(s.get(), t, n, needed); });
-                               })
+        .def_property_readonly(
+            "status", [](const OwnedScene& s) { return textFrom(midair_device_status, s.get()); })
+        .def_property_readonly(
+            "messages", [](const OwnedScene& s) { return textFrom(midair_messages, s.get()); })
         .def_property_readonly("contacts",
                                [](const OwnedScene& s) { return all(s, midair_contacts); })
         .def_property_readonly("touches",

@@ -249,7 +249,7 @@ void HapticEngine::tellState()
     change.now = _player.state();
     if (change.now == change.before) return;
     _told.state = change.now;
-    change.status = _player.deviceStatus();
+    change.status = _player.reading().status;
     const auto isTrouble = [](ArrayState state)
     { return state == ArrayState::LOST || state == ArrayState::FAULT; };
     const bool isNews = isTrouble(change.before) || isTrouble(change.now);

@@ -178,21 +178,12 @@ midair_status midair_field_figure(const midair_field* field, const char* name, d
             const std::string wanted = textGiven(name, "name", 256);
             given(value, "value");
             // The exposure takes a while, and is computed only for who asks for it.
-            if (wanted.rfind("exposure.", 0) != 0)
-                for (const auto& [known, number] : haptics::figuresOf(of->sequence.report))
-                    if (known == wanted)
-                    {
-                        *value = number;
-                        return MIDAIR_OK;
-                    }
-            for (const auto& [known, number] : of->figures())
-                if (known == wanted)
-                {
-                    *value = number;
-                    return MIDAIR_OK;
-                }
-            fail(MIDAIR_UNKNOWN,
-                 "there is no figure \"" + wanted + "\"" + didYouMeanFigure(*of, wanted));
+            const bool isOfField =
+                wanted.rfind("exposure.", 0) != 0 &&
+                findFigure(haptics::figuresOf(of->sequence.report), wanted, *value);
+            if (!isOfField && !findFigure(of->figures(), wanted, *value))
+                fail(MIDAIR_UNKNOWN,
+                     "there is no figure \"" + wanted + "\"" + didYouMeanFigure(*of, wanted));
         });
 }
 

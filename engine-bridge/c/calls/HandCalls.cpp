@@ -170,7 +170,7 @@ midair_status midair_open_hands(midair_scene* scene, const char* source)
                 fail(MIDAIR_UNKNOWN, why);
             const std::shared_ptr<bridge::HandSource> opened = bridge::openHands(uri);
             std::shared_ptr<bridge::HandSource> before; // dies without the mutex
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
             before = of->player.hands().active();
             of->player.setHandSource(opened ? opened : of->hands);
@@ -266,7 +266,7 @@ midair_contacts(midair_scene* scene, midair_contact* contacts, size_t capacity, 
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             const auto newest = of->device.empty() ? nullptr : of->player.latestResult();
             const std::vector<bridge::ContactView> all = newest && newest->touched
                                                              ? newest->touched->contacts
@@ -282,7 +282,7 @@ midair_touches(midair_scene* scene, midair_touch* touches, size_t capacity, size
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             // It may have been muted or lost since the update.
             const bool sounds = of->player.reading().state == bridge::ArrayState::PLAYING;
             return copyAll(of->player.hands().proximity().contacts(),

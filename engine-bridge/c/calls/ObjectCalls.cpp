@@ -73,7 +73,7 @@ midair_object add(Scene& scene, haptics::TriangleMesh mesh, SceneObject object)
     object.topologyId = object.meshId;
     const auto number = static_cast<midair_object>(nextHandle());
     object.number = std::make_shared<const midair_object>(number);
-    const std::lock_guard<std::mutex> lock(scene.mutex);
+    const base::Lock lock(scene.mutex);
     scene.objects.emplace(number, std::move(object));
     return number;
 }
@@ -144,7 +144,7 @@ midair_add_file(midair_scene* scene, const char* obj_file, double size_m, midair
             haptics::TriangleMesh mesh =
                 haptics::readObj(textGiven(obj_file, "obj_file", 4096), &warnings);
             {
-                const std::lock_guard<std::mutex> lock(of->mutex);
+                const base::Lock lock(of->mutex);
                 for (const std::string& warning : warnings)
                     of->player.messages().say({base::MessageCode::OBJECT_GEOMETRY, warning});
             }
@@ -193,7 +193,7 @@ midair_status midair_move_vertices(midair_scene* scene,
             const auto of = sceneOf(scene);
             requireCount(vertex_count, kMostVertices, "vertex_count");
             Eigen::Matrix3Xd places = placesOf(vertices, vertex_count, "vertices");
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             SceneObject& one = objectOf(*of, object);
             if (places.cols() != one.mesh->vertices.cols())
                 fail(MIDAIR_INVALID,
@@ -213,7 +213,7 @@ midair_status midair_remove(midair_scene* scene, midair_object object)
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             objectOf(*of, object);
             of->objects.erase(object);
         });

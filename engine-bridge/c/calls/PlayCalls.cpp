@@ -30,7 +30,7 @@ void stopAll()
     for (const std::shared_ptr<Scene>& scene : scenes().all())
     {
         std::shared_ptr<void> ended; // dies without the mutex
-        const std::lock_guard<std::mutex> lock(scene->mutex);
+        const base::Lock lock(scene->mutex);
         scene->isClosed = true;
         ended = scene->endPlaying();
     }
@@ -56,7 +56,7 @@ void requireDevice(const std::string& device)
         fail(MIDAIR_REFUSED, "device \"" + device + "\": a recording takes no fields of a scene");
 }
 
-void requirePlaying(const Scene& scene)
+void requirePlaying(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
 {
     if (scene.device.empty()) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
 }
@@ -74,11 +74,11 @@ midair_status midair_play(midair_scene* scene, const char* device)
             stopAtExit();
             std::shared_ptr<void> before;
             {
-                const std::lock_guard<std::mutex> lock(of->mutex);
+                const base::Lock lock(of->mutex);
                 before = of->endPlaying();
             }
             before.reset(); // its device is closed before the other one is opened
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
             if (!of->device.empty())
                 fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
@@ -98,7 +98,7 @@ midair_status midair_update(midair_scene* scene, double time_s)
         {
             const auto of = sceneOf(scene);
             requireFinite(&time_s, 1, "time_s");
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             requirePlaying(*of);
             if (of->isTimed && time_s < of->time_s)
                 fail(MIDAIR_INVALID,
@@ -129,7 +129,7 @@ midair_status midair_stop(midair_scene* scene)
         {
             const auto of = sceneOf(scene);
             std::shared_ptr<void> ended; // dies without the mutex
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             ended = of->endPlaying();
         });
 }
@@ -142,7 +142,7 @@ midair_status midair_mute(midair_scene* scene, int32_t muted)
             const auto of = sceneOf(scene);
             if (muted != 0 && muted != 1)
                 fail(MIDAIR_INVALID, fmt::format("muted is {}; it must be 0 or 1", muted));
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             of->player.setMuted(muted != 0);
         });
 }
@@ -155,7 +155,7 @@ midair_status midair_state(midair_scene* scene, midair_device_state* state)
             const auto of = sceneOf(scene);
             given(state, "state");
             midair_device_state now{};
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             if (!of->device.empty())
             {
                 const bridge::ArrayFields counted = of->player.reading().fields;
@@ -179,9 +179,9 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             requirePlaying(*of);
-            return writeText(of->player.deviceStatus(), text, size, needed);
+            return writeText(of->player.reading().status, text, size, needed);
         });
 }
 
@@ -191,7 +191,7 @@ midair_status midair_messages(midair_scene* scene, char* text, size_t size, size
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             of->player.takeResult();
             std::vector<std::string> lines;
             for (base::Message& message : of->player.messages().all())
@@ -212,7 +212,7 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
             double earLimit_dB = 0.0;
             Eigen::Matrix3Xd ears(3, 0);
             {
-                const std::lock_guard<std::mutex> lock(of->mutex);
+                const base::Lock lock(of->mutex);
                 requirePlaying(*of);
                 newest = of->player.latestResult();
                 const SceneSettings played = of->player.playedSettings();

@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t kMostText = 65536;
 
 /// What is wrong with the transducers that the settings of \a scene name; empty: nothing.
-std::string problemOfMarks(const Scene& scene)
+std::string problemOfMarks(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
 {
     try
     {
@@ -66,7 +66,7 @@ template<typename T>
                          const std::string& name,
                          std::string error,
                          Scene& scene,
-                         Misunderstood& misunderstood)
+                         Misunderstood& misunderstood) MIDAIR_REQUIRES(scene.mutex)
 {
     const midair_status status = table.find(name) ? MIDAIR_INVALID : MIDAIR_UNKNOWN;
     if (std::vector<std::string> meant = meantBy(table, name); !meant.empty())
@@ -137,7 +137,7 @@ midair_status midair_set(midair_scene* scene, const char* name, const char* valu
             const auto of = sceneOf(scene);
             const std::string setting = textGiven(name, "name", 256);
             const std::string text = textGiven(value, "value", kMostText);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             const SceneSettings before = of->settings;
             std::string error = assigned(sceneTable(), of->settings, setting, text);
             if (error.empty() && (setting == "dead" || setting == "weak"))
@@ -158,7 +158,7 @@ midair_get(midair_scene* scene, const char* name, char* text, size_t size, size_
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             return get(
                 sceneTable(), of->settings, textGiven(name, "name", 256), text, size, needed);
         });
@@ -173,7 +173,7 @@ midair_object_set(midair_scene* scene, midair_object object, const char* name, c
             const auto of = sceneOf(scene);
             const std::string property = textGiven(name, "name", 256);
             const std::string text = textGiven(value, "value", kMostText);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             SceneObject& one = objectOf(*of, object);
             const bool isGiven =
                 property == "pressure" || property == "unit" || property == "sampling";
@@ -207,7 +207,7 @@ midair_status midair_object_get(midair_scene* scene,
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             const SceneObject& one = objectOf(*of, object);
             return get(
                 objectTable(), one.properties, textGiven(name, "name", 256), text, size, needed);
@@ -235,7 +235,7 @@ midair_status midair_set_pose(midair_scene* scene, midair_object object, const d
         {
             const auto of = sceneOf(scene);
             const Eigen::Isometry3d pose = poseOf(matrix);
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             objectOf(*of, object).pose = pose;
         });
 }

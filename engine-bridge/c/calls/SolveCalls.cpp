@@ -21,7 +21,6 @@ namespace
 {
 
 constexpr int kMostPointsAtOnce = 2000; // as midair-solve; more than while objects move
-constexpr int kEarsAround = 32;
 
 /// What midair_solve() takes from a scene, so that the scene is free while it solves.
 struct SolveInput
@@ -36,7 +35,7 @@ SolveInput inputOf(Scene& scene)
 {
     SolveInput input;
     {
-        const std::lock_guard<std::mutex> lock(scene.mutex);
+        const base::Lock lock(scene.mutex);
         const std::string why = scene.whySilenced();
         if (!why.empty()) fail(MIDAIR_SILENCED, why);
         input.array = scene.markedArray();
@@ -49,7 +48,7 @@ SolveInput inputOf(Scene& scene)
         input.snapshot.around.shadows = scene.settings.shadows;
     }
     if (input.settings.maxPoints == 0) input.settings.maxPoints = kMostPointsAtOnce;
-    const std::lock_guard<std::mutex> lock(scene.solveMutex);
+    const base::Lock lock(scene.solveMutex);
     input.stop = scene.stop->token();
     return input;
 }
@@ -114,11 +113,9 @@ std::unique_ptr<bridge::EarBound> earsOf(const SolveInput& input,
                                          const Eigen::Matrix3Xd& given)
 {
     if (input.settings.earLimit == 0.0) return nullptr;
-    const Eigen::Matrix3Xd around = haptics::placesAround(array, kEarsAround);
-    Eigen::Matrix3Xd places(3, around.cols() + given.cols());
-    places << around, given;
     return std::make_unique<bridge::EarBound>(
-        input.settings.earLimit, std::make_shared<haptics::Exposure>(array, medium, places));
+        input.settings.earLimit,
+        std::make_shared<haptics::Exposure>(array, medium, placesHeard(array, given)));
 }
 
 std::shared_ptr<Field> solved(const SolveInput& input, base::MessageLog& messages)
@@ -180,7 +177,7 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             base::MessageLog messages;
             const std::shared_ptr<Field> made = solved(input, messages);
             {
-                const std::lock_guard<std::mutex> lock(of->mutex);
+                const base::Lock lock(of->mutex);
                 for (const base::Message& message : messages.messages())
                     of->player.messages().adopt(message);
             }
@@ -201,7 +198,7 @@ midair_status midair_cancel(midair_scene* scene)
         [&]
         {
             const auto of = sceneOf(scene);
-            const std::lock_guard<std::mutex> lock(of->solveMutex);
+            const base::Lock lock(of->solveMutex);
             of->stop->request();
             of->stop = std::make_shared<base::StopSource>();
         });

@@ -1,4 +1,5 @@
 // midair_solver_..(): one set of points after the other, without caps.
+#include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "haptics/base/Limits.h"
@@ -21,15 +22,16 @@ namespace
 /// What a midair_solver stands for.
 struct OpenSolver
 {
-    std::mutex mutex;
     std::shared_ptr<const ArrayPair> array;
     haptics::Medium medium;
-    std::unique_ptr<haptics::HologramSolver> solver;
-    haptics::ControlPoints points; ///< of the last solve; kept for its memory
-    Eigen::VectorXcf q;
-    haptics::SolveReport report;
     int maxPoints = 0; ///< 0: no limit of its own
-    bool isSolved = false;
+    std::unique_ptr<haptics::HologramSolver> solver MIDAIR_PT_GUARDED_BY(mutex);
+
+    base::Mutex mutex;                                      ///< of a solve
+    haptics::ControlPoints points MIDAIR_GUARDED_BY(mutex); ///< kept for its memory
+    Eigen::VectorXcf q MIDAIR_GUARDED_BY(mutex);
+    haptics::SolveReport report MIDAIR_GUARDED_BY(mutex);
+    bool isSolved MIDAIR_GUARDED_BY(mutex) = false;
 };
 
 Handles<midair_solver, OpenSolver>& solvers()
@@ -103,7 +105,7 @@ midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
             SceneSettings settings;
             auto made = std::make_shared<OpenSolver>();
             {
-                const std::lock_guard<std::mutex> lock(of->mutex);
+                const base::Lock lock(of->mutex);
                 const std::string why = of->whySilenced();
                 if (!why.empty()) fail(MIDAIR_SILENCED, why);
                 settings = of->settings;
@@ -141,7 +143,7 @@ midair_status midair_solver_solve(midair_solver* solver,
                 fail(transducers < static_cast<std::size_t>(array.size()) ? MIDAIR_TOO_SMALL
                                                                           : MIDAIR_INVALID,
                      fmt::format("transducers is {}; the array has {}", transducers, array.size()));
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             if (of->maxPoints > 0 && count > static_cast<std::size_t>(of->maxPoints))
                 fail(MIDAIR_INVALID,
                      fmt::format("count is {}; maxPoints is {}", count, of->maxPoints));
@@ -163,15 +165,10 @@ midair_status midair_solver_figure(midair_solver* solver, const char* name, doub
             const auto of = solverOf(solver);
             const std::string wanted = textGiven(name, "name", 256);
             given(value, "value");
-            const std::lock_guard<std::mutex> lock(of->mutex);
+            const base::Lock lock(of->mutex);
             if (!of->isSolved) fail(MIDAIR_NOT_YET, "the solver has solved nothing so far");
-            for (const auto& [known, number] : haptics::figuresOf(of->report))
-                if (known == wanted)
-                {
-                    *value = number;
-                    return MIDAIR_OK;
-                }
-            fail(MIDAIR_UNKNOWN, "there is no figure \"" + wanted + "\"");
+            if (!findFigure(haptics::figuresOf(of->report), wanted, *value))
+                fail(MIDAIR_UNKNOWN, "there is no figure \"" + wanted + "\"");
         });
 }
 

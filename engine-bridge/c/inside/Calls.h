@@ -1,14 +1,13 @@
 #pragma once
 
 #include "engine-bridge/c/midair.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <memory>
-#include <mutex>
-#include <shared_mutex>
 #include <string>
 #include <type_traits>
 #include <unordered_map>
@@ -117,7 +116,7 @@ public:
     Handle* add(std::shared_ptr<Object> object)
     {
         const std::uintptr_t number = nextHandle();
-        const std::unique_lock<std::shared_mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         _all.emplace(number, std::move(object));
         return reinterpret_cast<Handle*>(number); // NOLINT(performance-no-int-to-ptr)
     }
@@ -125,7 +124,7 @@ public:
     /// Fails for a handle of nothing.
     std::shared_ptr<Object> find(const Handle* handle) const
     {
-        const std::shared_lock<std::shared_mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto found = _all.find(reinterpret_cast<std::uintptr_t>(handle));
         if (found == _all.end()) failClosed(handle);
         return found->second;
@@ -134,7 +133,7 @@ public:
     /// Closes a handle and returns what it stood for; fails for a handle of nothing.
     std::shared_ptr<Object> take(const Handle* handle)
     {
-        const std::unique_lock<std::shared_mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         const auto found = _all.find(reinterpret_cast<std::uintptr_t>(handle));
         if (found == _all.end()) failClosed(handle);
         std::shared_ptr<Object> object = std::move(found->second);
@@ -144,7 +143,7 @@ public:
 
     std::vector<std::shared_ptr<Object>> all() const
     {
-        const std::shared_lock<std::shared_mutex> lock(_mutex);
+        const base::Lock lock(_mutex);
         std::vector<std::shared_ptr<Object>> objects;
         for (const auto& entry : _all)
             objects.push_back(entry.second);
@@ -159,8 +158,8 @@ private:
     }
 
     const char* _kind;
-    mutable std::shared_mutex _mutex;
-    std::unordered_map<std::uintptr_t, std::shared_ptr<Object>> _all;
+    mutable base::Mutex _mutex;
+    std::unordered_map<std::uintptr_t, std::shared_ptr<Object>> _all MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::capi

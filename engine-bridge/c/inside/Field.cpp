@@ -6,13 +6,13 @@
 #include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/SolveReport.h"
 
+#include <algorithm>
+
 namespace midair::capi
 {
 
 namespace
 {
-
-constexpr int kEarsAround = 32; // as midair-solve has them
 
 void addExposure(const haptics::ExposureFigures& exposure,
                  std::vector<std::pair<std::string, double>>& figures)
@@ -31,26 +31,24 @@ void addExposure(const haptics::ExposureFigures& exposure,
 /// that are asked one after the other are mostly of one array in one air.
 struct Listening
 {
-    std::mutex mutex;
-    std::weak_ptr<const haptics::TransducerArray> array;
-    haptics::Medium medium;
-    Eigen::Matrix3Xd ears;
-    std::unique_ptr<haptics::Exposure> exposure;
+    base::Mutex mutex;
+    std::weak_ptr<const haptics::TransducerArray> array MIDAIR_GUARDED_BY(mutex);
+    haptics::Medium medium MIDAIR_GUARDED_BY(mutex);
+    Eigen::Matrix3Xd ears MIDAIR_GUARDED_BY(mutex);
+    std::unique_ptr<haptics::Exposure> exposure MIDAIR_GUARDED_BY(mutex);
 };
 
 haptics::ExposureFigures exposureOf(const Field& field)
 {
     static auto* const last = new Listening; // no thread at the program's end meets it destroyed
-    const std::lock_guard<std::mutex> lock(last->mutex);
+    const base::Lock lock(last->mutex);
     const bool isKnown = last->exposure && last->array.lock() == field.array &&
                          last->medium == field.medium && last->ears.cols() == field.ears.cols() &&
                          last->ears == field.ears;
     if (!isKnown)
     {
-        const Eigen::Matrix3Xd around = haptics::placesAround(*field.array, kEarsAround);
-        Eigen::Matrix3Xd places(3, around.cols() + field.ears.cols());
-        places << around, field.ears;
-        last->exposure = std::make_unique<haptics::Exposure>(*field.array, field.medium, places);
+        last->exposure = std::make_unique<haptics::Exposure>(
+            *field.array, field.medium, placesHeard(*field.array, field.ears));
         last->array = field.array;
         last->medium = field.medium;
         last->ears = field.ears;
@@ -78,6 +76,25 @@ void Field::complete()
     info.fields = static_cast<std::uint32_t>(sequence.fields.size());
     info.points = static_cast<std::uint32_t>(points.size());
     info.rate_Hz = sequence.fields.size() > 1 ? sequence.modulation.fieldRate_Hz : 0.0;
+}
+
+bool findFigure(const std::vector<std::pair<std::string, double>>& all,
+                const std::string& name,
+                double& value)
+{
+    const auto found = std::find_if(
+        all.begin(), all.end(), [&](const auto& figure) { return figure.first == name; });
+    if (found == all.end()) return false;
+    value = found->second;
+    return true;
+}
+
+Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears)
+{
+    constexpr int kEarsAround = 32; // as midair-solve has them
+    Eigen::Matrix3Xd places(3, kEarsAround + ears.cols());
+    places << haptics::placesAround(array, kEarsAround), ears;
+    return places;
 }
 
 Handles<midair_field, const Field>& fields()

@@ -58,7 +58,9 @@ bool SetHands::frameAt(double time_s, bridge::HandFrame& frame)
     return any;
 }
 
-Scene::Scene() : player({{}, [](const std::string& uri) { return bridge::openHands(uri); }})
+Scene::Scene(std::shared_ptr<const ArrayPair> itsArray) :
+    array(std::move(itsArray)),
+    player({{}, [](const std::string& uri) { return bridge::openHands(uri); }})
 {
     player.setHandSource(hands);
 }
@@ -188,9 +190,7 @@ midair_status midair_scene_make(midair_array* array, midair_scene** scene)
         [&]
         {
             given(scene, "scene");
-            auto made = std::make_shared<Scene>();
-            made->array = arrays().find(array);
-            *scene = scenes().add(std::move(made));
+            *scene = scenes().add(std::make_shared<Scene>(arrays().find(array)));
         });
 }
 
@@ -202,12 +202,12 @@ midair_status midair_scene_close(midair_scene* scene)
             sceneOf(scene);
             const std::shared_ptr<Scene> closed = scenes().take(scene);
             {
-                const std::lock_guard<std::mutex> lock(closed->solveMutex);
+                const midair::base::Lock lock(closed->solveMutex);
                 closed->stop->request();
             }
             std::shared_ptr<void> ended; // dies without the mutex, as the next does
             std::shared_ptr<midair::bridge::HandSource> source;
-            const std::lock_guard<std::mutex> lock(closed->mutex);
+            const midair::base::Lock lock(closed->mutex);
             closed->isClosed = true;
             ended = closed->endPlaying();
             source = closed->player.hands().active();

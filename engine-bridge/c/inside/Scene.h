@@ -5,14 +5,15 @@
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/player/ScenePlayer.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
 
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -80,50 +81,53 @@ public:
     bool frameAt(double time_s, bridge::HandFrame& frame) override;
 };
 
-/// What a midair_scene stands for. Members are used under its mutex, but for those that say
-/// otherwise.
+/// What a midair_scene stands for.
 struct Scene
 {
-    Scene();
+    explicit Scene(std::shared_ptr<const ArrayPair> itsArray);
 
-    std::mutex mutex;
-    std::shared_ptr<const ArrayPair> array; ///< never changes
-    SceneSettings settings;                 ///< as they were set
-    Misunderstood misunderstood;
-    std::map<midair_object, SceneObject> objects;
-    bool isClosed = false;
+    const std::shared_ptr<const ArrayPair> array;
+    const std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
 
-    /// \{ Solves under way; guarded by a mutex of their own.
-    std::mutex solveMutex;
-    std::shared_ptr<base::StopSource> stop = std::make_shared<base::StopSource>();
-    /// \}
-
-    std::string device; ///< of midair_play(); empty: nothing is played
+    mutable base::Mutex mutex;
+    SceneSettings settings MIDAIR_GUARDED_BY(mutex); ///< as they were set
+    Misunderstood misunderstood MIDAIR_GUARDED_BY(mutex);
+    std::map<midair_object, SceneObject> objects MIDAIR_GUARDED_BY(mutex);
+    bool isClosed MIDAIR_GUARDED_BY(mutex) = false;
+    /// of midair_play(); empty: nothing is played
+    std::string device MIDAIR_GUARDED_BY(mutex);
     /// the array's file was there then: it is read again when it changes
-    bool followsFile = false;
-    std::uint64_t frame = 0;
-    double time_s = 0.0;  ///< of the last update
-    bool isTimed = false; ///< there was one since midair_play()
-    std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
-    bridge::ScenePlayer player;
+    bool followsFile MIDAIR_GUARDED_BY(mutex) = false;
+    std::uint64_t frame MIDAIR_GUARDED_BY(mutex) = 0;
+    double time_s MIDAIR_GUARDED_BY(mutex) = 0.0;  ///< of the last update
+    bool isTimed MIDAIR_GUARDED_BY(mutex) = false; ///< there was one since midair_play()
+    bridge::ScenePlayer player MIDAIR_GUARDED_BY(mutex);
+
+    base::Mutex solveMutex;
+    /// of solves under way
+    std::shared_ptr<base::StopSource>
+        stop MIDAIR_GUARDED_BY(solveMutex) = std::make_shared<base::StopSource>();
 
     /// Why nothing is played, or an empty text.
-    std::string whySilenced() const;
+    std::string whySilenced() const MIDAIR_REQUIRES(mutex);
     /// The array, as its file was read last, with the transducers that the settings name dead or
     /// weak. Throws InputError.
-    std::shared_ptr<const ArrayPair> markedArray() const;
+    std::shared_ptr<const ArrayPair> markedArray() const MIDAIR_REQUIRES(mutex);
     /// Gives the settings to the player if they have changed.
-    void configure();
+    void configure() MIDAIR_REQUIRES(mutex);
     /// Puts the scene as it is into the player's snapshot, without hands.
-    bridge::SceneSnapshot& fillSnapshot();
+    bridge::SceneSnapshot& fillSnapshot() MIDAIR_REQUIRES(mutex);
     /// Ends playing; what is returned has to be destroyed without the mutex.
-    std::shared_ptr<void> endPlaying();
+    std::shared_ptr<void> endPlaying() MIDAIR_REQUIRES(mutex);
 
 private:
-    mutable std::shared_ptr<const haptics::TransducerArray> _read; ///< by the player, last
-    mutable std::shared_ptr<const ArrayPair> _current;             ///< as it was read last
-    mutable std::shared_ptr<const ArrayPair> _marked;              ///< of that, as _marks say
-    mutable std::string _marks;
+    /// by the player, last
+    mutable std::shared_ptr<const haptics::TransducerArray> _read MIDAIR_GUARDED_BY(mutex);
+    /// as it was read last
+    mutable std::shared_ptr<const ArrayPair> _current MIDAIR_GUARDED_BY(mutex);
+    /// of that, as _marks say
+    mutable std::shared_ptr<const ArrayPair> _marked MIDAIR_GUARDED_BY(mutex);
+    mutable std::string _marks MIDAIR_GUARDED_BY(mutex);
 };
 
 Handles<midair_array, const ArrayPair>& arrays();
@@ -132,6 +136,6 @@ Handles<midair_scene, Scene>& scenes();
 /// Returns what a scene's handle stands for; fails inside a callback.
 std::shared_ptr<Scene> sceneOf(midair_scene* handle);
 /// Fails if there is none of that number.
-SceneObject& objectOf(Scene& scene, midair_object object);
+SceneObject& objectOf(Scene& scene, midair_object object) MIDAIR_REQUIRES(scene.mutex);
 
 } // namespace midair::capi

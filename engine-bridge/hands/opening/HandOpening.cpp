@@ -10,6 +10,7 @@
 #include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
 #include <utility>
 
@@ -141,54 +142,18 @@ std::shared_ptr<HandSource> openOwn(const HandSourceMaker& make, const std::stri
 
 } // namespace
 
-OpeningHands::OpeningHands(std::function<std::shared_ptr<HandSource>()> open, std::string name) :
-    _name(std::move(name)),
-    _thread(
-        [this, open = std::move(open)]
-        {
-            std::shared_ptr<HandSource> source;
-            std::string error;
-            try
-            {
-                source = open();
-            }
-            catch (...)
-            {
-                error = base::whatWasThrown();
-            }
-            const base::Lock lock(_mutex);
-            _source = std::move(source);
-            if (!error.empty()) _messages.push_back(error);
-        })
-{
-}
-
-OpeningHands::~OpeningHands()
-{
-    _thread.join();
-}
-
 bool OpeningHands::frameAt(double time_s, HandFrame& frame)
 {
     frame.hands.clear();
-    std::shared_ptr<HandSource> source;
-    {
-        const base::Lock lock(_mutex);
-        source = _source;
-    }
-    return source && source->frameAt(time_s, frame);
-}
-
-std::string OpeningHands::status() const
-{
-    const base::Lock lock(_mutex);
-    return _source ? _source->status() : _name + ": not open";
-}
-
-std::vector<std::string> OpeningHands::takeMessages()
-{
-    const base::Lock lock(_mutex);
-    return std::exchange(_messages, {});
+    const bool isMade =
+        _opening.valid() && _opening.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    const std::string thrown = base::thrownBy(
+        [&]
+        {
+            if (isMade) _source = _opening.get();
+        });
+    if (!thrown.empty()) _messages.push_back(thrown);
+    return _source && _source->frameAt(time_s, frame);
 }
 
 std::optional<RecordedUri> RecordedUri::parse(const std::string& uri)

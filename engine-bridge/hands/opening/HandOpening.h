@@ -1,39 +1,43 @@
 #pragma once
 
 #include "engine-bridge/hands/HandSource.h"
-#include "haptics/base/threads/Mutex.h"
 
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 namespace midair::bridge
 {
 
 /// Hand source that is opened on a separate thread, so that no frame waits for a file; until then
-/// there are no hands.
+/// there are no hands. For one thread.
 class OpeningHands : public HandSource
 {
 public:
-    /// \a open: runs in the thread; what it throws is told. \a name: for the status.
-    OpeningHands(std::function<std::shared_ptr<HandSource>()> open, std::string name);
-    ~OpeningHands() override; ///< waits for the thread, whose time the readers' limits bound
-    OpeningHands(const OpeningHands&) = delete;
-    OpeningHands& operator=(const OpeningHands&) = delete;
+    /// \a open: runs in the thread; what it throws is told. \a name: for the status. The destructor
+    /// waits for the thread, whose time the readers' limits bound.
+    OpeningHands(std::function<std::shared_ptr<HandSource>()> open, std::string name) :
+        _name(std::move(name)),
+        _opening(std::async(std::launch::async, std::move(open)))
+    {
+    }
 
     bool frameAt(double time_s, HandFrame& frame) override;
-    std::string status() const override;
-    std::vector<std::string> takeMessages() override;
+    std::string status() const override
+    {
+        return _source ? _source->status() : _name + ": not open";
+    }
+    std::vector<std::string> takeMessages() override { return std::exchange(_messages, {}); }
 
 private:
     const std::string _name;
-    mutable base::Mutex _mutex;
-    std::shared_ptr<HandSource> _source MIDAIR_GUARDED_BY(_mutex); ///< null until it is open
-    std::vector<std::string> _messages MIDAIR_GUARDED_BY(_mutex);
-    std::thread _thread; ///< last: it uses the other members
+    std::future<std::shared_ptr<HandSource>> _opening; ///< not valid: it has come to its end
+    std::shared_ptr<HandSource> _source;               ///< null until it is open
+    std::vector<std::string> _messages;
 };
 
 /// A recording begins when it is first asked for hands: of that time, 0 is the recording's.

@@ -146,21 +146,20 @@ Eigen::Vector3d HandMotion::middle(const Hand& hand) const
     return sum / static_cast<double>(_rigid.count());
 }
 
-// W. Kabsch, "A solution for the best rotation to relate two sets of vectors", Acta Cryst. A 32,
-// 1976. _shape is centred.
-Eigen::Quaterniond HandMotion::fittedTurn(const Hand& hand) const
+// The rigid joints around their middle.
+Eigen::Matrix3Xd HandMotion::shapeOf(const Hand& hand) const
 {
-    Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
-    const Eigen::Vector3d centre = middle(hand);
+    Eigen::Matrix3Xd shape(3, static_cast<Eigen::Index>(_rigid.count()));
     Eigen::Index column = 0;
     for (std::size_t i = 0; i < HAND_JOINTS; ++i)
-        if (_rigid[i])
-            products += (hand.joints[i].position - centre) * _shape.col(column++).transpose();
-    const base::SingularParts svd = base::singularParts(products);
-    Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-    signs.z() = (svd.U * svd.V.transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix3d turn = svd.U * signs.asDiagonal() * svd.V.transpose();
-    return Eigen::Quaterniond(turn);
+        if (_rigid[i]) shape.col(column++) = hand.joints[i].position;
+    return shape.colwise() - middle(hand);
+}
+
+Eigen::Quaterniond HandMotion::fittedTurn(const Hand& hand) const
+{
+    const Eigen::Matrix4d motion = base::nearestMotion(_shape, shapeOf(hand), false);
+    return Eigen::Quaterniond(Eigen::Matrix3d(motion.topLeftCorner<3, 3>()));
 }
 
 void HandMotion::begin(double time_s, const Hand& hand)
@@ -168,10 +167,7 @@ void HandMotion::begin(double time_s, const Hand& hand)
     if (!_place) _place = std::make_unique<MotionTrack>(_method, kPlaceNoise_m, 1.0);
     const Eigen::Vector3d centre = _rigid.any() ? middle(hand) : Eigen::Vector3d::Zero();
     _place->restart(time_s, centre);
-    _shape.resize(3, static_cast<Eigen::Index>(_rigid.count()));
-    Eigen::Index column = 0;
-    for (std::size_t i = 0; i < HAND_JOINTS; ++i)
-        if (_rigid[i]) _shape.col(column++) = hand.joints[i].position - centre;
+    _shape = shapeOf(hand);
     // The second singular value says how far the shape is from a line.
     const bool isWide =
         _rigid.count() >= 3 &&

@@ -67,6 +67,7 @@ private:
     static Joints rigidJoints(const Hand& hand);
     void begin(double time_s, const Hand& hand);
     void followFingers(double time_s);
+    Eigen::Matrix3Xd shapeOf(const Hand& hand) const;
     Eigen::Quaterniond fittedTurn(const Hand& hand) const;
     Eigen::Vector3d middle(const Hand& hand) const;
     void followFinger(int which, double time_s);

@@ -5,11 +5,9 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/text/Quantity.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -22,17 +20,6 @@ namespace
 {
 
 using device::DriveSignal;
-
-Eigen::Matrix3Xd placesOfUser(const std::string& text)
-{
-    std::vector<std::array<double, 3>> read;
-    base::parsePlaces(text, read); // judged by device::capsOfUser()
-    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(read.size()));
-    for (std::size_t l = 0; l < read.size(); ++l)
-        places.col(static_cast<Eigen::Index>(l)) =
-            Eigen::Map<const Eigen::Vector3d>(read[l].data());
-    return places;
-}
 
 /// Passes fields on to a device, lowered to an ear limit.
 class HeldToEars : public device::ArrayDevice
@@ -177,8 +164,9 @@ std::unique_ptr<device::ArrayDevice> openForUser(const std::string& uri,
     all.maxPressure_Pa = device::stricterPressure(limits.maxPressure_Pa, caps.maxPressure_Pa);
     auto device = device::openLimitedDevice(uri, layout, all, owner);
     if (!(caps.earLimit_dB > 0.0)) return device;
-    return std::make_unique<HeldToEars>(
-        std::move(device), *array, caps.earLimit_dB, placesOfUser(caps.earPoints));
+    Eigen::Matrix3Xd places(3, 0);
+    readPlaces(caps.earPoints, places); // judged by device::capsOfUser()
+    return std::make_unique<HeldToEars>(std::move(device), *array, caps.earLimit_dB, places);
 }
 
 } // namespace midair::bridge

@@ -1,6 +1,7 @@
 // Files and pipes of a thermometer, in the thread that reads them.
 #include "engine-bridge/air/AirTemperature.h"
 #include "tests/Eventually.h"
+#include "tests/haptics/base/threads/SetClock.h"
 
 #include <chrono>
 #include <cstdio>
@@ -26,23 +27,25 @@ std::string fileOf(const std::string& name)
     return path;
 }
 
-/// Takes news until \a isIt holds for one, at most 5 s long.
-TemperatureSource::News until(TemperatureSource& source,
+/// Takes news, look by look, until \a isIt holds for one.
+TemperatureSource::News until(midair::test::SetClock& clock,
+                              TemperatureSource& source,
                               const std::function<bool(const TemperatureSource::News&)>& isIt)
 {
     TemperatureSource::News news;
     EXPECT_TRUE(eventually(
         [&]
         {
+            clock.pass(TemperatureSource::kLook_s);
             news = source.take();
             return isIt(news);
         }));
     return news;
 }
 
-TemperatureSource::News untilReading(TemperatureSource& source)
+TemperatureSource::News untilReading(midair::test::SetClock& clock, TemperatureSource& source)
 {
-    return until(source, [](const auto& news) { return news.temperature_C.has_value(); });
+    return until(clock, source, [](const auto& news) { return news.temperature_C.has_value(); });
 }
 
 } // namespace
@@ -51,21 +54,22 @@ TEST(TemperatureSource, TheLastLineOfAFileCountsAlsoOnceItIsWrittenAnew)
 {
     const std::string path = fileOf("file");
     std::ofstream(path) << "# C\n18.5\n21.25\n\n";
-    TemperatureSource source(path);
-    EXPECT_EQ(untilReading(source).temperature_C, 21.25);
+    midair::test::SetClock clock;
+    TemperatureSource source(path, clock);
+    EXPECT_EQ(untilReading(clock, source).temperature_C, 21.25);
     std::ofstream(path, std::ios::app) << "21.5\n";
-    EXPECT_EQ(untilReading(source).temperature_C, 21.5);
+    EXPECT_EQ(untilReading(clock, source).temperature_C, 21.5);
     std::ofstream(path) << "22.5\n"; // as long as the line before
-    EXPECT_EQ(untilReading(source).temperature_C, 22.5);
+    EXPECT_EQ(untilReading(clock, source).temperature_C, 22.5);
     // Without an end of line it may be half a number, and counts once it has stayed.
     std::ofstream(path) << "23.75";
-    EXPECT_EQ(untilReading(source).temperature_C, 23.75);
+    EXPECT_EQ(untilReading(clock, source).temperature_C, 23.75);
     std::filesystem::remove(path);
-    EXPECT_NE(until(source, [](const auto& news) { return news.isClosed; })
+    EXPECT_NE(until(clock, source, [](const auto& news) { return news.isClosed; })
                   .problem.find("can't be opened: "),
               std::string::npos);
     std::ofstream(path) << "24\n";
-    EXPECT_EQ(untilReading(source).temperature_C, 24.0);
+    EXPECT_EQ(untilReading(clock, source).temperature_C, 24.0);
     EXPECT_FALSE(source.take().isClosed);
     std::filesystem::remove(path);
 }
@@ -74,7 +78,8 @@ TEST(TemperatureSource, APipeIsReadAsItIsWritten)
 {
     const std::string path = fileOf("pipe");
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
-    TemperatureSource source(path);
+    midair::test::SetClock clock;
+    TemperatureSource source(path, clock);
     for (const char* line : {"19.5\n", "20.", "5\n"}) // of three writers, one after the other
     {
         // Opens once somebody reads.
@@ -82,16 +87,16 @@ TEST(TemperatureSource, APipeIsReadAsItIsWritten)
         pipe << line << std::flush;
         if (std::string(line) == "20.")
         {
-            letPass(0.6); // in which a file's would count
+            clock.pass(0.6); // in which a file's would count
             EXPECT_FALSE(source.take().temperature_C);
             continue;
         }
         pipe.close();
-        EXPECT_EQ(untilReading(source).temperature_C, line[0] == '1' ? 19.5 : 20.5);
+        EXPECT_EQ(untilReading(clock, source).temperature_C, line[0] == '1' ? 19.5 : 20.5);
     }
     const std::string noise(1000, '9');
     std::ofstream(path) << noise << "\nwarm\n" << std::flush;
-    EXPECT_EQ(until(source, [](const auto& news) { return news.bad == 2; }).problem,
+    EXPECT_EQ(until(clock, source, [](const auto& news) { return news.bad == 2; }).problem,
               "\"warm\" is no reading, should be a number from -40 to 60 C");
     std::filesystem::remove(path);
 }
@@ -101,8 +106,9 @@ TEST(TemperatureSource, DevicesAndFoldersAreRefused)
 {
     for (const char* path : {"/dev/zero", "/tmp"})
     {
-        TemperatureSource source(path);
-        EXPECT_EQ(until(source, [](const auto& news) { return news.isClosed; }).problem,
+        midair::test::SetClock clock;
+        TemperatureSource source(path, clock);
+        EXPECT_EQ(until(clock, source, [](const auto& news) { return news.isClosed; }).problem,
                   "is a device or a folder, should be a file or a named pipe")
             << path;
     }
@@ -115,7 +121,8 @@ TEST(TemperatureSource, EndsAtOnce)
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
     const auto begin = std::chrono::steady_clock::now();
     {
-        TemperatureSource source(path);
+        midair::test::SetClock clock;
+        TemperatureSource source(path, clock);
         int pipe = -1; // can be opened once somebody reads
         EXPECT_TRUE(eventually(
             [&]

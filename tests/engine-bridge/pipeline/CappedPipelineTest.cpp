@@ -277,7 +277,7 @@ TEST(CappedPipeline, WhatIsWeakerThanTheLeastOfTheArrayIsAFaultAndSilent)
         const auto result = pipeline.process(isLoudness ? squareSnapshot() : squareOf(1e-6));
         EXPECT_TRUE(result->isSilenced());
         EXPECT_EQ(result->state, ArrayState::SILENT);
-        EXPECT_EQ(pipeline.reading().state, ArrayState::SILENT);
+        EXPECT_EQ(pipeline.device().reading().state, ArrayState::SILENT);
         ASSERT_EQ(result->told.size(), 1u);
         EXPECT_EQ(result->told[0].code, base::MessageCode::FIELD_SILENCED);
     }

@@ -145,7 +145,7 @@ TEST_F(LostField, OfADriverThatHangsIsAFaultThatIsTold)
     pipeline.process(squareSnapshot());
     report->state = device::DeviceState::HANGING;
     report->message = "the driver's play() hasn't returned for 2 s";
-    EXPECT_EQ(pipeline.reading().state, ArrayState::FAULT) << "before there is a result";
+    EXPECT_EQ(pipeline.device().reading().state, ArrayState::FAULT) << "before there is a result";
     const auto hangs = pipeline.attend();
     ASSERT_NE(hangs, nullptr);
     EXPECT_EQ(hangs->state, ArrayState::FAULT);
@@ -153,9 +153,9 @@ TEST_F(LostField, OfADriverThatHangsIsAFaultThatIsTold)
     ASSERT_EQ(hangs->told.size(), 1u);
     EXPECT_EQ(hangs->told[0].code, base::MessageCode::DEVICE_HANGS);
     EXPECT_EQ(hangs->told[0].text, "device: hangs: the driver's play() hasn't returned for 2 s");
-    pipeline.setMuted(true);
-    EXPECT_EQ(pipeline.reading().state, ArrayState::FAULT) << "it may sound all the same";
-    pipeline.setMuted(false);
+    pipeline.device().setMuted(true);
+    EXPECT_EQ(pipeline.device().reading().state, ArrayState::FAULT) << "it may sound all the same";
+    pipeline.device().setMuted(false);
     report->state = device::DeviceState::READY;
     const auto back = pipeline.attend();
     ASSERT_NE(back, nullptr);

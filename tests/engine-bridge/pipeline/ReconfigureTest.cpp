@@ -49,7 +49,7 @@ TEST(HologramPipeline, ReconfiguredKeepsDeviceCountersAndTheLastFieldAsItsStart)
     EXPECT_EQ(after->counters.solves, 2u);
     EXPECT_EQ(after->counters.snapshots, 2u);
     EXPECT_EQ(after->counters.meshesSampled, 1u);
-    EXPECT_EQ(pipeline.fields().sent, 2u);
+    EXPECT_EQ(pipeline.device().reading().fields.sent, 2u);
     EXPECT_EQ(pipeline.process(squareSnapshot()), after) << "once is enough";
 }
 
@@ -65,7 +65,7 @@ TEST(HologramPipeline, ReconfiguredSolvesAnewInOtherAirAndWithAnotherSolver)
     options.solver = haptics::solverNames().back();
     pipeline.reconfigure(options);
     EXPECT_EQ(pipeline.process(squareSnapshot())->report().solver, options.solver);
-    EXPECT_EQ(pipeline.fields().sent, 3u);
+    EXPECT_EQ(pipeline.device().reading().fields.sent, 3u);
 }
 
 TEST(CappedPipeline, ReconfiguredIsSilentUntilAStricterCapIsKept)
@@ -75,10 +75,10 @@ TEST(CappedPipeline, ReconfiguredIsSilentUntilAStricterCapIsKept)
     const float before_Pa = before->achieved_Pa.maxCoeff();
     HologramOptions options = simulatedOn();
     options.maxPressure = 0.25 * before_Pa;
-    const std::uint64_t sent = pipeline.fields().sent;
+    const std::uint64_t sent = pipeline.device().reading().fields.sent;
     pipeline.reconfigure(options);
     EXPECT_EQ(pipeline.attend(), nullptr);
-    EXPECT_EQ(pipeline.fields().sent, sent);
+    EXPECT_EQ(pipeline.device().reading().fields.sent, sent);
     const auto after = pipeline.process(squareSnapshot());
     EXPECT_TRUE(after->playing);
     EXPECT_LE(after->achieved_Pa.maxCoeff(), options.maxPressure);
@@ -95,8 +95,8 @@ TEST(CappedPipeline, ALowerAmplitudeHoldsForWhatPlaysAlready)
     EXPECT_NEAR(loudest(*pipeline.process(squareSnapshot())), 0.6, 0.01);
     HologramOptions options = simulatedOn();
     options.maxAmplitude = 0.3;
-    pipeline.lowerAmplitudeCap(options.maxAmplitude);
-    EXPECT_EQ(pipeline.fields().sent, 2u) << "the same field, lowered";
+    pipeline.device().lowerAmplitudeCap(options.maxAmplitude);
+    EXPECT_EQ(pipeline.device().reading().fields.sent, 2u) << "the same field, lowered";
     pipeline.reconfigure(options);
     EXPECT_LE(loudest(*pipeline.process(squareSnapshot())), 0.3);
     options.maxAmplitude = 1.0;
@@ -205,7 +205,7 @@ TEST(HologramThread, AMuteIsSilentAtOnceAndEndsByItself)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
-    const std::uint64_t sent = thread.fields().sent;
+    const std::uint64_t sent = thread.reading().fields.sent;
     thread.setMuted(true);
     EXPECT_EQ(thread.state(), ArrayState::MUTED);
     ASSERT_TRUE(eventually([&] { return thread.latestResult()->state == ArrayState::MUTED; }));
@@ -215,10 +215,10 @@ TEST(HologramThread, AMuteIsSilentAtOnceAndEndsByItself)
     snapshot.frame = 7;
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.latestResult()->frame == 7; }));
-    EXPECT_EQ(thread.fields().sent, sent);
+    EXPECT_EQ(thread.reading().fields.sent, sent);
     thread.setMuted(false);
     ASSERT_TRUE(eventually([&] { return thread.latestResult()->state == ArrayState::PLAYING; }));
-    EXPECT_EQ(thread.fields().sent, sent + 1);
+    EXPECT_EQ(thread.reading().fields.sent, sent + 1);
     EXPECT_GT(thread.latestResult()->achieved_Pa.maxCoeff(), 0.0f);
 }
 
@@ -250,7 +250,7 @@ TEST(HologramThread, APipelineThatIsMadeAgainHasTheNewestOptions)
     ASSERT_TRUE(eventually([&] { return thread.latestResult() != before && !stale; }));
     EXPECT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
     EXPECT_LE(loudest(*thread.latestResult()), 0.2);
-    EXPECT_EQ(thread.fields().sent, 1u) << "by another device";
+    EXPECT_EQ(thread.reading().fields.sent, 1u) << "by another device";
 }
 
 TEST(HologramThread, AMuteEndsForFieldsInTurnToo)
@@ -263,13 +263,13 @@ TEST(HologramThread, AMuteEndsForFieldsInTurnToo)
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.results() > 0; }));
     EXPECT_EQ(thread.state(), ArrayState::MUTED);
-    EXPECT_EQ(thread.fields().sent, 0u);
+    EXPECT_EQ(thread.reading().fields.sent, 0u);
     thread.setMuted(false);
-    EXPECT_TRUE(eventually([&] { return thread.fields().played > 10; }));
+    EXPECT_TRUE(eventually([&] { return thread.reading().fields.played > 10; }));
     thread.setMuted(true);
-    const std::uint64_t sent = thread.fields().sent;
+    const std::uint64_t sent = thread.reading().fields.sent;
     EXPECT_TRUE(othersSend(30));
-    EXPECT_EQ(thread.fields().sent, sent) << "no steps that are refused";
+    EXPECT_EQ(thread.reading().fields.sent, sent) << "no steps that are refused";
 }
 
 TEST(HologramThread, ADeviceThatPlaysNothingIsAFaultAndIsToldOnce)
@@ -286,8 +286,8 @@ TEST(HologramThread, ADeviceThatPlaysNothingIsAFaultAndIsToldOnce)
                 return thread.state() == ArrayState::FAULT;
             }))
             << uri;
-        EXPECT_EQ(thread.fields().played, 0u);
-        EXPECT_GT(thread.fields().lost, 0u);
+        EXPECT_EQ(thread.reading().fields.played, 0u);
+        EXPECT_GT(thread.reading().fields.lost, 0u);
         const auto& told = thread.latestResult()->told;
         ASSERT_EQ(told.size(), 1u);
         EXPECT_EQ(told[0].code, base::MessageCode::DEVICE_FAULT);
@@ -305,7 +305,7 @@ TEST(HologramThread, ADeviceThatHangsIsAFaultAtRest)
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::FAULT; }));
     EXPECT_EQ(thread.latestResult()->achieved_Pa.maxCoeff(), 0.0f);
-    EXPECT_EQ(thread.fields().played, 1u);
+    EXPECT_EQ(thread.reading().fields.played, 1u);
 }
 
 TEST(HologramThread, ADeviceThatIsUnpluggedIsLostAndThenPlaysAgain)
@@ -314,11 +314,11 @@ TEST(HologramThread, ADeviceThatIsUnpluggedIsLostAndThenPlaysAgain)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::LOST; }));
-    EXPECT_NE(thread.deviceStatus().find("; unplugged"), std::string::npos)
-        << thread.deviceStatus();
+    EXPECT_NE(thread.reading().status.find("; unplugged"), std::string::npos)
+        << thread.reading().status;
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
-    EXPECT_EQ(thread.deviceStatus().find("; unplugged"), std::string::npos)
-        << thread.deviceStatus();
-    EXPECT_NE(thread.deviceStatus().find("; last fault: unplugged"), std::string::npos);
-    EXPECT_EQ(thread.fields().reconnects, 1u);
+    EXPECT_EQ(thread.reading().status.find("; unplugged"), std::string::npos)
+        << thread.reading().status;
+    EXPECT_NE(thread.reading().status.find("; last fault: unplugged"), std::string::npos);
+    EXPECT_EQ(thread.reading().fields.reconnects, 1u);
 }

@@ -590,7 +590,6 @@ protected:
                 seen.clear();
                 for (Player* player : players())
                     player->frame(_time_s);
-                letPass(3e-3);
                 bool isRest = true;
                 for (Player* player : players())
                 {

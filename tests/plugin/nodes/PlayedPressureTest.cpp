@@ -31,8 +31,16 @@ struct Played
                 field = box.scene->getField();
                 return field && field->isPlaying();
             });
+        if (device == "null:") return; // it doesn't know what it plays
         // What was switched on has settled.
-        letPass(0.06);
+        const osg::Vec3d place = field->getPoints().front().position;
+        const auto isSteady = [&]
+        {
+            const auto heard_Pa = playedPressure(*box.scene, place, 0.06, 5e3);
+            return !heard_Pa.empty() &&
+                   std::abs(heard_Pa.front() - heard_Pa.back()) < 1e-4F * heard_Pa.back();
+        };
+        EXPECT_TRUE(eventually(isSteady));
     }
 };
 
