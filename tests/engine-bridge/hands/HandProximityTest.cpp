@@ -1,6 +1,5 @@
 #include "engine-bridge/hands/HandProximity.h"
 
-
 #include <cmath>
 #include <random>
 
