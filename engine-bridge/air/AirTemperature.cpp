@@ -24,6 +24,11 @@ namespace
 
 constexpr std::size_t kMostShown = 32;
 
+// Troubles, each told once until it has ended.
+constexpr const char* kBad = "bad";
+constexpr const char* kStale = "stale";
+constexpr const char* kClosed = "closed";
+
 bool isBlank(const std::string& line)
 {
     const std::string text = base::trimmed(line);
@@ -208,7 +213,8 @@ void AirTemperature::setSource(const std::string& file)
     _name = file;
     _readings = 0;
     _follows = _hasBegun = false;
-    _badTold = _staleTold = _closedTold = false;
+    for (const char* trouble : {kBad, kStale, kClosed})
+        ends(trouble);
 }
 
 double AirTemperature::at(double now_s, double set_C)
@@ -241,15 +247,15 @@ void AirTemperature::listen(const TemperatureSource::News& news, double now_s)
         _last = {*news.temperature_C, _last[0], _last[1]};
         _readings = std::min(_readings + 1, 3);
         _heard_s = now_s;
-        _staleTold = _closedTold = false;
+        ends(kStale);
+        ends(kClosed);
     }
-    if (news.bad > 0 && !std::exchange(_badTold, true)) tell(news.problem + "; " + kept);
+    if (news.bad > 0) tellOnce(kBad, news.problem + "; " + kept);
     if (news.bad > 0) _bad_s = now_s;
-    if (now_s - _bad_s > kStale_s) _badTold = false;
-    if (news.isClosed && !news.problem.empty() && !std::exchange(_closedTold, true))
-        tell(news.problem + "; " + kept);
-    if (now_s - _heard_s > kStale_s && !std::exchange(_staleTold, true))
-        tell(fmt::format("no good reading for {:g} s; {}", kStale_s, kept));
+    if (now_s - _bad_s > kStale_s) ends(kBad);
+    if (news.isClosed && !news.problem.empty()) tellOnce(kClosed, news.problem + "; " + kept);
+    if (now_s - _heard_s > kStale_s)
+        tellOnce(kStale, fmt::format("no good reading for {:g} s; {}", kStale_s, kept));
 }
 
 double AirTemperature::median() const
@@ -260,15 +266,16 @@ double AirTemperature::median() const
     return sorted[1];
 }
 
-void AirTemperature::tell(const std::string& what)
+void AirTemperature::tellOnce(const char* trouble, const std::string& what)
 {
-    _messages.push_back(
-        {base::MessageCode::AIR_TEMPERATURE, "temperature source \"" + _name + "\": " + what});
+    if (_log.begins({base::MessageCode::AIR_TEMPERATURE, 0, trouble}))
+        _log.say(
+            {base::MessageCode::AIR_TEMPERATURE, "temperature source \"" + _name + "\": " + what});
 }
 
-std::vector<base::Message> AirTemperature::takeMessages()
+void AirTemperature::ends(const char* trouble)
 {
-    return std::exchange(_messages, {});
+    _log.ends({base::MessageCode::AIR_TEMPERATURE, 0, trouble});
 }
 
 } // namespace midair::bridge

@@ -81,6 +81,9 @@ public:
     static constexpr double kPause_s = 0.2;  ///< between two steps: 0.5 K/s at most
     static constexpr double kStale_s = 60.0; ///< without a good reading
 
+    /// \a log: is told of each kind of trouble, once until it has ended.
+    explicit AirTemperature(base::MessageLog& log) : _log(log) {}
+
     /// Follows \a file from now on; empty: no source. Goes on as before if it is the same.
     void setSource(const std::string& file);
 
@@ -93,14 +96,13 @@ public:
     /// The same for the readings in \a news instead of the source's.
     double follow(const TemperatureSource::News& news, double now_s, double set_C);
 
-    /// What is to be told since the last call; each kind of trouble once until it has ended.
-    std::vector<base::Message> takeMessages();
-
 private:
     void listen(const TemperatureSource::News& news, double now_s);
     double median() const;
-    void tell(const std::string& what);
+    void tellOnce(const char* trouble, const std::string& what);
+    void ends(const char* trouble);
 
+    base::MessageLog& _log;
     std::unique_ptr<TemperatureSource> _source;
     std::string _name;             // of the source, for messages
     std::array<double, 3> _last{}; // newest good readings
@@ -111,8 +113,6 @@ private:
     double _bad_s = 0.0;           // of the last bad one
     double _stepped_s = 0.0;
     bool _hasBegun = false;
-    bool _badTold = false, _staleTold = false, _closedTold = false;
-    std::vector<base::Message> _messages;
 };
 
 } // namespace midair::bridge

@@ -82,7 +82,7 @@ void CappedOutput::setCaps()
     _cap_Pa = cap_Pa;
     _pressure.name =
         cap_Pa == _context.options.maxPressure ? "MaxPressure" : "max-pressure of the device";
-    _pressure.isSilenceTold = false;
+    _context.messages.ends({base::MessageCode::FIELD_SILENCED});
     const auto wouldPlay = [this](const device::DriveSignal& signal)
     { return _output->wouldPlay(signal); };
     _pressure.cap = std::make_unique<PressureCap>(
@@ -163,7 +163,7 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
                      : "max-amplitude of the device";
     const std::string told = _pressure.cap->tellOfSilence(
         where, wanted, {_pressure.name, "Pressure or Loudness", amplitude}, report);
-    if (!told.empty() && !std::exchange(_pressure.isSilenceTold, true))
+    if (!told.empty() && _context.messages.begins({base::MessageCode::FIELD_SILENCED}))
         _context.messages.say({base::MessageCode::FIELD_SILENCED, told});
 }
 

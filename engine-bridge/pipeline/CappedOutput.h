@@ -62,7 +62,6 @@ private:
         std::unique_ptr<PressureCap> cap; ///< of the highest pressure there is, if there is no cap
         bool isSet = false;               ///< there is a cap
         std::string name;                 ///< the setting that it comes from
-        bool isSilenceTold = false;       ///< that it leaves nothing
     };
 
     void warnIfNoTransducerSounds();

@@ -147,7 +147,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     _placed.clear();
     _posed.clear();
     _candidates = 0;
-    _states.begin();
+    _messages.beginLook();
     _wholes.large.clear();
     _wholes.felt.clear();
     _oneFocus.before = std::exchange(_oneFocus.now, {});
@@ -184,7 +184,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     out.points.absolute = absolute;
     holdSmall(snapshot, out.points);
     tellUnreachable(snapshot, out);
-    _states.end();
+    _messages.endLook();
     _assembled = true;
     return out;
 }
@@ -325,7 +325,7 @@ void PointAssembler::tellOnce(base::MessageCode code,
                               const HapticObject& object,
                               const std::string& what)
 {
-    if (_states.note(code, object.touchId(), base::withoutNumbers(what)))
+    if (_messages.note({code, object.touchId(), base::withoutNumbers(what)}))
         _messages.say(base::about(code, object.path, what));
 }
 
@@ -378,7 +378,7 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
     _oneFocus.now[object.id] =
         isNew ? haptics::pointsAtSize(mesh, samplerOptions(object), size_m, _selector.maxPoints)
               : known->second;
-    if (!_states.note(base::MessageCode::OBJECT_SMALL, object.touchId()) || !isNew) return;
+    if (!_messages.note({base::MessageCode::OBJECT_SMALL, object.touchId()}) || !isNew) return;
     std::string ask;
     if (size_m > 0.0)
         ask = fmt::format("; should metresPerUnit be {:g}, not {:g}? size={:g} fits",
@@ -425,7 +425,7 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     const Eigen::Vector3d extent_m = widths(object.pose * boxCorners(object.mesh->vertices));
     if (!haptics::hasRoom(extent_m, _workspace, front)) _wholes.large.insert(object.touchId());
     if (!(width_m > kWide * array_m) || !(array_m > 0.0)) return;
-    if (!_states.note(base::MessageCode::OBJECT_UNITS, object.touchId())) return;
+    if (!_messages.note({base::MessageCode::OBJECT_UNITS, object.touchId()})) return;
     // A power of ten with which it is no wider than the array.
     const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
     const std::string fits = fitting(fittingSize_m(object, width_m));
@@ -465,7 +465,7 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
         if (isWhole[i] || _wholes.large.count(object.touchId()) == 0) continue;
         const double width_m = widths(object.mesh->vertices).maxCoeff();
         if (width_m > kWide * widths(_array.positions).maxCoeff()) continue; // told already
-        if (!_states.note(base::MessageCode::OBJECT_LARGE, object.touchId())) continue;
+        if (!_messages.note({base::MessageCode::OBJECT_LARGE, object.touchId()})) continue;
         const haptics::ArrayFront front(_array.positions, _array.normals);
         const std::string fits = fitting(fittingSize_m(object, width_m));
         _messages.say(base::about(base::MessageCode::OBJECT_LARGE,
@@ -477,12 +477,12 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
                                               fits.empty() ? "" : "; ",
                                               fits)));
     }
-    if (report.overBudget > 0 && !isOfLarge && _states.note(base::MessageCode::POINTS_BUDGET, 0))
+    if (report.overBudget > 0 && !isOfLarge && _messages.note({base::MessageCode::POINTS_BUDGET, 0}))
         _messages.say(
             {base::MessageCode::POINTS_BUDGET,
              fmt::format("more points than the budget of {}; objects of lower priority get fewer",
                          _selector.maxPoints)});
-    base::Alike unfelt;
+    std::vector<std::string> unfelt;
     std::optional<std::uint64_t> first; // the one that the message names
     for (std::size_t i = 0; i < _posed.size(); ++i)
     {
@@ -490,42 +490,44 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
         if (_posed[i].positions.cols() == 0 ||
             _wholes.felt.count(whole) + _wholes.large.count(whole) > 0)
             continue;
-        if (!_states.note(base::MessageCode::OBJECT_UNFELT, whole)) continue;
+        if (!_messages.note({base::MessageCode::OBJECT_UNFELT, whole})) continue;
         if (!first) first = whole;
-        unfelt.add(objectOf(i).path);
+        unfelt.push_back(objectOf(i).path);
     }
     haptics::LeftOutPoints ofFirst;
     for (std::size_t i = 0; i < _posed.size(); ++i)
         if (objectOf(i).touchId() == first) ofFirst += report.leftOut[i];
-    unfelt.tell(base::MessageCode::OBJECT_UNFELT,
-                fmt::format("none of its points can be felt where it is (0 of {} points: {})",
-                            ofFirst.total(),
-                            ofFirst.summary()),
-                _messages);
+    _messages.sayOfAll(
+        base::MessageCode::OBJECT_UNFELT,
+        unfelt,
+        fmt::format("none of its points can be felt where it is (0 of {} points: {})",
+                    ofFirst.total(),
+                    ofFirst.summary()));
 }
 
 void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out)
 {
     constexpr const char* kPart = "part";
-    base::Alike objects;
-    base::Alike parts;
+    std::vector<std::string> objects;
+    std::vector<std::string> parts;
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
         const std::uint64_t whole = snapshot.objects[i].touchId();
         const auto code = base::MessageCode::OBJECT_UNREACHABLE;
         // One that has had a part out of reach may have it there again.
-        _states.keep(code, whole, kPart);
+        _messages.keepNoted({code, whole, kPart});
         if (!out.objects[i].isUnreachable) continue;
         const bool isPart = _wholes.felt.count(whole) > 0;
-        if (!_states.note(code, whole, isPart ? kPart : "")) continue;
-        (isPart ? parts : objects).add(snapshot.objects[i].path);
+        if (!_messages.note({code, whole, isPart ? kPart : ""})) continue;
+        (isPart ? parts : objects).push_back(snapshot.objects[i].path);
     }
-    objects.tell(base::MessageCode::OBJECT_UNREACHABLE,
-                 "is out of the array's reach; it can't be felt there",
-                 _messages);
-    parts.tell(base::MessageCode::OBJECT_UNREACHABLE,
-               "a part of it that moves is out of the array's reach; it can't be felt there",
-               _messages);
+    _messages.sayOfAll(base::MessageCode::OBJECT_UNREACHABLE,
+                       objects,
+                       "is out of the array's reach; it can't be felt there");
+    _messages.sayOfAll(
+        base::MessageCode::OBJECT_UNREACHABLE,
+        parts,
+        "a part of it that moves is out of the array's reach; it can't be felt there");
 }
 
 } // namespace midair::bridge

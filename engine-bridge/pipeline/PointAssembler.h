@@ -159,7 +159,6 @@ private:
     std::vector<Placed> _placed;
     std::vector<haptics::PosedObject> _posed;
     Eigen::Index _candidates = 0; ///< samples of all in _posed
-    base::LastingStates _states;  ///< of the objects, as they are told
     Wholes _wholes;
     OneFocus _oneFocus;
     bool _assembled = false;

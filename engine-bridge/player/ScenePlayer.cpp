@@ -60,45 +60,6 @@ bool sameObject(const HapticObject& a, const HapticObject& b)
 
 } // namespace
 
-// \a isCounted: it is said once more; else it is one that the thread has counted.
-void SceneMessages::keep(base::Message message, bool isCounted)
-{
-    message.text = base::printable(message.text); // may contain text from a file
-    message.path = base::printable(message.path);
-    bool fresh = false;
-    {
-        const base::Lock lock(_mutex);
-        fresh = isCounted ? _log.say(message) : _log.take(message);
-    }
-    if (!fresh || !_print) return;
-    if (const auto line = _lines.take(message, base::steadySeconds())) _print(*line);
-}
-
-// A result has all that its thread has told so far. What was taken before may be gone from the log,
-// which has a limit, and isn't new for that.
-void SceneMessages::take(const std::vector<base::Message>& told)
-{
-    std::uint64_t newest = _takenUpTo;
-    for (const base::Message& message : told)
-    {
-        if (message.said == 0 || message.said > _takenUpTo) keep(message, false);
-        newest = std::max(newest, message.said);
-    }
-    _takenUpTo = newest;
-}
-
-void SceneMessages::printDue(double now_s)
-{
-    for (const Line& line : _lines.due(now_s))
-        _print(line);
-}
-
-std::vector<base::Message> SceneMessages::all() const
-{
-    const base::Lock lock(_mutex);
-    return _log.messages();
-}
-
 void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
 {
     _objects = snapshot.objects;
@@ -125,8 +86,8 @@ bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) con
 
 ScenePlayer::ScenePlayer(Host host) :
     _host(std::move(host)),
-    _hands(_host.openHands),
-    _messages(_host.print)
+    _log(_host.print),
+    _hands(_host.openHands)
 {
     _wanted.settings = _played.settings = std::make_shared<const SceneSettings>();
     _air.at(base::steadySeconds(), _wanted.settings->temperature);
@@ -176,8 +137,6 @@ void ScenePlayer::refresh()
         judgeCaps();
     }
     _wanted.air_C = _air.at(base::steadySeconds(), _wanted.settings->temperature);
-    for (base::Message& message : _air.takeMessages())
-        _messages.say(std::move(message));
     apply();
 }
 
@@ -195,7 +154,7 @@ void ScenePlayer::judgeCaps()
     if (wrong == _caps.wrong) return;
     _caps.wrong = std::move(wrong);
     for (const std::string& why : _caps.wrong)
-        _messages.say({MessageCode::SETTINGS_SILENCED, why});
+        _log.say({MessageCode::SETTINGS_SILENCED, why});
 }
 
 HologramOptions ScenePlayer::options() const
@@ -266,7 +225,7 @@ void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
     _snapshot.handsLate_s = _hands.late_s();
     if (!_snapshot.hands.hands.empty()) _handsSeen_s = base::steadySeconds();
     for (base::Message& message : _hands.takeMessages())
-        _messages.say(std::move(message));
+        _log.say(std::move(message));
 }
 
 bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
@@ -415,7 +374,7 @@ void ScenePlayer::takeResult()
                                   [](const base::Message& message)
                                   { return message.code == MessageCode::ARRAY_REFUSED; }),
                    told.end());
-    _messages.take(told);
+    _log.takeNew(told);
 }
 
 // A solver of the program's own may take as long as it likes, and its thread can't tell meanwhile.
@@ -431,7 +390,7 @@ void ScenePlayer::tellSlowSolver(double now_s)
     _taken.slowUntil_s = now_s + kSlowOver_s;
     if (isTold) return;
     const bool isHeard = _taken.newest && _taken.newest->playing && _submitted.hasObjects();
-    _messages.say(
+    _log.say(
         {MessageCode::SOLVER_SLOW,
          fmt::format("the solver has taken {:.1f} s for one field and is still at it; {}",
                      taken_s,
@@ -453,8 +412,7 @@ SceneStatistics ScenePlayer::statistics() const
     SceneStatistics all = _shared.counts;
     all.latencyP50_ms = _shared.latencies.percentile(0.5);
     all.latencyP99_ms = _shared.latencies.percentile(0.99);
-    for (const base::Message& message : _messages.all())
-        all.messages.push_back(message.text);
+    all.messages = _log.all();
     if (!_shared.thread) return all;
     base::assignPart<HologramCounters>(all, _shared.thread->counters());
     all.snapshots = _shared.counts.snapshots; // the thread counts those that it has come to

@@ -28,39 +28,6 @@
 namespace midair::bridge
 {
 
-/// What the user is told about one scene: each message once, counted, and as lines of a log that
-/// stays readable.
-class SceneMessages
-{
-public:
-    using Line = base::LineLimit::Line;
-
-    /// \a print: takes each line on the thread that says it; none: messages are kept alone.
-    explicit SceneMessages(std::function<void(const Line&)> print) : _print(std::move(print)) {}
-
-    /// Adds \a message, or counts it if it is there. For one thread at a time, as the next two.
-    void say(base::Message message) { keep(std::move(message), true); }
-    /// Takes over those of \a told that are new since the last call, which the hologram thread has
-    /// counted.
-    void take(const std::vector<base::Message>& told);
-    /// Takes over one that something else than that thread has counted.
-    void adopt(const base::Message& message) { keep(message, false); }
-    /// Prints lines that have waited until \a now_s.
-    void printDue(double now_s);
-
-    /// All so far. Any thread.
-    std::vector<base::Message> all() const;
-
-private:
-    void keep(base::Message message, bool isCounted);
-
-    const std::function<void(const Line&)> _print;
-    base::LineLimit _lines;
-    std::uint64_t _takenUpTo = 0; ///< newest Message::said of those that were taken
-    mutable base::Mutex _mutex;
-    base::MessageLog _log MIDAIR_GUARDED_BY(_mutex);
-};
-
 /// The frame that was handed over last, to find whether another one differs.
 class SubmittedFrame
 {
@@ -124,8 +91,8 @@ public:
     /// What those who play scenes do in their own way.
     struct Host
     {
-        std::function<void(const SceneMessages::Line&)> print; ///< as of SceneMessages
-        HandTracker::Opener openHands;                         ///< as of HandTracker
+        base::MessageLog::Print print; ///< as of MessageLog
+        HandTracker::Opener openHands; ///< as of HandTracker
         /// changes the options of each new pipeline; none: they stay
         std::function<void(HologramOptions&)> filter = {};
     };
@@ -204,8 +171,8 @@ public:
     /// As HandTracker::setSource().
     void setHandSource(std::shared_ptr<HandSource> source) { _hands.setSource(std::move(source)); }
     const HandTracker& hands() const { return _hands; }
-    SceneMessages& messages() { return _messages; }
-    const SceneMessages& messages() const { return _messages; }
+    base::MessageLog& log() { return _log; }
+    const base::MessageLog& log() const { return _log; }
     /// Takes over the messages of the newest result.
     void takeResult();
 
@@ -293,11 +260,11 @@ private:
     Plan _wanted;
     Plan _played; ///< what the thread has
     Caps _caps;
-    AirTemperature _air;
+    base::MessageLog _log;
+    AirTemperature _air{_log};
     HandTracker _hands;
     double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
     PipelineMaker _maker;
-    SceneMessages _messages;
     SceneSnapshot _snapshot; ///< being filled
     SubmittedFrame _submitted;
     Taken _taken;

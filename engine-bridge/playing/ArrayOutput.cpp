@@ -151,7 +151,7 @@ void ArrayOutput::play(std::vector<device::DriveSignal> drives,
         startPlayer(stop);
     else if (device() && !sendHeld(stop) && !isBlocked() && !isHoldOver())
         tellRefusal(device()->report());
-    if (_shared.isUncapped && !std::exchange(_told.uncapped, true))
+    if (_shared.isUncapped && _messages.begins({base::MessageCode::DEVICE_CAP}))
         _messages.say({base::MessageCode::DEVICE_CAP,
                        "the device can't keep a cap of its amplitude; nothing is played"});
 }
@@ -229,8 +229,8 @@ void ArrayOutput::tellRefusal(const device::DeviceReport& report)
     const base::Message why = refusal(report);
     const bool isLoss =
         why.code == base::MessageCode::DEVICE_LOST || why.code == base::MessageCode::DEVICE_HANGS;
-    if (isLoss && _told.loss == report.reconnects) return;
-    if (isLoss) _told.loss = report.reconnects;
+    if (isLoss && _toldLoss == report.reconnects) return;
+    if (isLoss) _toldLoss = report.reconnects;
     _messages.say(why);
 }
 
@@ -256,18 +256,18 @@ bool ArrayOutput::tellOfDriver()
 {
     if (!device()) return false;
     const device::DeviceReport report = device()->report();
-    const auto isNew = [](const std::string& text, bool& isTold)
-    { return !std::exchange(isTold, !text.empty()) && isTold; };
-    const bool isQuieted = isNew(report.quieted, _told.quieted);
-    if (isQuieted) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.quieted});
-    const bool mayPlayOn = isNew(report.unsilenced, _told.unsilenced);
-    if (mayPlayOn) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.unsilenced});
-    const bool complains = isNew(report.complaint, _told.complaint);
-    if (complains)
-        _messages.say({base::MessageCode::CALLBACK_THREW, "device: " + report.complaint});
+    const auto tells = [this](const char* what, base::MessageCode code, const std::string& text)
+    {
+        const bool isNew = _messages.begins({code, 0, what}, !text.empty());
+        if (isNew) _messages.say({code, "device: " + text});
+        return isNew;
+    };
+    const bool isQuieted = tells("quieted", base::MessageCode::DEVICE_FAULT, report.quieted);
+    const bool mayPlayOn = tells("unsilenced", base::MessageCode::DEVICE_FAULT, report.unsilenced);
+    const bool complains = tells("complaint", base::MessageCode::CALLBACK_THREW, report.complaint);
     // It may have been at fault before, so that its state doesn't change.
     const bool hangs = report.state == device::DeviceState::HANGING && report.unsilenced.empty() &&
-                       _told.loss != report.reconnects;
+                       _toldLoss != report.reconnects;
     if (hangs) tellRefusal(report);
     return isQuieted || mayPlayOn || complains || hangs;
 }
@@ -433,7 +433,7 @@ ArrayState ArrayOutput::state()
         !_sent.byPlayer && report.pending == 0 && report.played > _sent.before.played;
     if (isHeld && base::steadySeconds() - _sent.time_s > kRest_s) faith.share.forget(report);
     const bool isFaulty = faith.share.isFaulty(report) || faith.isMissed;
-    if (report.state < device::DeviceState::HANGING) _told.loss.reset();
+    if (report.state < device::DeviceState::HANGING) _toldLoss.reset();
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_lead->isMuted() || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;

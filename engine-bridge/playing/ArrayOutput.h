@@ -201,15 +201,6 @@ private:
         bool isMissed = false; ///< a held field was sent and not played; until one is
         std::uint64_t playedAtMiss = 0;
     };
-    /// What has been told already, and so isn't told again until it has ended.
-    struct Told
-    {
-        std::optional<std::uint64_t> loss; ///< the device's reconnects at the loss; none: no loss
-        bool unsilenced = false;
-        bool complaint = false;
-        bool quieted = false;
-        bool uncapped = false;
-    };
     /// What other threads see.
     struct Shared
     {
@@ -250,7 +241,7 @@ private:
     Given _given;
     Sent _sent;
     Faithfulness _faithfulness;
-    Told _told;
+    std::optional<std::uint64_t> _toldLoss; ///< the device's reconnects at a loss; none: no loss
     Shared _shared;
 };
 

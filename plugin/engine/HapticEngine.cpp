@@ -60,7 +60,7 @@ std::string unknownDevice(const std::string& device)
     return {};
 }
 
-void notify(const midair::bridge::SceneMessages::Line& line)
+void notify(const midair::base::MessageLog::Line& line)
 {
     const bool isNotice = line.severity == midair::base::Severity::NOTICE;
     osg::notify(isNotice ? osg::NOTICE : osg::WARN) << "osgMidair: " << line.text << std::endl;
@@ -127,7 +127,7 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
 HapticEngine::~HapticEngine()
 {
     _player.takeResult();
-    _player.messages().printDue(midair::base::steadySeconds() + midair::base::LineLimit::kPause_s);
+    _player.log().printDue(midair::base::steadySeconds() + midair::base::MessageLog::kLinePause_s);
     const ReportedScene last{
         statistics(), _settings.used ? *_settings.used : HapticSettings(), field()};
     _player.end().reset(); // waits for the device
@@ -193,7 +193,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _rest.boundsSeen = _rest.bounds;
     _rest.changesSeen = propertyChanges();
     tellDeviceLines();
-    _player.messages().printDue(start_s);
+    _player.log().printDue(start_s);
     if (isPlayedByOuterOwner()) return tellState();
     if (_settings.isCrowded && _ownership.place.take())
         _settings.isRead = false; // there is one now
@@ -342,7 +342,7 @@ HapticStatistics HapticEngine::statistics() const
         all = _shown.collected;
     }
     midair::base::assignPart<midair::bridge::SceneStatistics>(all, _player.statistics());
-    for (const Message& message : _player.messages().all())
+    for (const Message& message : _player.log().messages())
         all.told.push_back(toPublic(message));
     all.restingFrames = _rest.frames;
     all.frames += all.restingFrames;

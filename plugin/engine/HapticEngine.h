@@ -176,8 +176,8 @@ public:
     }
 
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
-    /// code and path no more than a LineLimit lets through.
-    void say(midair::base::Message message) { _player.messages().say(std::move(message)); }
+    /// code and path no more than a MessageLog prints.
+    void say(midair::base::Message message) { _player.log().say(std::move(message)); }
 
     /// Returns the touches that have begun and not ended. From any thread.
     std::vector<Touch> touches() const;

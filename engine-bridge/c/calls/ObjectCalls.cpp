@@ -146,7 +146,7 @@ midair_add_file(midair_scene* scene, const char* obj_file, double size_m, midair
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
                 for (const std::string& warning : warnings)
-                    of->player.messages().say({base::MessageCode::OBJECT_GEOMETRY, warning});
+                    of->player.log().say({base::MessageCode::OBJECT_GEOMETRY, warning});
             }
             if (size_m > 0.0) mesh = mesh.scaledTo(size_m);
             *object = add(*of, std::move(mesh), {});

@@ -193,10 +193,8 @@ midair_status midair_messages(midair_scene* scene, char* text, size_t size, size
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
             of->player.takeResult();
-            std::vector<std::string> lines;
-            for (base::Message& message : of->player.messages().all())
-                lines.push_back(std::move(message.text));
-            return writeText(fmt::format("{}", fmt::join(lines, "\n")), text, size, needed);
+            return writeText(
+                fmt::format("{}", fmt::join(of->player.log().all(), "\n")), text, size, needed);
         });
 }
 

@@ -182,7 +182,7 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
                 for (const base::Message& message : messages.messages())
-                    of->player.messages().adopt(message);
+                    of->player.log().take(message);
             }
             const haptics::SolveReport& report = made->sequence.report;
             if (report.stop == haptics::StopReason::STOPPED) throw base::Stopped();

@@ -207,10 +207,7 @@ void OpenXrTracker::setHorizon(double ahead_s)
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 {
     const base::Lock lock(_mutex);
-    const std::vector<std::string> all = _messages.all();
-    const std::size_t fresh = std::min(_messages.added() - told, all.size());
-    told = _messages.added();
-    return {all.end() - static_cast<std::ptrdiff_t>(fresh), all.end()};
+    return _messages.newTexts(told);
 }
 
 std::string OpenXrTracker::status() const

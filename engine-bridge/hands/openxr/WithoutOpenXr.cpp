@@ -3,8 +3,6 @@
 
 #include "engine-bridge/hands/openxr/OpenXrTracker.h"
 
-#include <utility>
-
 namespace midair::bridge
 {
 
@@ -35,8 +33,7 @@ void OpenXrTracker::setHorizon(double) {}
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 {
-    const std::size_t before = std::exchange(told, _messages.added());
-    return before < _messages.added() ? _messages.all() : std::vector<std::string>();
+    return _messages.newTexts(told);
 }
 
 std::string OpenXrTracker::status() const

@@ -26,7 +26,7 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
     if (!wrong.empty())
     {
         ++_counts.malformed;
-        tellOnce(MALFORMED, "a datagram is ignored, as others like it will be: " + wrong);
+        tellOnce("malformed", "a datagram is ignored, as others like it will be: " + wrong);
         return;
     }
     for (const OscContent::Timed& timed : content.hands)
@@ -35,12 +35,12 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
         _messages.say({base::MessageCode::HANDS_SOURCE, text});
     _counts.unknown += content.unknownCount;
     if (!content.unknown.empty())
-        tellOnce(UNKNOWN,
+        tellOnce("unknown",
                  "messages to " + content.unknown + " are ignored; hands come to " + kOscHand);
     _counts.jointsLeftOut += content.jointsLeftOut;
     if (!content.firstLeftOut.empty())
         tellOnce(
-            LEFT_OUT,
+            "left out",
             content.firstLeftOut +
                 " is left out, as others will be; positions within 1000 m and radii over 0, up "
                 "to 0.1 m are believed");
@@ -56,14 +56,14 @@ void OscInbox::takeHand(const OscContent::Timed& timed, const std::string& sende
         if (side.sender != sender)
         {
             ++_counts.ofOthers;
-            tellOnce(OF_OTHERS,
+            tellOnce("of others",
                      fmt::format("two senders have a {} hand: the first one's is taken", which));
             return;
         }
         if (!(timed.time_s > side.time_s))
         {
             ++_counts.late;
-            tellOnce(LATE,
+            tellOnce("late",
                      fmt::format("a {} hand is ignored, as its time {:.6f} s isn't after {:.6f} s, "
                                  "that of the one before",
                                  which,
@@ -90,7 +90,7 @@ void OscInbox::passOver()
     const base::Lock lock(_mutex);
     ++_counts.datagrams;
     ++_counts.ofOthers;
-    tellOnce(OF_OTHERS, "another sender is ignored, as the first one has both hands");
+    tellOnce("of others", "another sender is ignored, as the first one has both hands");
 }
 
 bool OscInbox::latest(double now_s, HandFrame& frame) const
@@ -109,26 +109,19 @@ bool OscInbox::latest(double now_s, HandFrame& frame) const
     return !frame.hands.empty();
 }
 
-void OscInbox::tellOnce(Told what, const std::string& message)
+void OscInbox::tellOnce(const char* what, const std::string& message)
 {
-    if (_isTold[what]) return;
-    _isTold[what] = true;
-    _messages.say({base::MessageCode::HANDS_SOURCE, _name + ": " + message});
+    if (_messages.begins({base::MessageCode::HANDS_SOURCE, 0, what})) say(message);
 }
 
 void OscInbox::say(const std::string& message)
 {
-    const base::Lock lock(_mutex);
     _messages.say({base::MessageCode::HANDS_SOURCE, _name + ": " + message});
 }
 
 std::vector<std::string> OscInbox::messages(std::size_t& told) const
 {
-    const base::Lock lock(_mutex);
-    const std::vector<std::string> all = _messages.all();
-    const std::size_t fresh = std::min(_messages.added() - told, all.size());
-    told = _messages.added();
-    return {all.end() - static_cast<std::ptrdiff_t>(fresh), all.end()};
+    return _messages.newTexts(told);
 }
 
 OscCounts OscInbox::counts() const

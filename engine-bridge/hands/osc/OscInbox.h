@@ -68,27 +68,16 @@ private:
         double arrived_s = -1e9; ///< steady clock
         std::string sender;
     };
-    /// What is told once.
-    enum Told
-    {
-        MALFORMED,
-        LATE,
-        OF_OTHERS,
-        UNKNOWN,
-        LEFT_OUT,
-        TOLD
-    };
 
     void takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s)
         MIDAIR_REQUIRES(_mutex);
-    void tellOnce(Told what, const std::string& message) MIDAIR_REQUIRES(_mutex);
+    void tellOnce(const char* what, const std::string& message);
 
     const std::string _name;
     mutable base::Mutex _mutex;
     std::array<Side, 2> _sides MIDAIR_GUARDED_BY(_mutex);
     OscCounts _counts MIDAIR_GUARDED_BY(_mutex);
-    std::array<bool, TOLD> _isTold MIDAIR_GUARDED_BY(_mutex){};
-    base::MessageLog _messages MIDAIR_GUARDED_BY(_mutex);
+    base::MessageLog _messages;
 };
 
 } // namespace midair::bridge

@@ -1,5 +1,7 @@
 #include "haptics/base/text/MessageLog.h"
 
+#include "haptics/base/text/Words.h"
+
 #include <algorithm>
 #include <atomic>
 #include <cctype>
@@ -181,8 +183,8 @@ void MessageLog::erase(std::size_t i)
 // message was said is the last that counts.
 std::size_t MessageLog::leastOfAll() const
 {
-    const auto count = [this](const auto& isIt)
-    { return std::count_if(_all.begin(), _all.end(), isIt); };
+    const auto count = [&all = _all](const auto& isIt)
+    { return std::count_if(all.begin(), all.end(), isIt); };
     const auto rank = [&](const Message& one)
     {
         const bool isAlone = count([&](const Message& other) { return areAlike(other, one); }) == 1;
@@ -234,82 +236,159 @@ void MessageLog::add(std::string key, Message message, bool isCounted)
     _all.push_back(std::move(message));
 }
 
-bool MessageLog::say(Message message)
+// \a isCounted: it is said once more; else it is one that another log has counted.
+bool MessageLog::keep(Message message, bool isCounted)
 {
-    message.said = nextSaid();
-    std::string key = keyOf(message);
-    if (Message* known = find(key))
+    if (_isForUser) // may contain text from a file
     {
-        known->count += message.count;
-        known->said = message.said;
-        known->text = std::move(message.text);
-        return false;
+        message.text = printable(message.text);
+        message.path = printable(message.path);
     }
-    add(std::move(key), std::move(message), true);
+    if (isCounted) message.said = nextSaid();
+    std::string key = keyOf(message);
+    std::optional<Line> line;
+    {
+        const Lock lock(_mutex);
+        if (Message* known = find(key))
+        {
+            if (message.said > known->said) known->text = std::move(message.text);
+            known->said = std::max(known->said, message.said);
+            known->count =
+                isCounted ? known->count + message.count : std::max(known->count, message.count);
+            return false;
+        }
+        if (_print) line = lineOf(message);
+        add(std::move(key), std::move(message), isCounted);
+    }
+    if (line) _print(*line);
     return true;
 }
 
-bool MessageLog::take(const Message& message)
+void MessageLog::sayOfAll(MessageCode code,
+                          const std::vector<std::string>& paths,
+                          const std::string& what)
 {
-    if (message.said == 0) return say(message);
-    std::string key = keyOf(message);
-    if (Message* known = find(key))
+    if (paths.empty()) return;
+    const std::string more =
+        paths.size() > 1 ? "; so it is with " + std::to_string(paths.size() - 1) + " more" : "";
+    say(about(code, paths.front(), what + more));
+}
+
+// What was taken before may be gone from this log, which has a limit, and isn't new for that.
+void MessageLog::takeNew(const std::vector<Message>& all)
+{
+    std::uint64_t newest = 0;
     {
-        if (message.said > known->said) known->text = message.text;
-        known->said = std::max(known->said, message.said);
-        known->count = std::max(known->count, message.count);
-        return false;
+        const Lock lock(_mutex);
+        newest = _takenUpTo;
+        for (const Message& message : all)
+            _takenUpTo = std::max(_takenUpTo, message.said);
     }
-    add(std::move(key), message, false);
-    return true;
+    for (const Message& message : all)
+        if (message.said == 0 || message.said > newest) take(message);
+}
+
+bool MessageLog::begins(const Topic& topic, bool holds)
+{
+    const Lock lock(_mutex);
+    if (holds) return _states.lasting.insert(topic).second;
+    _states.lasting.erase(topic);
+    return false;
+}
+
+void MessageLog::beginLook()
+{
+    const Lock lock(_mutex);
+    _states.now.clear();
+}
+
+bool MessageLog::note(const Topic& topic)
+{
+    const Lock lock(_mutex);
+    return _states.now.insert(topic).second && _states.before.count(topic) == 0;
+}
+
+void MessageLog::keepNoted(const Topic& topic)
+{
+    const Lock lock(_mutex);
+    if (_states.before.count(topic) > 0) _states.now.insert(topic);
+}
+
+void MessageLog::endLook()
+{
+    const Lock lock(_mutex);
+    _states.before.swap(_states.now);
+}
+
+std::vector<Message> MessageLog::messages() const
+{
+    const Lock lock(_mutex);
+    return _all;
 }
 
 std::vector<std::string> MessageLog::all() const
 {
+    std::size_t none = 0;
+    return newTexts(none);
+}
+
+std::vector<std::string> MessageLog::newTexts(std::size_t& told) const
+{
+    const Lock lock(_mutex);
+    const std::size_t fresh = std::min(_added - told, _all.size());
+    told = _added;
     std::vector<std::string> texts;
-    texts.reserve(_all.size());
-    for (const Message& message : _all)
-        texts.push_back(message.text);
+    for (std::size_t i = _all.size() - fresh; i < _all.size(); ++i)
+        texts.push_back(_all[i].text);
     return texts;
 }
 
-LineLimit::Line LineLimit::lineOf(MessageCode code, Told& told, double time_s)
+std::size_t MessageLog::added() const
+{
+    const Lock lock(_mutex);
+    return _added;
+}
+
+MessageLog::Line MessageLog::lineOf(MessageCode code, Told& told, double now_s)
 {
     std::string text = std::exchange(told.newest, {});
-    const std::uint64_t before = std::exchange(told.waiting, 0) - 1;
+    const std::uint64_t before = told.waiting - 1;
     if (before > 0)
         text += " (" + std::to_string(before) + " messages \"" + kindOf(code).name +
                 "\" before it are left out here)";
+    _lines.waiting -= std::exchange(told.waiting, 0);
     ++told.lines;
-    told.last_s = time_s;
+    told.last_s = now_s;
     return {kindOf(code).severity, std::move(text)};
 }
 
-std::optional<LineLimit::Line> LineLimit::take(const Message& message, double time_s)
+// None: it waits for printDue().
+std::optional<MessageLog::Line> MessageLog::lineOf(const Message& message)
 {
-    if (_told.size() >= kMostPlaces)
-        for (auto one = _told.begin(); one != _told.end();)
-            one = one->second.waiting == 0 ? _told.erase(one) : std::next(one);
-    Told& told = _told[{message.code, message.path}];
+    const double now_s = _clock.now_s();
+    if (_lines.of.size() >= kMostPlaces)
+        for (auto one = _lines.of.begin(); one != _lines.of.end();)
+            one = one->second.waiting == 0 ? _lines.of.erase(one) : std::next(one);
+    Told& told = _lines.of[{message.code, message.path}];
     ++told.waiting;
-    ++_waiting;
+    ++_lines.waiting;
     told.newest = message.text;
-    if (told.lines >= kFirst && time_s < told.last_s + kPause_s) return {};
-    _waiting -= told.waiting;
-    return lineOf(message.code, told, time_s);
+    if (told.lines >= kFirstLines && now_s < told.last_s + kLinePause_s) return {};
+    return lineOf(message.code, told, now_s);
 }
 
-std::vector<LineLimit::Line> LineLimit::due(double time_s)
+void MessageLog::printDue(double now_s)
 {
-    std::vector<Line> lines;
-    if (_waiting == 0) return lines;
-    for (auto& [place, told] : _told)
+    std::vector<Line> due;
     {
-        if (told.waiting == 0 || time_s < told.last_s + kPause_s) continue;
-        _waiting -= told.waiting;
-        lines.push_back(lineOf(place.first, told, time_s));
+        const Lock lock(_mutex);
+        if (_lines.waiting == 0) return;
+        for (auto& [place, told] : _lines.of)
+            if (told.waiting > 0 && !(now_s < told.last_s + kLinePause_s))
+                due.push_back(lineOf(place.first, told, now_s));
     }
-    return lines;
+    for (const Line& line : due)
+        _print(line);
 }
 
 } // namespace midair::base

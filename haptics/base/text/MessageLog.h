@@ -1,9 +1,12 @@
 #pragma once
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/threads/Mutex.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -148,122 +151,96 @@ inline Message about(MessageCode code, const std::string& path, const std::strin
 /// \a text with each number outside of quotes replaced by #.
 std::string withoutNumbers(const std::string& text);
 
-/// Messages for the user, each once, in the order of their first occurrence. Of one code and path
-/// the kMostAlike newest texts stay. If there are more than kMost messages, one goes: what is no
-/// fault before what is one; of those what has others of its code and path beside it, then what is
-/// least severe, then that of which code there are most; of equal ones what was said longest ago. A
-/// message that is no fault takes the place of none.
+/// What is told of: by this key a log knows what it has told already.
+struct Topic
+{
+    MessageCode code;
+    std::uint64_t object = 0; ///< that it is told of; 0: of none
+    std::string why = {};     ///< tells those of one code and object apart
+
+    bool operator<(const Topic& other) const
+    {
+        return std::tie(code, object, why) < std::tie(other.code, other.object, other.why);
+    }
+};
+
+/// All that is said to a user, by its key: each message once and counted, in the order of their
+/// first occurrence; a state that lasts when it begins, and again when it has ended and come back;
+/// lines no faster than they can be read. Any thread.
+///
+/// Of one code and path the kMostAlike newest texts stay. If there are more than kMost messages,
+/// one goes: what is no fault before what is one; of those what has others of its code and path
+/// beside it, then what is least severe, then that of which code there are most; of equal ones what
+/// was said longest ago. A message that is no fault takes the place of none.
 class MessageLog
 {
 public:
     /// limit, so that a scene full of errors doesn't fill the memory
     static constexpr std::size_t kMost = 100;
     static constexpr std::size_t kMostAlike = 8; ///< texts of one code and path
-
-    /// Adds a message, or counts it if it is there and takes over its text. One that takes the
-    /// place of another of its code and path goes on with that one's count. Returns true if it is
-    /// new.
-    bool say(Message message);
-    /// Takes over a message of another log, which counts it: the larger count stays, and the newer
-    /// text. Returns true if it is new.
-    bool take(const Message& message);
-
-    const std::vector<Message>& messages() const { return _all; }
-    std::vector<std::string> all() const; ///< their texts
-    /// How many different messages there were so far, those that are gone included.
-    std::size_t added() const { return _added; }
-
-private:
-    Message* find(const std::string& key);
-    void add(std::string key, Message message, bool isCounted);
-    bool makeRoom(const Message& message);
-    std::size_t leastOfAll() const;
-    void erase(std::size_t i);
-
-    std::vector<Message> _all;
-    std::vector<std::string> _keys; ///< of each
-    std::size_t _added = 0;
-};
-
-/// Objects that one thing is said of: one message, however many they are.
-class Alike
-{
-public:
-    void add(const std::string& path)
-    {
-        if (_count++ == 0) _first = path;
-    }
-    void tell(MessageCode code, const std::string& what, MessageLog& messages) const
-    {
-        if (_count == 0) return;
-        const std::string more =
-            _count > 1 ? "; so it is with " + std::to_string(_count - 1) + " more" : "";
-        messages.say(about(code, _first, what + more));
-    }
-
-private:
-    std::size_t _count = 0;
-    std::string _first; ///< path
-};
-
-/// Knows which states of objects have held since the last look, so that each is told when it begins
-/// and not in every look.
-class LastingStates
-{
-public:
-    /// Begins a look at all objects.
-    void begin() { _now.clear(); }
-
-    /// Takes note of a state that holds; \a why tells those of one code apart. Returns true if it
-    /// has just begun.
-    bool note(MessageCode code, std::uint64_t object, const std::string& why = std::string())
-    {
-        const State state(code, object, why);
-        return _now.insert(state).second && _before.count(state) == 0;
-    }
-
-    /// Lets a state that has been noted go on, whether it holds or not.
-    void keep(MessageCode code, std::uint64_t object, const std::string& why)
-    {
-        const State state(code, object, why);
-        if (_before.count(state) > 0) _now.insert(state);
-    }
-
-    /// Ends a look: what was not noted in it has ended. One that is broken off changes nothing.
-    void end() { _before.swap(_now); }
-
-private:
-    using State = std::tuple<MessageCode, std::uint64_t, std::string>;
-
-    std::set<State> _before;
-    std::set<State> _now;
-};
-
-/// Keeps a log that is read line by line readable: of messages of one code and path the first
-/// kFirst are lines at once; after those there is at most one line in kPause_s, the newest, which
-/// says how many were left out before it. One thread at a time.
-class LineLimit
-{
-public:
-    static constexpr int kFirst = 8;
-    static constexpr double kPause_s = 1.0;
+    static constexpr int kFirstLines = 8;        ///< of one code and path, each printed at once
+    static constexpr double kLinePause_s = 1.0;  ///< between two of those that follow
 
     struct Line
     {
         Severity severity;
         std::string text;
     };
+    /// Takes each line on the thread that says it.
+    using Print = std::function<void(const Line&)>;
 
-    /// Returns the line of \a message, which is new at \a time_s (any clock that doesn't go back);
-    /// none: it waits for due().
-    std::optional<Line> take(const Message& message, double time_s);
+    /// A log whose messages another one takes over.
+    MessageLog() = default;
+    /// The log of a user, who sees printable text alone. \a print: gets a line for each new
+    /// message; after kFirstLines of one code and path at most one in kLinePause_s, the newest,
+    /// which says how many were left out before it. None: messages are kept alone.
+    explicit MessageLog(Print print, const Clock& clock = steadyClock()) :
+        _clock(clock),
+        _print(std::move(print)),
+        _isForUser(true)
+    {
+    }
 
-    /// Returns the lines that have waited until \a time_s.
-    std::vector<Line> due(double time_s);
+    /// Adds a message, or counts it if it is there and takes over its text. One that takes the
+    /// place of another of its code and path goes on with that one's count. Returns true if it is
+    /// new.
+    bool say(Message message) { return keep(std::move(message), true); }
+    /// Says of all nodes at \a paths that \a what: one message, however many they are.
+    void sayOfAll(MessageCode code, const std::vector<std::string>& paths, const std::string& what);
+    /// Takes over a message of another log, which counts it: the larger count stays, and the newer
+    /// text. Returns true if it is new.
+    bool take(const Message& message) { return keep(message, message.said == 0); }
+    /// Takes over those of \a all, the messages of one other log, that are new since the last call.
+    void takeNew(const std::vector<Message>& all);
+    /// Prints lines that have waited until \a now_s.
+    void printDue(double now_s);
+
+    /// \{ States that last.
+
+    /// Returns true if \a topic has just begun to hold: it \a holds, and has not since it was begun
+    /// or ended last.
+    bool begins(const Topic& topic, bool holds = true);
+    void ends(const Topic& topic) { begins(topic, false); }
+
+    /// Begins a look at all objects: of states that were noted in looks, those that are not noted
+    /// in this one end with it. A look that is broken off changes nothing.
+    void beginLook();
+    /// Takes note of a state that holds. Returns true if it has just begun.
+    bool note(const Topic& topic);
+    /// Lets a state that has been noted go on, whether it holds or not.
+    void keepNoted(const Topic& topic);
+    void endLook();
+    /// \}
+
+    std::vector<Message> messages() const;
+    std::vector<std::string> all() const; ///< their texts
+    /// Texts of those that were added after the first \a told, which becomes added().
+    std::vector<std::string> newTexts(std::size_t& told) const;
+    /// How many different messages there were so far, those that are gone included.
+    std::size_t added() const;
 
 private:
-    using Place = std::pair<MessageCode, std::string>; ///< code and path
-
+    /// Lines of one code and path.
     struct Told
     {
         int lines = 0;
@@ -271,11 +248,37 @@ private:
         std::uint64_t waiting = 0; ///< messages since then
         std::string newest;        ///< text of the last of them
     };
+    struct Lines
+    {
+        std::map<std::pair<MessageCode, std::string>, Told> of;
+        std::uint64_t waiting = 0; ///< messages of all
+    };
+    struct States
+    {
+        std::set<Topic> lasting; ///< begun, and not ended
+        std::set<Topic> before;  ///< noted in the last look
+        std::set<Topic> now;     ///< noted in this one
+    };
 
-    static Line lineOf(MessageCode code, Told& told, double time_s);
+    bool keep(Message message, bool isCounted);
+    Message* find(const std::string& key) MIDAIR_REQUIRES(_mutex);
+    void add(std::string key, Message message, bool isCounted) MIDAIR_REQUIRES(_mutex);
+    bool makeRoom(const Message& message) MIDAIR_REQUIRES(_mutex);
+    std::size_t leastOfAll() const MIDAIR_REQUIRES(_mutex);
+    void erase(std::size_t i) MIDAIR_REQUIRES(_mutex);
+    std::optional<Line> lineOf(const Message& message) MIDAIR_REQUIRES(_mutex);
+    Line lineOf(MessageCode code, Told& told, double now_s) MIDAIR_REQUIRES(_mutex);
 
-    std::map<Place, Told> _told;
-    std::uint64_t _waiting = 0; ///< messages in all places
+    const Clock& _clock = steadyClock();
+    const Print _print;
+    const bool _isForUser = false;
+    mutable Mutex _mutex;
+    std::vector<Message> _all MIDAIR_GUARDED_BY(_mutex);
+    std::vector<std::string> _keys MIDAIR_GUARDED_BY(_mutex); ///< of each
+    std::size_t _added MIDAIR_GUARDED_BY(_mutex) = 0;
+    std::uint64_t _takenUpTo MIDAIR_GUARDED_BY(_mutex) = 0; ///< newest Message::said of takeNew()
+    Lines _lines MIDAIR_GUARDED_BY(_mutex);
+    States _states MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::base

@@ -4,7 +4,9 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <gtest/gtest.h>
 
@@ -29,16 +31,26 @@ TemperatureSource::News bad(const std::string& problem)
     return news;
 }
 
-std::string told(AirTemperature& air)
+/// A temperature, and what it has told since the last told().
+struct ToldAir
 {
-    std::string all;
-    for (const base::Message& message : air.takeMessages())
+    base::MessageLog log;
+    AirTemperature air{log};
+    std::uint64_t before = 0;
+
+    std::string told()
     {
-        EXPECT_EQ(message.code, base::MessageCode::AIR_TEMPERATURE);
-        all += message.text + "\n";
+        std::string all;
+        const std::uint64_t last = before;
+        for (const base::Message& message : log.messages())
+        {
+            EXPECT_EQ(message.code, base::MessageCode::AIR_TEMPERATURE);
+            if (message.said > last) all += message.text + "\n";
+            before = std::max(before, message.said);
+        }
+        return all;
     }
-    return all;
-}
+};
 
 constexpr double kSet_C = 20.0;
 
@@ -46,7 +58,8 @@ constexpr double kSet_C = 20.0;
 
 TEST(AirTemperature, WithoutASourceItIsTheOneThatIsSet)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     EXPECT_EQ(air.at(0.0, 20.0), 20.0);
     EXPECT_EQ(air.at(0.1, 31.5), 31.5);
 }
@@ -54,7 +67,8 @@ TEST(AirTemperature, WithoutASourceItIsTheOneThatIsSet)
 // 3 K are 30 steps of 0.1 K, five a second, and no step in between is larger.
 TEST(AirTemperature, FollowsInSmallSteps)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     double before_C = air.follow({}, 0.0, kSet_C);
     EXPECT_EQ(before_C, kSet_C);
     double arrived_s = 0.0;
@@ -76,7 +90,8 @@ TEST(AirTemperature, FollowsInSmallSteps)
 // Noise of a thermometer is not followed, or fields would be made anew all the time.
 TEST(AirTemperature, NoiseIsNotFollowed)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     double now_C = 0.0;
     for (int k = 0; k < 100; ++k)
         now_C = air.follow(reading(20.0 + (k % 2 == 0 ? 0.04 : -0.04)), 0.25 * k, kSet_C);
@@ -85,7 +100,8 @@ TEST(AirTemperature, NoiseIsNotFollowed)
 
 TEST(AirTemperature, OneWrongReadingDoesNothing)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     double time_s = 0.0;
     for (int k = 0; k < 20; ++k)
         air.follow(reading(20.0), time_s += 0.25, kSet_C);
@@ -95,19 +111,20 @@ TEST(AirTemperature, OneWrongReadingDoesNothing)
 
 TEST(AirTemperature, BadReadingsAreToldOnceAndTheLastGoodOneStays)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     air.follow(bad("\"nan\" is no reading"), 0.0, kSet_C);
-    EXPECT_EQ(told(air),
+    EXPECT_EQ(of.told(),
               "temperature source \"\": \"nan\" is no reading; until there is one the temperature "
               "that is set is used\n");
     for (int k = 1; k < 40; ++k)
         air.follow(reading(21.0), 0.25 * k, kSet_C);
     EXPECT_NEAR(air.follow(bad("\"999\" is no reading"), 10.0, kSet_C), 21.0, 0.05);
-    EXPECT_EQ(told(air), "") << "not twice within a minute";
+    EXPECT_EQ(of.told(), "") << "not twice within a minute";
     air.follow(reading(21.0), 71.0, kSet_C);
-    EXPECT_EQ(told(air), "");
+    EXPECT_EQ(of.told(), "");
     EXPECT_NEAR(air.follow(bad("\"999\" is no reading"), 72.0, kSet_C), 21.0, 0.05);
-    EXPECT_EQ(told(air),
+    EXPECT_EQ(of.told(),
               "temperature source \"\": \"999\" is no reading; the last good reading, 21.0 C, is "
               "kept\n");
 }
@@ -115,20 +132,21 @@ TEST(AirTemperature, BadReadingsAreToldOnceAndTheLastGoodOneStays)
 // Neither silence nor a jump back to what is set: rooms change slowly.
 TEST(AirTemperature, AStaleSourceIsToldOnceAndItsLastReadingStays)
 {
-    AirTemperature air;
+    ToldAir of;
+    AirTemperature& air = of.air;
     for (int k = 0; k < 40; ++k)
         air.follow(reading(22.0), 0.25 * k, kSet_C);
     EXPECT_NEAR(air.follow({}, 60.0, kSet_C), 22.0, 0.05);
-    EXPECT_EQ(told(air), "");
+    EXPECT_EQ(of.told(), "");
     for (int k = 0; k < 10; ++k)
         EXPECT_NEAR(air.follow({}, 71.0 + k, kSet_C), 22.0, 0.05);
     EXPECT_EQ(
-        told(air),
+        of.told(),
         "temperature source \"\": no good reading for 60 s; the last good reading, 22.0 C, is "
         "kept\n");
     air.follow(reading(22.0), 90.0, kSet_C);
     air.follow({}, 200.0, kSet_C);
-    EXPECT_NE(told(air), "") << "a new loss is told anew";
+    EXPECT_NE(of.told(), "") << "a new loss is told anew";
 }
 
 TEST(AirTemperature, LinesThatAreReadings)

@@ -55,7 +55,7 @@ struct Played
     }
     bool says(const std::string& words) const
     {
-        const std::vector<Message> all = player.messages().all();
+        const std::vector<Message> all = player.log().messages();
         return std::any_of(all.begin(),
                            all.end(),
                            [&](const Message& one)
