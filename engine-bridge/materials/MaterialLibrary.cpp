@@ -3,7 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
-#include "haptics/base/text/JsonReader.h"
+#include "haptics/base/text/JsonValue.h"
 
 #include <filesystem>
 #include <limits>
@@ -36,34 +36,26 @@ constexpr Entry kEntries[] = {{"stiffness_N_m", &HapticMaterial::stiffness_N_m},
                               {"highVibration", &HapticMaterial::highVibration},
                               {"highFrequency_Hz", &HapticMaterial::high_Hz}};
 
-HapticMaterial materialOf(const base::JsonReader& reader,
-                          const base::JsonReader::Json& value,
-                          const std::string& path)
+HapticMaterial materialOf(const base::JsonValue& value)
 {
-    reader.object(value,
-                  path,
-                  {"stiffness_N_m",
-                   "force_N",
-                   "radius_m",
-                   "radiusGrowth",
-                   "rateGrowth_Hz_m",
-                   "roughness",
-                   "texturePeriod_m",
-                   "lowVibration",
-                   "lowFrequency_Hz",
-                   "highVibration",
-                   "highFrequency_Hz"});
+    value.object({"stiffness_N_m",
+                  "force_N",
+                  "radius_m",
+                  "radiusGrowth",
+                  "rateGrowth_Hz_m",
+                  "roughness",
+                  "texturePeriod_m",
+                  "lowVibration",
+                  "lowFrequency_Hz",
+                  "highVibration",
+                  "highFrequency_Hz"});
     constexpr double kMost = std::numeric_limits<double>::max();
     HapticMaterial material;
     for (const Entry& entry : kEntries)
-        if (value.contains(entry.key))
-            material.*entry.member = reader.number(value.at(entry.key),
-                                                   base::JsonReader::at(path, entry.key),
-                                                   -kMost,
-                                                   kMost,
-                                                   "a number");
+        if (const auto number = value.find(entry.key))
+            material.*entry.member = number->number(-kMost, kMost, "a number");
     std::string error;
-    if (!material.isValid(&error)) reader.fail(path, error);
+    if (!material.isValid(&error)) value.fail(error);
     return material;
 }
 
@@ -86,15 +78,15 @@ fs::path shippedFile()
 
 void MaterialLibrary::add(const std::string& text, const std::string& source)
 {
-    const base::JsonReader reader(source);
-    const base::JsonReader::Json file = reader.parse(text);
-    reader.object(file, "", {"about", "materials"});
-    const base::JsonReader::Json& all =
-        reader.required(file, "", "materials", "an object with a material for each name");
-    if (!all.is_object()) reader.wrong("materials", all, "an object with a material for each name");
+    const base::JsonValue::Json file = base::parseJson(text, source);
+    const base::JsonValue root(source, file);
+    root.object({"about", "materials"});
+    const char* const right = "an object with a material for each name";
+    const base::JsonValue all = root.required("materials", right);
+    if (!all.json().is_object()) all.wrong(right);
     std::map<std::string, HapticMaterial> read;
-    for (const auto& [name, value] : all.items())
-        read[name] = materialOf(reader, value, base::JsonReader::at("materials", name.c_str()));
+    for (const auto& item : all.json().items())
+        read[item.key()] = materialOf(*all.find(item.key()));
     for (auto& [name, material] : read)
         _materials[name] = material;
 }
