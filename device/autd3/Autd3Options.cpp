@@ -2,6 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,17 +22,6 @@ constexpr double kLeastFailsafe_s = 0.02;
 constexpr double kMostFailsafe_s = 10;
 constexpr double kLeastHeartbeat_s = 1e-3;
 constexpr int kBeatsPerFailsafe = 3; ///< two may be lost
-
-std::vector<std::string> split(const std::string& text)
-{
-    std::vector<std::string> parts(1);
-    for (const char c : text)
-        if (c == ',')
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    return parts;
-}
 
 double takeTime(DeviceUri& uri, const char* key, double fallback_s, double low_s, double high_s)
 {
@@ -84,7 +74,7 @@ std::vector<int> takeOrder(DeviceUri& uri, int units)
     const std::string text = uri.takeText("order", "");
     if (text.empty()) return order;
     std::vector<int> read;
-    for (const std::string& part : split(text))
+    for (const std::string& part : base::splitAt(text, ','))
     {
         int board = 0;
         if (!base::parseWhole(part, board) || board < 0 || board >= units ||
@@ -107,7 +97,7 @@ Silencer takeSilencer(DeviceUri& uri)
     Silencer silencer;
     const std::string text = uri.takeText("silencer", "");
     if (text.empty()) return silencer;
-    const std::vector<std::string> parts = split(text);
+    const std::vector<std::string> parts = base::splitAt(text, ',');
     const auto read = [](const std::string& part, int& steps)
     { return base::parseWhole(part, steps) && steps >= 1 && steps <= 65535; };
     if (parts.size() != 2 || !read(parts[0], silencer.phaseSteps) ||

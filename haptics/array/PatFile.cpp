@@ -31,12 +31,8 @@ class PatReader
 public:
     PatReader(const std::string& text, const std::string& source) : _source(source)
     {
-        for (std::size_t begin = 0; begin < text.size();)
-        {
-            const std::size_t end = std::min(text.find('\n', begin), text.size());
-            _lines.push_back(base::trimmed(text.substr(begin, end - begin)));
-            begin = end + 1;
-        }
+        for (const std::string& line : base::splitAt(text, '\n'))
+            _lines.push_back(base::trimmed(line));
         while (!_lines.empty() && _lines.back().empty())
             _lines.pop_back();
     }
@@ -67,14 +63,11 @@ public:
     std::vector<double> numbers(int number, const std::string& what, double low, double high) const
     {
         std::vector<double> values;
-        const std::string& text = line(number, "256 " + what + " with commas between them");
-        for (std::size_t begin = 0; begin < text.size();)
-        {
-            const std::size_t end = std::min(text.find(',', begin), text.size());
-            values.push_back(
-                value(number, base::trimmed(text.substr(begin, end - begin)), what, low, high));
-            begin = end + 1;
-        }
+        std::vector<std::string> parts =
+            base::splitAt(line(number, "256 " + what + " with commas between them"), ',');
+        if (parts.back().empty()) parts.pop_back();
+        for (const std::string& part : parts)
+            values.push_back(value(number, base::trimmed(part), what, low, high));
         requireAll(number, what, values.size());
         return values;
     }

@@ -128,14 +128,234 @@ private:
         return points;
     }
 
-    void collect();
-    bool accept(const Candidate& candidate);
-    void sort();
-    void dropCrowds();
-    void thin(bool merge);
-    void moveMerged();
-    void keepBudget();
-    Selection finish();
+    void collect()
+    {
+        for (std::size_t source = 0; source < _objects.size(); ++source)
+        {
+            const PosedObject& object = _objects[source];
+            const Eigen::Index count = object.positions.cols();
+            _report.candidates += static_cast<int>(count);
+            for (Eigen::Index i = 0; i < count; ++i)
+            {
+                _look.turn();
+                const double intensity =
+                    object.intensity.size() > 0 ? static_cast<double>(object.intensity[i]) : 1.0;
+                const Candidate candidate{static_cast<int>(source),
+                                          static_cast<int>(i),
+                                          object.positions.col(i),
+                                          object.normals.col(i),
+                                          object.target * intensity,
+                                          object.positions.col(i),
+                                          object.normals.col(i)};
+                if (accept(candidate)) _candidates.push_back(candidate);
+            }
+        }
+    }
+    bool accept(const Candidate& candidate)
+    {
+        const double length = candidate.normal.norm();
+        if (!candidate.position.allFinite() || !std::isfinite(length) ||
+            !std::isfinite(candidate.target))
+        {
+            ++_report.notFinite;
+            ++leftOutOf(candidate).notFinite;
+            return false;
+        }
+        if (!(candidate.target > 0.0))
+        {
+            ++_report.noTarget;
+            ++leftOutOf(candidate).noTarget;
+            return false;
+        }
+        switch (_workspace.judge(candidate.position))
+        {
+        case Workspace::Verdict::INSIDE:
+            return true;
+        case Workspace::Verdict::TOO_CLOSE:
+            ++_report.tooClose;
+            ++leftOutOf(candidate).tooClose;
+            break;
+        case Workspace::Verdict::BEHIND:
+            ++_report.behind;
+            ++leftOutOf(candidate).behind;
+            break;
+        case Workspace::Verdict::OUT_OF_REACH:
+            ++_report.outOfReach;
+            break;
+        }
+        ++leftOutOf(candidate).outOfWorkspace;
+        return false;
+    }
+    void sort()
+    {
+        const auto key = [this](const Candidate& c)
+        {
+            return std::make_tuple(-static_cast<long>(objectOf(c).priority),
+                                   c.position.squaredNorm(),
+                                   c.position.x(),
+                                   c.position.y(),
+                                   c.position.z(),
+                                   objectOf(c).object);
+        };
+        std::stable_sort(_candidates.begin(),
+                         _candidates.end(),
+                         [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+    }
+    void dropCrowds()
+    {
+        PointGrid points = grid();
+        std::vector<char> crowded(_candidates.size(), 0);
+        for (std::size_t i = 0; i < _candidates.size(); ++i)
+        {
+            _look.turn();
+            points.visitNear(_candidates[i].position,
+                             searchRadius(),
+                             [&](int near, double d2)
+                             {
+                                 const auto other = static_cast<std::size_t>(near);
+                                 const double limit =
+                                     kSlack * crowdLimit(_candidates[i], _candidates[other]);
+                                 if (d2 < limit * limit) crowded[i] = crowded[other] = 1;
+                                 return false;
+                             });
+            points.insert(_candidates[i].position);
+        }
+        std::vector<Candidate> kept;
+        for (std::size_t i = 0; i < _candidates.size(); ++i)
+        {
+            if (crowded[i] == 0)
+                kept.push_back(_candidates[i]);
+            else
+                ++leftOutOf(_candidates[i]).crowded;
+        }
+        _report.crowdDropped += static_cast<int>(_candidates.size() - kept.size());
+        _candidates = std::move(kept);
+    }
+    /// Of points that are too near to one another keeps the first, in their order.
+    void thin(bool merge)
+    {
+        PointGrid points = grid();
+        std::vector<Candidate> kept;
+        for (const Candidate& candidate : _candidates)
+        {
+            _look.turn();
+            int crowdedBy = -1;
+            double nearest2 = std::numeric_limits<double>::infinity();
+            bool spaced = true;
+            points.visitNear(candidate.position,
+                             searchRadius(),
+                             [&](int near, double d2)
+                             {
+                                 const Candidate& other = kept[static_cast<std::size_t>(near)];
+                                 const double limit = kSlack * crowdLimit(candidate, other);
+                                 const double spacing =
+                                     candidate.source == other.source
+                                         ? 0.0
+                                         : kSlack * std::max(objectOf(candidate).spacing_m,
+                                                             objectOf(other).spacing_m);
+                                 if (d2 < limit * limit &&
+                                     (d2 < nearest2 || (d2 == nearest2 && near < crowdedBy)))
+                                 {
+                                     crowdedBy = near;
+                                     nearest2 = d2;
+                                 }
+                                 spaced = spaced && d2 >= spacing * spacing;
+                                 return false;
+                             });
+            if (crowdedBy >= 0 || !spaced) ++leftOutOf(candidate).crowded;
+            if (crowdedBy >= 0 && merge)
+            {
+                Candidate& into = kept[static_cast<std::size_t>(crowdedBy)];
+                into.positionSum += candidate.position;
+                into.normalSum += candidate.normal;
+                into.target = std::max(into.target, candidate.target);
+                ++into.merged;
+                ++_report.crowdMerged;
+            }
+            else if (crowdedBy >= 0)
+            {
+                ++_report.crowdThinned;
+            }
+            else if (!spaced)
+            {
+                ++_report.spacedOut;
+            }
+            else
+            {
+                points.insert(candidate.position);
+                kept.push_back(candidate);
+            }
+        }
+        _candidates = std::move(kept);
+    }
+    void moveMerged()
+    {
+        for (Candidate& candidate : _candidates)
+        {
+            if (candidate.merged == 1) continue;
+            candidate.position = candidate.positionSum / candidate.merged;
+            if (candidate.normalSum.norm() > 1e-6)
+                candidate.normal = candidate.normalSum.normalized();
+        }
+    }
+    void keepBudget()
+    {
+        if (static_cast<int>(_candidates.size()) <= _options.maxPoints) return;
+        std::vector<BudgetPoint> points;
+        points.reserve(_candidates.size());
+        for (const Candidate& candidate : _candidates)
+        {
+            const PosedObject& object = objectOf(candidate);
+            points.push_back({object.priority,
+                              object.object,
+                              candidate.source,
+                              candidate.sample,
+                              candidate.position});
+        }
+        const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
+        std::vector<Candidate> kept;
+        for (std::size_t i = 0; i < _candidates.size(); ++i)
+            if (keep[i] != 0)
+                kept.push_back(_candidates[i]);
+            else
+                ++leftOutOf(_candidates[i]).overBudget;
+        _report.overBudget = static_cast<int>(_candidates.size() - kept.size());
+        _candidates = std::move(kept);
+    }
+    Selection finish()
+    {
+        std::sort(_candidates.begin(),
+                  _candidates.end(),
+                  [](const Candidate& a, const Candidate& b)
+                  { return std::tie(a.source, a.sample) < std::tie(b.source, b.sample); });
+        Selection selection;
+        const auto n = static_cast<Eigen::Index>(_candidates.size());
+        selection.points.positions.resize(3, n);
+        selection.points.normals.resize(3, n);
+        selection.points.targets.resize(n);
+        const bool isIdentified =
+            std::none_of(_objects.begin(),
+                         _objects.end(),
+                         [](const PosedObject& object) { return object.identity.empty(); });
+        for (Eigen::Index i = 0; i < n; ++i)
+        {
+            const Candidate& candidate = _candidates[static_cast<std::size_t>(i)];
+            selection.points.positions.col(i) = candidate.position;
+            selection.points.normals.col(i) = candidate.normal;
+            selection.points.targets[i] = candidate.target;
+            const PosedObject& object = objectOf(candidate);
+            selection.points.object.push_back(object.object);
+            if (isIdentified)
+                selection.points.identity.push_back(
+                    object.identity[static_cast<std::size_t>(candidate.sample)]);
+            selection.source.push_back(candidate.source);
+            selection.sample.push_back(candidate.sample);
+            ++_report.perObject[static_cast<std::size_t>(candidate.source)];
+        }
+        _report.selected = static_cast<int>(n);
+        selection.report = _report;
+        return selection;
+    }
 
     static constexpr double kLeastCell = 1e-6; ///< m
 
@@ -148,240 +368,6 @@ private:
     std::vector<Candidate> _candidates;
     SelectionReport _report;
 };
-
-bool Selector::accept(const Candidate& candidate)
-{
-    const double length = candidate.normal.norm();
-    if (!candidate.position.allFinite() || !std::isfinite(length) ||
-        !std::isfinite(candidate.target))
-    {
-        ++_report.notFinite;
-        ++leftOutOf(candidate).notFinite;
-        return false;
-    }
-    if (!(candidate.target > 0.0))
-    {
-        ++_report.noTarget;
-        ++leftOutOf(candidate).noTarget;
-        return false;
-    }
-    switch (_workspace.judge(candidate.position))
-    {
-    case Workspace::Verdict::INSIDE:
-        return true;
-    case Workspace::Verdict::TOO_CLOSE:
-        ++_report.tooClose;
-        ++leftOutOf(candidate).tooClose;
-        break;
-    case Workspace::Verdict::BEHIND:
-        ++_report.behind;
-        ++leftOutOf(candidate).behind;
-        break;
-    case Workspace::Verdict::OUT_OF_REACH:
-        ++_report.outOfReach;
-        break;
-    }
-    ++leftOutOf(candidate).outOfWorkspace;
-    return false;
-}
-
-void Selector::collect()
-{
-    for (std::size_t source = 0; source < _objects.size(); ++source)
-    {
-        const PosedObject& object = _objects[source];
-        const Eigen::Index count = object.positions.cols();
-        _report.candidates += static_cast<int>(count);
-        for (Eigen::Index i = 0; i < count; ++i)
-        {
-            _look.turn();
-            const double intensity =
-                object.intensity.size() > 0 ? static_cast<double>(object.intensity[i]) : 1.0;
-            const Candidate candidate{static_cast<int>(source),
-                                      static_cast<int>(i),
-                                      object.positions.col(i),
-                                      object.normals.col(i),
-                                      object.target * intensity,
-                                      object.positions.col(i),
-                                      object.normals.col(i)};
-            if (accept(candidate)) _candidates.push_back(candidate);
-        }
-    }
-}
-
-void Selector::sort()
-{
-    const auto key = [this](const Candidate& c)
-    {
-        return std::make_tuple(-static_cast<long>(objectOf(c).priority),
-                               c.position.squaredNorm(),
-                               c.position.x(),
-                               c.position.y(),
-                               c.position.z(),
-                               objectOf(c).object);
-    };
-    std::stable_sort(_candidates.begin(),
-                     _candidates.end(),
-                     [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
-}
-
-void Selector::dropCrowds()
-{
-    PointGrid points = grid();
-    std::vector<char> crowded(_candidates.size(), 0);
-    for (std::size_t i = 0; i < _candidates.size(); ++i)
-    {
-        _look.turn();
-        points.visitNear(_candidates[i].position,
-                         searchRadius(),
-                         [&](int near, double d2)
-                         {
-                             const auto other = static_cast<std::size_t>(near);
-                             const double limit =
-                                 kSlack * crowdLimit(_candidates[i], _candidates[other]);
-                             if (d2 < limit * limit) crowded[i] = crowded[other] = 1;
-                             return false;
-                         });
-        points.insert(_candidates[i].position);
-    }
-    std::vector<Candidate> kept;
-    for (std::size_t i = 0; i < _candidates.size(); ++i)
-    {
-        if (crowded[i] == 0)
-            kept.push_back(_candidates[i]);
-        else
-            ++leftOutOf(_candidates[i]).crowded;
-    }
-    _report.crowdDropped += static_cast<int>(_candidates.size() - kept.size());
-    _candidates = std::move(kept);
-}
-
-/// Of points that are too near to one another keeps the first, in their order.
-void Selector::thin(bool merge)
-{
-    PointGrid points = grid();
-    std::vector<Candidate> kept;
-    for (const Candidate& candidate : _candidates)
-    {
-        _look.turn();
-        int crowdedBy = -1;
-        double nearest2 = std::numeric_limits<double>::infinity();
-        bool spaced = true;
-        points.visitNear(
-            candidate.position,
-            searchRadius(),
-            [&](int near, double d2)
-            {
-                const Candidate& other = kept[static_cast<std::size_t>(near)];
-                const double limit = kSlack * crowdLimit(candidate, other);
-                const double spacing = candidate.source == other.source
-                                           ? 0.0
-                                           : kSlack * std::max(objectOf(candidate).spacing_m,
-                                                               objectOf(other).spacing_m);
-                if (d2 < limit * limit && (d2 < nearest2 || (d2 == nearest2 && near < crowdedBy)))
-                {
-                    crowdedBy = near;
-                    nearest2 = d2;
-                }
-                spaced = spaced && d2 >= spacing * spacing;
-                return false;
-            });
-        if (crowdedBy >= 0 || !spaced) ++leftOutOf(candidate).crowded;
-        if (crowdedBy >= 0 && merge)
-        {
-            Candidate& into = kept[static_cast<std::size_t>(crowdedBy)];
-            into.positionSum += candidate.position;
-            into.normalSum += candidate.normal;
-            into.target = std::max(into.target, candidate.target);
-            ++into.merged;
-            ++_report.crowdMerged;
-        }
-        else if (crowdedBy >= 0)
-        {
-            ++_report.crowdThinned;
-        }
-        else if (!spaced)
-        {
-            ++_report.spacedOut;
-        }
-        else
-        {
-            points.insert(candidate.position);
-            kept.push_back(candidate);
-        }
-    }
-    _candidates = std::move(kept);
-}
-
-void Selector::moveMerged()
-{
-    for (Candidate& candidate : _candidates)
-    {
-        if (candidate.merged == 1) continue;
-        candidate.position = candidate.positionSum / candidate.merged;
-        if (candidate.normalSum.norm() > 1e-6) candidate.normal = candidate.normalSum.normalized();
-    }
-}
-
-void Selector::keepBudget()
-{
-    if (static_cast<int>(_candidates.size()) <= _options.maxPoints) return;
-    std::vector<BudgetPoint> points;
-    points.reserve(_candidates.size());
-    for (const Candidate& candidate : _candidates)
-    {
-        const PosedObject& object = objectOf(candidate);
-        points.push_back({object.priority,
-                          object.object,
-                          candidate.source,
-                          candidate.sample,
-                          candidate.position});
-    }
-    const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
-    std::vector<Candidate> kept;
-    for (std::size_t i = 0; i < _candidates.size(); ++i)
-        if (keep[i] != 0)
-            kept.push_back(_candidates[i]);
-        else
-            ++leftOutOf(_candidates[i]).overBudget;
-    _report.overBudget = static_cast<int>(_candidates.size() - kept.size());
-    _candidates = std::move(kept);
-}
-
-Selection Selector::finish()
-{
-    std::sort(_candidates.begin(),
-              _candidates.end(),
-              [](const Candidate& a, const Candidate& b)
-              { return std::tie(a.source, a.sample) < std::tie(b.source, b.sample); });
-    Selection selection;
-    const auto n = static_cast<Eigen::Index>(_candidates.size());
-    selection.points.positions.resize(3, n);
-    selection.points.normals.resize(3, n);
-    selection.points.targets.resize(n);
-    const bool isIdentified =
-        std::none_of(_objects.begin(),
-                     _objects.end(),
-                     [](const PosedObject& object) { return object.identity.empty(); });
-    for (Eigen::Index i = 0; i < n; ++i)
-    {
-        const Candidate& candidate = _candidates[static_cast<std::size_t>(i)];
-        selection.points.positions.col(i) = candidate.position;
-        selection.points.normals.col(i) = candidate.normal;
-        selection.points.targets[i] = candidate.target;
-        const PosedObject& object = objectOf(candidate);
-        selection.points.object.push_back(object.object);
-        if (isIdentified)
-            selection.points.identity.push_back(
-                object.identity[static_cast<std::size_t>(candidate.sample)]);
-        selection.source.push_back(candidate.source);
-        selection.sample.push_back(candidate.sample);
-        ++_report.perObject[static_cast<std::size_t>(candidate.source)];
-    }
-    _report.selected = static_cast<int>(n);
-    selection.report = _report;
-    return selection;
-}
 
 void checkObject(const PosedObject& object, std::size_t index)
 {

@@ -12,11 +12,6 @@
 namespace midair::haptics
 {
 
-namespace
-{
-
-} // namespace
-
 Eigen::Matrix3Xd FieldGrid::points() const
 {
     Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(columns) * rows);

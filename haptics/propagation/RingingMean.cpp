@@ -95,77 +95,6 @@ private:
     Complex _steadySwing = 0.0, _ringingSwing = 0.0;
 };
 
-} // namespace
-
-RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
-                            const std::vector<PatternStep>& steps,
-                            double step_s,
-                            double ringing_s,
-                            double frequency_Hz)
-{
-    checkStep(step_s, ringing_s);
-    if (fields.empty() || steps.empty())
-        throw base::InputError("the pattern has no fields; there must be at least one");
-    const double x = ringing_s > 0.0 ? std::exp(-step_s / ringing_s) : 0.0;
-    const auto drive = [&](std::size_t k)
-    {
-        const PatternStep& step = steps[k];
-        return fields[static_cast<std::size_t>(step.field)] * static_cast<float>(step.amplitude);
-    };
-    // Brings the envelopes to what they are when the pattern has been played for long: from the
-    // last steps before it, or where these are all, from silence by the sum of the series.
-    const std::size_t N = steps.size();
-    const double all = std::ceil(kForgotten * ringing_s / step_s);
-    const bool isSeries = all >= static_cast<double>(N);
-    const std::size_t first = isSeries ? 0 : N - static_cast<std::size_t>(all);
-    Eigen::VectorXcf a = drive(N - 1);
-    if (isSeries) a.setZero();
-    for (std::size_t k = first; k < N; ++k)
-    {
-        const Eigen::VectorXcf q = drive(k);
-        a = q + (a - q) * static_cast<float>(x);
-    }
-    if (isSeries) a /= static_cast<float>(1.0 - std::pow(x, static_cast<double>(N)));
-
-    PowerSum sum(step_s, ringing_s, frequency_Hz);
-    for (std::size_t k = 0; k < N; ++k)
-    {
-        const Eigen::VectorXcf q = drive(k);
-        const Eigen::VectorXcf d = a - q;
-        sum.add(q.squaredNorm(), 2.0 * std::real(q.dot(d)), d.squaredNorm());
-        a = q + d * static_cast<float>(x);
-    }
-    return sum.result();
-}
-
-// In step k the envelope is q_k + d_k e^{-t/tau}, where d is a circulant B times q, so that M is
-//     1 + (tau/T)(1 - x)(B + B*) + (tau/2T)(1 - x^2) B* B,   x = e^{-T/tau}.
-Eigen::VectorXd ringingOverlaps(int fields, double step_s, double ringing_s)
-{
-    checkStep(step_s, ringing_s);
-    if (fields < 1)
-        throw base::InputError(
-            fmt::format("fields in turn: there are {}; there must be at least 1", fields));
-    Eigen::VectorXd overlaps = Eigen::VectorXd::Unit(fields, 0);
-    if (ringing_s == 0.0) return overlaps;
-    const double x = std::exp(-step_s / ringing_s);
-    Eigen::VectorXd B = -Eigen::VectorXd::Unit(fields, 0); // of the field j before
-    for (int j = 1; j <= fields; ++j)
-        B[j % fields] += (1.0 - x) * std::pow(x, j - 1) / (1.0 - std::pow(x, fields));
-    const double once = ringing_s / step_s * (1.0 - x);
-    const double twice = 0.5 * once * (1.0 + x);
-    for (int d = 0; d < fields; ++d)
-    {
-        overlaps[d] += once * (B[d] + B[(fields - d) % fields]);
-        for (int j = 0; j < fields; ++j)
-            overlaps[d] += twice * B[j] * B[(j + d) % fields];
-    }
-    return overlaps;
-}
-
-namespace
-{
-
 // Sums at one point by bins of delay, and from them the mean over the steps.
 class BinnedPoint
 {
@@ -350,6 +279,72 @@ private:
 };
 
 } // namespace
+
+RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
+                            const std::vector<PatternStep>& steps,
+                            double step_s,
+                            double ringing_s,
+                            double frequency_Hz)
+{
+    checkStep(step_s, ringing_s);
+    if (fields.empty() || steps.empty())
+        throw base::InputError("the pattern has no fields; there must be at least one");
+    const double x = ringing_s > 0.0 ? std::exp(-step_s / ringing_s) : 0.0;
+    const auto drive = [&](std::size_t k)
+    {
+        const PatternStep& step = steps[k];
+        return fields[static_cast<std::size_t>(step.field)] * static_cast<float>(step.amplitude);
+    };
+    // Brings the envelopes to what they are when the pattern has been played for long: from the
+    // last steps before it, or where these are all, from silence by the sum of the series.
+    const std::size_t N = steps.size();
+    const double all = std::ceil(kForgotten * ringing_s / step_s);
+    const bool isSeries = all >= static_cast<double>(N);
+    const std::size_t first = isSeries ? 0 : N - static_cast<std::size_t>(all);
+    Eigen::VectorXcf a = drive(N - 1);
+    if (isSeries) a.setZero();
+    for (std::size_t k = first; k < N; ++k)
+    {
+        const Eigen::VectorXcf q = drive(k);
+        a = q + (a - q) * static_cast<float>(x);
+    }
+    if (isSeries) a /= static_cast<float>(1.0 - std::pow(x, static_cast<double>(N)));
+
+    PowerSum sum(step_s, ringing_s, frequency_Hz);
+    for (std::size_t k = 0; k < N; ++k)
+    {
+        const Eigen::VectorXcf q = drive(k);
+        const Eigen::VectorXcf d = a - q;
+        sum.add(q.squaredNorm(), 2.0 * std::real(q.dot(d)), d.squaredNorm());
+        a = q + d * static_cast<float>(x);
+    }
+    return sum.result();
+}
+
+// In step k the envelope is q_k + d_k e^{-t/tau}, where d is a circulant B times q, so that M is
+//     1 + (tau/T)(1 - x)(B + B*) + (tau/2T)(1 - x^2) B* B,   x = e^{-T/tau}.
+Eigen::VectorXd ringingOverlaps(int fields, double step_s, double ringing_s)
+{
+    checkStep(step_s, ringing_s);
+    if (fields < 1)
+        throw base::InputError(
+            fmt::format("fields in turn: there are {}; there must be at least 1", fields));
+    Eigen::VectorXd overlaps = Eigen::VectorXd::Unit(fields, 0);
+    if (ringing_s == 0.0) return overlaps;
+    const double x = std::exp(-step_s / ringing_s);
+    Eigen::VectorXd B = -Eigen::VectorXd::Unit(fields, 0); // of the field j before
+    for (int j = 1; j <= fields; ++j)
+        B[j % fields] += (1.0 - x) * std::pow(x, j - 1) / (1.0 - std::pow(x, fields));
+    const double once = ringing_s / step_s * (1.0 - x);
+    const double twice = 0.5 * once * (1.0 + x);
+    for (int d = 0; d < fields; ++d)
+    {
+        overlaps[d] += once * (B[d] + B[(fields - d) % fields]);
+        for (int j = 0; j < fields; ++j)
+            overlaps[d] += twice * B[j] * B[(j + d) % fields];
+    }
+    return overlaps;
+}
 
 Eigen::VectorXd ringingMeanSquare(const Eigen::Matrix3Xd& points,
                                   const TransducerArray& array,

@@ -46,6 +46,15 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
     return places.leftCols(found);
 }
 
+// Takes the figures with ringing from \a ringing, which has them as its own.
+void ringAs(const SurfaceStatistics& ringing, SurfaceStatistics& statistics)
+{
+    statistics.ringingMean_Pa = ringing.mean_Pa;
+    statistics.ringingCoefficientOfVariation = ringing.coefficientOfVariation;
+    statistics.ringingPercentile1 = ringing.percentile1;
+    statistics.ringingContrast = ringing.contrast;
+}
+
 } // namespace
 
 bool SurfaceStatisticsOptions::isValid(std::string* error) const
@@ -59,20 +68,6 @@ bool SurfaceStatisticsOptions::isValid(std::string* error) const
         .atLeast("threads", threads, 1)
         .passed(error);
 }
-
-namespace
-{
-
-// Takes the figures with ringing from \a ringing, which has them as its own.
-void ringAs(const SurfaceStatistics& ringing, SurfaceStatistics& statistics)
-{
-    statistics.ringingMean_Pa = ringing.mean_Pa;
-    statistics.ringingCoefficientOfVariation = ringing.coefficientOfVariation;
-    statistics.ringingPercentile1 = ringing.percentile1;
-    statistics.ringingContrast = ringing.contrast;
-}
-
-} // namespace
 
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa)
 {

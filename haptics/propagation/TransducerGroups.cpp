@@ -41,25 +41,6 @@ void divide(int size, Place* first, Place* last)
     divide(size, middle, last);
 }
 
-} // namespace
-
-std::vector<int> compactOrder(const Eigen::Matrix3Xd& positions, int size)
-{
-    std::vector<Place> places;
-    places.reserve(static_cast<std::size_t>(positions.cols()));
-    for (int i = 0; i < positions.cols(); ++i)
-        places.push_back({positions.col(i), i});
-    divide(size, places.data(), places.data() + places.size());
-    std::vector<int> order;
-    order.reserve(places.size());
-    for (const Place& place : places)
-        order.push_back(place.transducer);
-    return order;
-}
-
-namespace
-{
-
 bool isCompactGroup(const Eigen::Matrix3Xd& positions,
                     const int* first,
                     std::size_t count,
@@ -78,6 +59,20 @@ bool isCompactGroup(const Eigen::Matrix3Xd& positions,
 }
 
 } // namespace
+
+std::vector<int> compactOrder(const Eigen::Matrix3Xd& positions, int size)
+{
+    std::vector<Place> places;
+    places.reserve(static_cast<std::size_t>(positions.cols()));
+    for (int i = 0; i < positions.cols(); ++i)
+        places.push_back({positions.col(i), i});
+    divide(size, places.data(), places.data() + places.size());
+    std::vector<int> order;
+    order.reserve(places.size());
+    for (const Place& place : places)
+        order.push_back(place.transducer);
+    return order;
+}
 
 bool isCompact(const Eigen::Matrix3Xd& positions,
                const std::vector<int>& order,

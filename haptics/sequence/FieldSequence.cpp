@@ -63,18 +63,6 @@ void fillIn(const CycleSteps& steps, double rate_Hz, SolveReport& report)
     report.audibleChange = steps.driveChange * audibleShare(rate_Hz);
 }
 
-} // namespace
-
-void rateSteps(FieldSequence& sequence)
-{
-    const CycleSteps steps =
-        sequence.fields.size() > 1 ? cycleSteps(sequence.fields) : CycleSteps();
-    fillIn(steps, sequence.modulation.fieldRate_Hz, sequence.report);
-}
-
-namespace
-{
-
 // What looks at all transducers in each step looks at no more steps.
 constexpr int kMostSteps = 512;
 
@@ -103,7 +91,30 @@ double shareOf(double part, double whole)
     return whole > 0.0 ? std::clamp(part / whole, 0.0, 1.0) : 1.0;
 }
 
+std::size_t paddedSize(const Eigen::VectorXcf& q)
+{
+    constexpr std::size_t kLanes = kernels::kLanes;
+    return (static_cast<std::size_t>(q.size()) + kLanes - 1) / kLanes * kLanes;
+}
+
+// As the kernels need it.
+SplitVector inLanes(const Eigen::VectorXcf& q)
+{
+    SplitVector lanes;
+    lanes.reserve(paddedSize(q));
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+        lanes.set(static_cast<std::size_t>(i), q[i]);
+    return lanes;
+}
+
 } // namespace
+
+void rateSteps(FieldSequence& sequence)
+{
+    const CycleSteps steps =
+        sequence.fields.size() > 1 ? cycleSteps(sequence.fields) : CycleSteps();
+    fillIn(steps, sequence.modulation.fieldRate_Hz, sequence.report);
+}
 
 void rateRinging(FieldSequence& sequence, double ringing_s)
 {
@@ -162,27 +173,6 @@ void continueFrom(const Eigen::VectorXcf& last,
     sequence.achieved_Pa.resize(0);
     rateStep(last, rate_Hz, sequence);
 }
-
-namespace
-{
-
-std::size_t paddedSize(const Eigen::VectorXcf& q)
-{
-    constexpr std::size_t kLanes = kernels::kLanes;
-    return (static_cast<std::size_t>(q.size()) + kLanes - 1) / kLanes * kLanes;
-}
-
-// As the kernels need it.
-SplitVector inLanes(const Eigen::VectorXcf& q)
-{
-    SplitVector lanes;
-    lanes.reserve(paddedSize(q));
-    for (Eigen::Index i = 0; i < q.size(); ++i)
-        lanes.set(static_cast<std::size_t>(i), q[i]);
-    return lanes;
-}
-
-} // namespace
 
 void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& sequence)
 {

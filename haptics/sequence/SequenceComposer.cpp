@@ -26,6 +26,120 @@ bool isField(const SolveReport& report)
            report.stop != StopReason::STOPPED;
 }
 
+/// Says for how long something is at work.
+class AtWork
+{
+public:
+    explicit AtWork(std::atomic<double>& since_s) : _since_s(since_s)
+    {
+        _since_s = base::steadySeconds();
+    }
+    ~AtWork() { _since_s = 0.0; }
+    AtWork(const AtWork&) = delete;
+    AtWork& operator=(const AtWork&) = delete;
+
+private:
+    std::atomic<double>& _since_s;
+};
+
+// Moves the parts to their fields: field k was at order[k] and is followed by \a steps intermediate
+// fields.
+void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequence)
+{
+    std::vector<ControlPoints> placed(sequence.fields.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        placed[k * static_cast<std::size_t>(steps + 1)] =
+            std::move(sequence.parts[static_cast<std::size_t>(order[k])]);
+    sequence.parts = std::move(placed);
+}
+
+// Relative targets must be comparable across all fields that the skin averages, so each set plays
+// at the level of the weakest.
+void matchLevels(const std::vector<std::size_t>& sizes,
+                 std::vector<SolveReport>& reports,
+                 FieldSequence& cycle,
+                 const DriveResolution& drive)
+{
+    std::vector<double> levels;
+    double common = 0.0;
+    std::size_t first = 0;
+    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
+    {
+        const ControlPoints& points = cycle.parts[first];
+        if (points.absolute) return;
+        const double level = unitLevel(reports[set], points);
+        levels.push_back(level);
+        if (level > 0.0) common = common > 0.0 ? std::min(common, level) : level;
+    }
+    first = 0;
+    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
+    {
+        if (!(levels[set] > common)) continue;
+        for (std::size_t k = first; k < first + sizes[set]; ++k)
+            scaleField(cycle.fields[k], static_cast<float>(common / levels[set]), drive);
+        reports[set].level_Pa *= common / levels[set];
+        reports[set].loudness *= common / levels[set];
+    }
+}
+
+// Evens out to the end, and rates what is felt then.
+void evenOut(const ControlPoints& places,
+             const TransducerArray& array,
+             const Medium& medium,
+             const ComposerOptions& options,
+             FieldSequence& cycle)
+{
+    const SolverOptions& solver = options.solverOptions;
+    EvenedCycle evened(options.even, options.cycleSteps, solver);
+    evened.begin(cycle, places, array, medium);
+    while (evened.hasWork())
+        if (auto better = evened.step()) cycle = std::move(*better);
+    if (!cycle.evened) return;
+    rateLevel(cycle.points(),
+              achievedPressure(cycle, array, medium, solver.threads, solver.stop),
+              cycle.report);
+}
+
+// haptics/SOLVER.md, "From below": of outlines, whose targets in Pa coarse levels may exceed.
+constexpr int kOutlinePasses = 8;
+constexpr double kBelowTarget = 0.98;
+constexpr double kMostOverTarget = 1.1;
+
+// Outlines are solved at full amplitude; this lowers the field to targets in Pa and to the
+// loudness.
+void fitLevel(double loudness,
+              const TransducerArray& array,
+              const Medium& medium,
+              const SolverOptions& solver,
+              FieldSequence& sequence)
+{
+    Eigen::VectorXcf& q = sequence.fields.front();
+    const ControlPoints& points = sequence.parts.front();
+    double share = std::min(loudness, 1.0);
+    if (points.absolute)
+    {
+        const Eigen::VectorXd y =
+            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>();
+        const double level = fittedLevel(y, points.targets);
+        if (level > 0.0) share = std::min(share, 1.0 / level);
+    }
+    if (!(share < 1.0)) return;
+    const Eigen::VectorXcf full = q;
+    double level = 0.0;
+    for (int pass = 0; pass < kOutlinePasses; ++pass)
+    {
+        q = full;
+        scaleField(q, static_cast<float>(share), array.drive);
+        if (!points.absolute) return;
+        level = fittedLevel(
+            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>(),
+            points.targets);
+        if (level <= 1.0 + kShortBy) return;
+        share *= kBelowTarget / level;
+    }
+    if (level > kMostOverTarget) q.setZero(); // no number of transducers is quiet enough
+}
+
 } // namespace
 
 double unitLevel(const SolveReport& report, const ControlPoints& points)
@@ -219,27 +333,6 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     return {points};
 }
 
-namespace
-{
-
-/// Says for how long something is at work.
-class AtWork
-{
-public:
-    explicit AtWork(std::atomic<double>& since_s) : _since_s(since_s)
-    {
-        _since_s = base::steadySeconds();
-    }
-    ~AtWork() { _since_s = 0.0; }
-    AtWork(const AtWork&) = delete;
-    AtWork& operator=(const AtWork&) = delete;
-
-private:
-    std::atomic<double>& _since_s;
-};
-
-} // namespace
-
 FieldSequence SequenceComposer::compose(int set,
                                         const ControlPoints& points,
                                         const ModulationPlan& plan,
@@ -268,74 +361,6 @@ FieldSequence SequenceComposer::compose(int set,
     rateRinging(sequence, array.ringing_s);
     return sequence;
 }
-
-namespace
-{
-
-// Moves the parts to their fields: field k was at order[k] and is followed by \a steps intermediate
-// fields.
-void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequence)
-{
-    std::vector<ControlPoints> placed(sequence.fields.size());
-    for (std::size_t k = 0; k < order.size(); ++k)
-        placed[k * static_cast<std::size_t>(steps + 1)] =
-            std::move(sequence.parts[static_cast<std::size_t>(order[k])]);
-    sequence.parts = std::move(placed);
-}
-
-} // namespace
-
-namespace
-{
-
-// Relative targets must be comparable across all fields that the skin averages, so each set plays
-// at the level of the weakest.
-void matchLevels(const std::vector<std::size_t>& sizes,
-                 std::vector<SolveReport>& reports,
-                 FieldSequence& cycle,
-                 const DriveResolution& drive)
-{
-    std::vector<double> levels;
-    double common = 0.0;
-    std::size_t first = 0;
-    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
-    {
-        const ControlPoints& points = cycle.parts[first];
-        if (points.absolute) return;
-        const double level = unitLevel(reports[set], points);
-        levels.push_back(level);
-        if (level > 0.0) common = common > 0.0 ? std::min(common, level) : level;
-    }
-    first = 0;
-    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
-    {
-        if (!(levels[set] > common)) continue;
-        for (std::size_t k = first; k < first + sizes[set]; ++k)
-            scaleField(cycle.fields[k], static_cast<float>(common / levels[set]), drive);
-        reports[set].level_Pa *= common / levels[set];
-        reports[set].loudness *= common / levels[set];
-    }
-}
-
-// Evens out to the end, and rates what is felt then.
-void evenOut(const ControlPoints& places,
-             const TransducerArray& array,
-             const Medium& medium,
-             const ComposerOptions& options,
-             FieldSequence& cycle)
-{
-    const SolverOptions& solver = options.solverOptions;
-    EvenedCycle evened(options.even, options.cycleSteps, solver);
-    evened.begin(cycle, places, array, medium);
-    while (evened.hasWork())
-        if (auto better = evened.step()) cycle = std::move(*better);
-    if (!cycle.evened) return;
-    rateLevel(cycle.points(),
-              achievedPressure(cycle, array, medium, solver.threads, solver.stop),
-              cycle.report);
-}
-
-} // namespace
 
 FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
                                      const ControlPoints& places,
@@ -393,51 +418,6 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
         made.push_back(compose(static_cast<int>(made.size()), set, {}, array, medium));
     return join(std::move(made), places, array, medium);
 }
-
-namespace
-{
-
-// haptics/SOLVER.md, "From below": of outlines, whose targets in Pa coarse levels may exceed.
-constexpr int kOutlinePasses = 8;
-constexpr double kBelowTarget = 0.98;
-constexpr double kMostOverTarget = 1.1;
-
-// Outlines are solved at full amplitude; this lowers the field to targets in Pa and to the
-// loudness.
-void fitLevel(double loudness,
-              const TransducerArray& array,
-              const Medium& medium,
-              const SolverOptions& solver,
-              FieldSequence& sequence)
-{
-    Eigen::VectorXcf& q = sequence.fields.front();
-    const ControlPoints& points = sequence.parts.front();
-    double share = std::min(loudness, 1.0);
-    if (points.absolute)
-    {
-        const Eigen::VectorXd y =
-            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>();
-        const double level = fittedLevel(y, points.targets);
-        if (level > 0.0) share = std::min(share, 1.0 / level);
-    }
-    if (!(share < 1.0)) return;
-    const Eigen::VectorXcf full = q;
-    double level = 0.0;
-    for (int pass = 0; pass < kOutlinePasses; ++pass)
-    {
-        q = full;
-        scaleField(q, static_cast<float>(share), array.drive);
-        if (!points.absolute) return;
-        level = fittedLevel(
-            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>(),
-            points.targets);
-        if (level <= 1.0 + kShortBy) return;
-        share *= kBelowTarget / level;
-    }
-    if (level > kMostOverTarget) q.setZero(); // no number of transducers is quiet enough
-}
-
-} // namespace
 
 FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outlines,
                                                 bool absolute,

@@ -38,6 +38,15 @@ namespace
 
 const std::string kSurface = "surface.";
 
+// A figure of that name as its row has it, so that whole numbers are written without a point.
+template<typename Rows>
+nlohmann::ordered_json asIts(const Rows& rows, const std::string& name, double value)
+{
+    for (const auto& row : rows)
+        if (row.name == name && row.value.index() == 0) return static_cast<std::int64_t>(value);
+    return value;
+}
+
 } // namespace
 
 std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report)
@@ -55,20 +64,6 @@ std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report)
             add(kSurface + row.name, row, report.surface);
     return figures;
 }
-
-namespace
-{
-
-// A figure of that name as its row has it, so that whole numbers are written without a point.
-template<typename Rows>
-nlohmann::ordered_json asIts(const Rows& rows, const std::string& name, double value)
-{
-    for (const auto& row : rows)
-        if (row.name == name && row.value.index() == 0) return static_cast<std::int64_t>(value);
-    return value;
-}
-
-} // namespace
 
 nlohmann::ordered_json toJson(const std::vector<std::pair<std::string, double>>& figures)
 {

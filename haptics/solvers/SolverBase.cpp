@@ -166,8 +166,7 @@ SolverBase::Outcome SolverBase::iterateLouder(bool warm)
     const auto n = static_cast<std::size_t>(_field.n());
     _loudness.u.reserve(n);
     _loudness.a = _field.a;
-    std::copy_n(_field.u.re.data(), n, _loudness.u.re.data());
-    std::copy_n(_field.u.im.data(), n, _loudness.u.im.data());
+    copy(_field.u, _loudness.u, n);
     for (int round = 0; round < kLouderRounds; ++round)
         projectionRound(_field, _loudness.a);
     const float s = fittedLevel(_field.y, _loudness.a);
@@ -175,8 +174,7 @@ SolverBase::Outcome SolverBase::iterateLouder(bool warm)
     for (Eigen::Index l = 0; l < _loudness.a.size(); ++l)
         _field.a[l] =
             _loudness.a[l] * std::pow(std::max(_field.y[l] / (s * _loudness.a[l]), kLeastShare), x);
-    std::copy_n(_loudness.u.re.data(), n, _field.u.re.data());
-    std::copy_n(_loudness.u.im.data(), n, _field.u.im.data());
+    copy(_loudness.u, _field.u, n);
     Outcome outcome = iterate(_field, true);
     outcome.iterations += first.iterations + kLouderRounds;
     _field.a = _loudness.a;

@@ -399,8 +399,7 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     _field.fromLanes(_field.q, q);
     const auto padded = static_cast<std::size_t>(_field.G.paddedTransducers());
     _last.lanes.reserve(padded);
-    std::copy_n(_field.q.re.data(), padded, _last.lanes.re.data());
-    std::copy_n(_field.q.im.data(), padded, _last.lanes.im.data());
+    copy(_field.q, _last.lanes, padded);
     _last.q = q;
     _last.active = _points.active;
     _last.identity = _points.identity;

@@ -258,30 +258,19 @@ void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, Mes
     addLinesAndPoints(mesh, flat, stop, topology);
 }
 
-/// Collects the triangles' corners around each vertex, as a packed list.
+/// Collects the triangles' corners around each vertex.
 void collectFans(MeshTopology& topology)
 {
-    topology.fanStart.assign(static_cast<std::size_t>(topology.vertexCount) + 1, 0);
-    for (const auto& corners : topology.corners)
+    const auto eachCorner = [&](const auto& add)
     {
-        for (const int v : corners)
-            if (v >= 0) ++topology.fanStart[static_cast<std::size_t>(v) + 1];
-    }
-    for (std::size_t v = 1; v < topology.fanStart.size(); ++v)
-    {
-        topology.fanStart[v] += topology.fanStart[v - 1];
-    }
-    topology.fan.resize(static_cast<std::size_t>(topology.fanStart.back()));
-    std::vector<int> at(topology.fanStart.begin(), topology.fanStart.end() - 1);
-    for (std::size_t t = 0; t < topology.corners.size(); ++t)
-    {
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            if (topology.corners[t][k] < 0) continue;
-            const auto v = static_cast<std::size_t>(topology.corners[t][k]);
-            topology.fan[static_cast<std::size_t>(at[v]++)] = static_cast<int>(3 * t + k);
-        }
-    }
+        for (std::size_t t = 0; t < topology.corners.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                if (topology.corners[t][k] >= 0)
+                    add(topology.corners[t][k], static_cast<int>(3 * t + k));
+    };
+    PackedLists fans(topology.vertexCount, eachCorner);
+    topology.fanStart = std::move(fans.start);
+    topology.fan = std::move(fans.all);
 }
 
 /// An edge of one triangle.

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <numeric>
 #include <vector>
 
 namespace midair::haptics
@@ -27,6 +28,39 @@ struct EdgeFace
     int corner = 0;        ///< the edge runs from this corner to the next one
     bool reversed = false; ///< the corner is FeatureEdge::to
     double sign = 1.0;     ///< -1 if its winding is opposite to that of the edge's first face
+};
+
+/// Lists of numbers in one vector: those of list k are all[start[k] .. start[k + 1]).
+struct PackedLists
+{
+    std::vector<int> start; ///< lists + 1
+    std::vector<int> all;
+
+    /// \a each is called twice, and calls add(list, number) for each number of each list, in the
+    /// order in which a list has them.
+    template<typename Each>
+    PackedLists(int lists, const Each& each) : start(static_cast<std::size_t>(lists) + 1, 0)
+    {
+        each([this](int list, int) { ++start[static_cast<std::size_t>(list) + 1]; });
+        std::partial_sum(start.begin(), start.end(), start.begin());
+        all.resize(static_cast<std::size_t>(start.back()));
+        std::vector<int> at(start.begin(), start.end() - 1);
+        each(
+            [&](int list, int number)
+            {
+                const int place = at[static_cast<std::size_t>(list)]++;
+                all[static_cast<std::size_t>(place)] = number;
+            });
+    }
+
+    int count(int list) const
+    {
+        return start[static_cast<std::size_t>(list) + 1] - start[static_cast<std::size_t>(list)];
+    }
+    int at(int list, int i) const
+    {
+        return all[static_cast<std::size_t>(start[static_cast<std::size_t>(list)] + i)];
+    }
 };
 
 /// Topology of a mesh as sampling needs it: doubled vertices are welded, triangles without area

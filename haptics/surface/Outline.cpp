@@ -17,45 +17,16 @@ namespace midair::haptics
 namespace
 {
 
-/// Feature edges at each vertex, as a packed list.
-struct EdgeFans
+/// The feature edges at each vertex.
+PackedLists collectEdgeFans(const MeshTopology& topology)
 {
-    std::vector<int> start; ///< vertices + 1
-    std::vector<int> edges;
-
-    int degree(int v) const
+    const auto eachEnd = [&](const auto& add)
     {
-        return start[static_cast<std::size_t>(v) + 1] - start[static_cast<std::size_t>(v)];
-    }
-    int edge(int v, int i) const
-    {
-        return edges[static_cast<std::size_t>(start[static_cast<std::size_t>(v)] + i)];
-    }
-};
-
-EdgeFans collectEdgeFans(const MeshTopology& topology)
-{
-    EdgeFans fans;
-    fans.start.assign(static_cast<std::size_t>(topology.vertexCount) + 1, 0);
-    for (const FeatureEdge& edge : topology.features)
-    {
-        ++fans.start[static_cast<std::size_t>(edge.from) + 1];
-        ++fans.start[static_cast<std::size_t>(edge.to) + 1];
-    }
-    for (std::size_t v = 1; v < fans.start.size(); ++v)
-        fans.start[v] += fans.start[v - 1];
-    fans.edges.resize(2 * topology.features.size());
-    std::vector<int> at(fans.start.begin(), fans.start.end() - 1);
-    for (std::size_t e = 0; e < topology.features.size(); ++e)
-    {
-        const FeatureEdge& edge = topology.features[e];
-        for (const int v : {edge.from, edge.to})
-        {
-            fans.edges[static_cast<std::size_t>(at[static_cast<std::size_t>(v)]++)] =
-                static_cast<int>(e);
-        }
-    }
-    return fans;
+        for (std::size_t e = 0; e < topology.features.size(); ++e)
+            for (const int v : {topology.features[e].from, topology.features[e].to})
+                add(v, static_cast<int>(e));
+    };
+    return {topology.vertexCount, eachEnd};
 }
 
 Eigen::Vector3d vertexPosition(const TriangleMesh& mesh, const MeshTopology& topology, int vertex)
@@ -73,11 +44,11 @@ int otherEnd(const FeatureEdge& edge, int v)
 
 bool isCorner(const TriangleMesh& mesh,
               const MeshTopology& topology,
-              const EdgeFans& fans,
+              const PackedLists& fans,
               int v,
               double creaseAngle_rad)
 {
-    const int degree = fans.degree(v);
+    const int degree = fans.count(v);
     if (degree == 0)
     {
         // A cone whose sides turn by the crease angle at its tip has this angle deficit.
@@ -87,8 +58,8 @@ bool isCorner(const TriangleMesh& mesh,
     if (degree != 2) return true;
     const Eigen::Vector3d here = vertexPosition(mesh, topology, v);
     const auto& features = topology.features;
-    const int a = otherEnd(features[static_cast<std::size_t>(fans.edge(v, 0))], v);
-    const int b = otherEnd(features[static_cast<std::size_t>(fans.edge(v, 1))], v);
+    const int a = otherEnd(features[static_cast<std::size_t>(fans.at(v, 0))], v);
+    const int b = otherEnd(features[static_cast<std::size_t>(fans.at(v, 1))], v);
     const double inside =
         cornerAngle(here, vertexPosition(mesh, topology, a), vertexPosition(mesh, topology, b));
     return base::kPi - inside > creaseAngle_rad;
@@ -97,7 +68,7 @@ bool isCorner(const TriangleMesh& mesh,
 /// Follows unused edges from \a start to the next corner, or back to the start.
 FeatureChain walk(const TriangleMesh& mesh,
                   const MeshTopology& topology,
-                  const EdgeFans& fans,
+                  const PackedLists& fans,
                   const std::vector<char>& cornerAt,
                   int start,
                   int firstEdge,
@@ -119,9 +90,9 @@ FeatureChain walk(const TriangleMesh& mesh,
         v = next;
         e = -1;
         if (cornerAt[static_cast<std::size_t>(v)] != 0) break;
-        for (int i = 0; i < fans.degree(v); ++i)
+        for (int i = 0; i < fans.count(v); ++i)
         {
-            if (used[static_cast<std::size_t>(fans.edge(v, i))] == 0) e = fans.edge(v, i);
+            if (used[static_cast<std::size_t>(fans.at(v, i))] == 0) e = fans.at(v, i);
         }
     }
     chain.closed = v == start && cornerAt[static_cast<std::size_t>(v)] == 0;
@@ -135,7 +106,7 @@ constexpr double kMostPoints = 100000;
 std::vector<int>
 findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad)
 {
-    const EdgeFans fans = collectEdgeFans(topology);
+    const PackedLists fans = collectEdgeFans(topology);
     std::vector<int> corners;
     for (int v = 0; v < topology.vertexCount; ++v)
     {
@@ -157,7 +128,7 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners)
 {
-    const EdgeFans fans = collectEdgeFans(topology);
+    const PackedLists fans = collectEdgeFans(topology);
     std::vector<char> cornerAt(static_cast<std::size_t>(topology.vertexCount), 0);
     for (const int v : corners)
         cornerAt[static_cast<std::size_t>(v)] = 1;
@@ -165,9 +136,9 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
     std::vector<FeatureChain> chains;
     for (const int v : corners)
     {
-        for (int i = 0; i < fans.degree(v); ++i)
+        for (int i = 0; i < fans.count(v); ++i)
         {
-            const int e = fans.edge(v, i);
+            const int e = fans.at(v, i);
             if (used[static_cast<std::size_t>(e)] != 0) continue;
             chains.push_back(walk(mesh, topology, fans, cornerAt, v, e, used));
         }

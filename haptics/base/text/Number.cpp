@@ -32,15 +32,10 @@ bool parse(const std::string& text, T& value)
 /// Splits \a text at commas; empty texts have no parts.
 std::vector<std::string> partsOf(const std::string& text)
 {
-    std::vector<std::string> parts;
-    if (trimmed(text).empty()) return parts;
-    std::size_t begin = 0;
-    while (begin <= text.size())
-    {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        parts.push_back(trimmed(text.substr(begin, end - begin)));
-        begin = end + 1;
-    }
+    if (trimmed(text).empty()) return {};
+    std::vector<std::string> parts = splitAt(text, ',');
+    for (std::string& part : parts)
+        part = trimmed(part);
     return parts;
 }
 

@@ -17,6 +17,17 @@ constexpr std::size_t kLongest = 64;
 
 } // namespace
 
+std::vector<std::string> splitAt(const std::string& text, char separator)
+{
+    std::vector<std::string> parts(1);
+    for (const char c : text)
+        if (c == separator)
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    return parts;
+}
+
 std::vector<std::string> splitColumns(const std::string& line)
 {
     static const char* const separators = ",; \t\r";

@@ -15,6 +15,9 @@ inline std::string trimmed(const std::string& text)
     return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
+/// Splits \a text at each \a separator; parts may be empty, and an empty text is one part.
+std::vector<std::string> splitAt(const std::string& text, char separator);
+
 /// Splits a line at commas, semicolons, tabs and blanks. Returns no fields for a blank line or a #
 /// comment.
 std::vector<std::string> splitColumns(const std::string& line);

@@ -81,6 +81,28 @@ addColumns(const float* columns, int apart, int stride, const float* turn, float
     }
 }
 
+// sum_l (|p_l + g_l d| - aim_l)^2.
+MIDAIR_INLINE float missed(int stride,
+                           const float* gRe,
+                           const float* gIm,
+                           float dRe,
+                           float dIm,
+                           const float* aim,
+                           const float* pRe,
+                           const float* pIm)
+{
+    float sum = 0.0f;
+#pragma omp simd aligned(gRe, gIm, aim, pRe, pIm : 64) reduction(+ : sum)
+    for (int l = 0; l < stride; ++l)
+    {
+        const float x = pRe[l] + gRe[l] * dRe - gIm[l] * dIm;
+        const float y = pIm[l] + gRe[l] * dIm + gIm[l] * dRe;
+        const float e = std::sqrt(x * x + y * y) - aim[l];
+        sum += e * e;
+    }
+    return sum;
+}
+
 } // namespace
 
 void jacobianColumns(const std::int32_t* G,
@@ -150,33 +172,6 @@ void shapeLevels(int count,
         if (any) addColumns(columns, each * stride, stride, turn, e);
     }
 }
-
-namespace
-{
-
-// sum_l (|p_l + g_l d| - aim_l)^2.
-MIDAIR_INLINE float missed(int stride,
-                           const float* gRe,
-                           const float* gIm,
-                           float dRe,
-                           float dIm,
-                           const float* aim,
-                           const float* pRe,
-                           const float* pIm)
-{
-    float sum = 0.0f;
-#pragma omp simd aligned(gRe, gIm, aim, pRe, pIm : 64) reduction(+ : sum)
-    for (int l = 0; l < stride; ++l)
-    {
-        const float x = pRe[l] + gRe[l] * dRe - gIm[l] * dIm;
-        const float y = pIm[l] + gRe[l] * dIm + gIm[l] * dRe;
-        const float e = std::sqrt(x * x + y * y) - aim[l];
-        sum += e * e;
-    }
-    return sum;
-}
-
-} // namespace
 
 void shapeCoarseLevels(int count,
                        int stride,
