@@ -5,6 +5,7 @@
 #include "device/drive/DriveSignal.h"
 #include "haptics/base/threads/Mutex.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -54,6 +55,23 @@ public:
         double lead_s = 0;
     };
 
+    /// What the thread tells of the device.
+    struct Told
+    {
+        DeviceReport report;    ///< but for pending
+        double confirmed_s = 0; ///< steady clock; what all units have acknowledged
+        Playing playing;
+        std::string refusals; ///< Refusals::text()
+        Figures figures;
+
+        void countFault(const std::string& what)
+        {
+            ++report.faults;
+            report.message = what;
+        }
+        void confirm(double asked_s) { confirmed_s = std::max(confirmed_s, asked_s); }
+    };
+
     explicit Autd3Account(int units);
 
     // For whoever has the device.
@@ -62,11 +80,14 @@ public:
     bool order(std::shared_ptr<Job> job) MIDAIR_EXCLUDES(_mutex);
     void orderSilence() MIDAIR_EXCLUDES(_mutex);
     void close() MIDAIR_EXCLUDES(_mutex);
-    double confirmed_s() const MIDAIR_EXCLUDES(_mutex); ///< what all units have acknowledged
     DeviceReport report() const MIDAIR_EXCLUDES(_mutex);
-    std::string refusals() const MIDAIR_EXCLUDES(_mutex); ///< Refusals::text()
-    Playing playing() const MIDAIR_EXCLUDES(_mutex);
-    Figures figures() const MIDAIR_EXCLUDES(_mutex);
+    /// Returns what \a get takes from what the thread has told.
+    template<typename Get>
+    auto read(const Get& get) const MIDAIR_EXCLUDES(_mutex)
+    {
+        const base::Lock lock(_mutex);
+        return get(_told);
+    }
 
     // For the device's thread.
 
@@ -81,21 +102,29 @@ public:
     void detach(const std::string& why, int lost, int dropped) MIDAIR_EXCLUDES(_mutex);
     /// Returns false if there are none that weren't taken yet.
     bool takeOrders(Orders& orders) MIDAIR_EXCLUDES(_mutex);
-    void noteFault(const std::string& what) MIDAIR_EXCLUDES(_mutex);
-    void noteDropped(const std::shared_ptr<const Job>& job) MIDAIR_EXCLUDES(_mutex); ///< or null
     void notePlayed(const std::shared_ptr<const Job>& job, double handedOver_s, double offset_ns)
         MIDAIR_EXCLUDES(_mutex);
-    /// A job isn't played, which is a fault; \a why: of which there is more to say than before.
-    void noteLost(const std::string& why) MIDAIR_EXCLUDES(_mutex);
-    void noteFailsafe(const std::string& what) MIDAIR_EXCLUDES(_mutex);
-    void noteLostUnits(const std::vector<bool>& isLost) MIDAIR_EXCLUDES(_mutex);
-    void noteConfirmed(double asked_s) MIDAIR_EXCLUDES(_mutex);
-    void publish(const std::string& complaint, const std::string& refusals, const Figures& figures)
-        MIDAIR_EXCLUDES(_mutex);
+    /// Has \a change change what is told.
+    template<typename Change>
+    void tell(const Change& change) MIDAIR_EXCLUDES(_mutex)
+    {
+        const base::Lock lock(_mutex);
+        change(_told);
+    }
+    void noteFault(const std::string& what)
+    {
+        tell([&](Told& told) { told.countFault(what); });
+    }
+    void noteDropped(const std::shared_ptr<const Job>& job) ///< or null
+    {
+        if (job != nullptr) tell([](Told& told) { ++told.report.dropped; });
+    }
 
 private:
-    void wake() MIDAIR_REQUIRES(_mutex);
-    void countFault(const std::string& what) MIDAIR_REQUIRES(_mutex);
+    void wake() MIDAIR_REQUIRES(_mutex)
+    {
+        if (_link != nullptr) _link->wake();
+    }
 
     std::atomic<bool> _isClosing{false}; ///< written under _mutex
     mutable base::Mutex _mutex;
@@ -104,11 +133,7 @@ private:
     std::shared_ptr<DatagramLink> _link MIDAIR_GUARDED_BY(_mutex);
     Orders _orders MIDAIR_GUARDED_BY(_mutex);
     bool _isOrdered MIDAIR_GUARDED_BY(_mutex) = false; ///< the thread has not seen them yet
-    DeviceReport _report MIDAIR_GUARDED_BY(_mutex);    ///< but for pending
-    double _confirmed_s MIDAIR_GUARDED_BY(_mutex) = 0;
-    Playing _playing MIDAIR_GUARDED_BY(_mutex);
-    std::string _refusals MIDAIR_GUARDED_BY(_mutex);
-    Figures _figures MIDAIR_GUARDED_BY(_mutex);
+    Told _told MIDAIR_GUARDED_BY(_mutex);
 };
 
 } // namespace midair::device::autd3

@@ -155,7 +155,7 @@ std::string Autd3Device::status() const
         return fmt::format("{}: not there; {}", _name, countersText(now));
     std::string text = fmt::format(
         "{}: {} units, firmware {}, {}", _name, _options.units, now.firmware, countersText(now));
-    const std::string refusals = _account.refusals();
+    const std::string refusals = _account.read([](const auto& told) { return told.refusals; });
     if (!refusals.empty()) text += "; datagrams refused: " + refusals;
     if (!now.complaint.empty()) text += "; " + now.complaint;
     return text;
@@ -178,7 +178,7 @@ DriveAbility Autd3Device::ability() const
 
 std::vector<std::complex<float>> Autd3Device::played() const
 {
-    const Autd3Account::Playing playing = _account.playing();
+    const auto playing = _account.read([](const auto& told) { return told.playing; });
     if (playing.job == nullptr)
         return std::vector<std::complex<float>>(static_cast<std::size_t>(_layout.transducers));
     std::vector<std::complex<float>> q;

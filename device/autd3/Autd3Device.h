@@ -42,12 +42,18 @@ public:
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override { _account.orderSilence(); }
     /// What all units have acknowledged.
-    double confirmed_s() const override { return _account.confirmed_s(); }
+    double confirmed_s() const override
+    {
+        return _account.read([](const auto& told) { return told.confirmed_s; });
+    }
     std::string status() const override;
     DeviceReport report() const override { return _account.report(); }
     DriveAbility ability() const override;
     std::vector<std::complex<float>> played() const override;
-    Figures figures() const { return _account.figures(); }
+    Figures figures() const
+    {
+        return _account.read([](const auto& told) { return told.figures; });
+    }
 
 private:
     void run();

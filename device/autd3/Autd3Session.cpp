@@ -233,12 +233,17 @@ void Autd3Session::settle(const BankPlayer::Ending& ending)
         }
     }
     if (ending.fate != BankPlayer::Fate::PLAYED)
-        return _account.noteLost(
-            isDisturbed ? fmt::format("a field came too late for some unit {} times; a longer "
-                                      "lead than {:g} ms would help",
-                                      kMostTries,
-                                      _options.lead_s * 1e3)
-                        : std::string());
+        return _account.tell(
+            [&](Autd3Account::Told& told)
+            {
+                ++told.report.lost;
+                told.countFault(isDisturbed ? fmt::format("a field came too late for some unit {} "
+                                                          "times; a longer lead than {:g} ms would "
+                                                          "help",
+                                                          kMostTries,
+                                                          _options.lead_s * 1e3)
+                                            : told.report.message);
+            });
     _tries = 0;
     _account.notePlayed(ending.job,
                         ending.handedOver_s,
@@ -265,7 +270,13 @@ void Autd3Session::takeState(const UnitGroup::Outcome& outcome)
         "unit {} was silenced by its fail-safe; silent until the next field", outcome.unit);
     deviceLog().warn("{}: {}", _name, what);
     _account.noteDropped(_player.release(outcome.unit));
-    _account.noteFailsafe(what);
+    _account.tell(
+        [&](Autd3Account::Told& told)
+        {
+            told.countFault(what);
+            ++told.report.silences;
+            told.playing.job = nullptr;
+        });
 }
 
 void Autd3Session::takeOutcomes(double now_s)
@@ -277,7 +288,9 @@ void Autd3Session::takeOutcomes(double now_s)
             _player.take(outcome);
     _player.step(now_s);
     settleEndings();
-    if (_silence_s > 0 && _player.isSilent()) _account.noteConfirmed(std::exchange(_silence_s, 0));
+    if (_silence_s > 0 && _player.isSilent())
+        _account.tell([this](Autd3Account::Told& told)
+                      { told.confirm(std::exchange(_silence_s, 0)); });
 }
 
 // Nothing is on its way but heartbeats, whose answers can wait for the next ones: then the thread
@@ -302,21 +315,25 @@ void Autd3Session::publish(double now_s)
     if (now_s - _rounds.published_s < kPublish_s) return;
     _rounds.published_s = now_s;
     _watch.watchClocks(now_s);
-    _account.publish(_watch.complaint(),
-                     _refusals.text(),
-                     {threadCpu_s(),
-                      _group->repeats(),
-                      _player.takenBack(),
-                      _player.torn(),
-                      _refusals.total(),
-                      _player.lead_s()});
+    _account.tell(
+        [&](Autd3Account::Told& told)
+        {
+            told.report.complaint = _watch.complaint();
+            told.refusals = _refusals.text();
+            told.figures = {threadCpu_s(),
+                            _group->repeats(),
+                            _player.takenBack(),
+                            _player.torn(),
+                            _refusals.total(),
+                            _player.lead_s()};
+        });
 }
 
 std::string Autd3Session::losses(double now_s)
 {
     std::string why = _watch.losses(now_s);
     if (why.empty()) return {};
-    _account.noteLostUnits(_watch.lost());
+    _account.tell([&](Autd3Account::Told& told) { told.playing.isLost = _watch.lost(); });
     if (_options.whenLost == WhenLost::ALL_FALL_SILENT || _group->count() == 0) return why;
     _account.noteFault(why);
     deviceLog().error("{}: {}; the others play on", _name, why);

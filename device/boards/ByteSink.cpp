@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <map>
 #include <system_error>
 
 #include <fcntl.h>
@@ -31,25 +32,17 @@ constexpr int kWriteTimeout_ms = 500;
 constexpr int kFifoTimeout_ms = 300;
 constexpr int kBeat_ms = 100;
 
+/// B0: there is none.
 speed_t speedOf(int baud)
 {
-    switch (baud)
-    {
-    case 9600:
-        return B9600;
-    case 57600:
-        return B57600;
-    case 115200:
-        return B115200;
-    case 230400:
-        return B230400;
-    case 460800:
-        return B460800;
-    case 921600:
-        return B921600;
-    default:
-        return B0;
-    }
+    static const std::map<int, speed_t> kSpeeds = {{9600, B9600},
+                                                   {57600, B57600},
+                                                   {115200, B115200},
+                                                   {230400, B230400},
+                                                   {460800, B460800},
+                                                   {921600, B921600}};
+    const auto found = kSpeeds.find(baud);
+    return found == kSpeeds.end() ? B0 : found->second;
 }
 
 } // namespace

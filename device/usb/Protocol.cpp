@@ -50,64 +50,101 @@ void finish(std::vector<std::uint8_t>& out, std::size_t start)
     base::ByteWriter(out).u32(base::crc32c(out.data() + start, out.size() - start));
 }
 
-void appendStatus(base::ByteWriter& out, const Status& status)
+/// Writes the members of a packet's payload. Take reads them in the same order.
+struct Put
 {
-    out.u32(status.lastPlayed);
-    out.u16(status.flags);
-    out.u16(static_cast<std::uint16_t>(status.temperature_dC));
-    out.u32(status.played);
-    out.u32(status.stale);
-    out.u32(status.incomplete);
-    out.u32(status.badPackets);
-    out.u32(status.watchdogs);
-}
+    base::ByteWriter& out;
 
-void appendInfo(base::ByteWriter& out, const Info& info)
-{
-    out.u8(info.firmwareMajor);
-    out.u8(info.firmwareMinor);
-    out.u8(info.firmwarePatch);
-    out.u8(0);
-    out.u16(info.boards);
-    out.u16(0);
-    out.u32(info.transducers);
-    out.u16(info.phaseLevels);
-    out.u16(info.dutyLevels);
-    out.u16(info.watchdog_ms);
-    out.u16(info.fieldsPerSecond);
-    out.u32(info.nonce);
-}
+    void operator()(std::uint8_t value) const { out.u8(value); }
+    void operator()(std::uint16_t value) const { out.u16(value); }
+    void operator()(std::int16_t value) const { out.u16(static_cast<std::uint16_t>(value)); }
+    void operator()(std::uint32_t value) const { out.u32(value); }
+    void operator()(bool value) const { out.u32(value ? 1 : 0); }
+    void skip(int bytes) const
+    {
+        for (int i = 0; i < bytes; ++i)
+            out.u8(0);
+    }
+    void drives(const Packet& packet) const
+    {
+        out.u16(static_cast<std::uint16_t>(packet.phases.size()));
+        out.bytes(packet.phases.data(), packet.phases.size());
+        out.bytes(packet.duties.data(), packet.duties.size());
+    }
+};
 
-Status readStatus(base::ByteReader& in)
+struct Take
 {
-    Status status;
-    status.lastPlayed = in.u32();
-    status.flags = in.u16();
-    status.temperature_dC = static_cast<std::int16_t>(in.u16());
-    status.played = in.u32();
-    status.stale = in.u32();
-    status.incomplete = in.u32();
-    status.badPackets = in.u32();
-    status.watchdogs = in.u32();
-    return status;
-}
+    base::ByteReader& in;
 
-Info readInfo(base::ByteReader& in)
+    void operator()(std::uint8_t& value) const { value = in.u8(); }
+    void operator()(std::uint16_t& value) const { value = in.u16(); }
+    void operator()(std::int16_t& value) const { value = static_cast<std::int16_t>(in.u16()); }
+    void operator()(std::uint32_t& value) const { value = in.u32(); }
+    void operator()(bool& value) const { value = in.u32() != 0; }
+    void skip(std::size_t bytes) const { in.bytes(bytes); }
+    void drives(Packet& packet) const
+    {
+        const std::size_t count = in.u16();
+        const std::uint8_t* phases = in.bytes(count);
+        const std::uint8_t* duties = in.bytes(count);
+        if (!in.ok()) return;
+        packet.phases.assign(phases, phases + count);
+        packet.duties.assign(duties, duties + count);
+    }
+};
+
+/// What a payload consists of. \a field: Put or Take.
+template<typename Field, typename P>
+void eachField(const Field& field, P& packet)
 {
-    Info info;
-    info.firmwareMajor = in.u8();
-    info.firmwareMinor = in.u8();
-    info.firmwarePatch = in.u8();
-    in.u8();
-    info.boards = in.u16();
-    in.u16();
-    info.transducers = in.u32();
-    info.phaseLevels = in.u16();
-    info.dutyLevels = in.u16();
-    info.watchdog_ms = in.u16();
-    info.fieldsPerSecond = in.u16();
-    info.nonce = in.u32();
-    return info;
+    auto& status = packet.status;
+    auto& info = packet.info;
+    switch (packet.type)
+    {
+    case Type::HELLO:
+        field(packet.nonce);
+        field(packet.watchdog_ms);
+        field.skip(2);
+        break;
+    case Type::DATA:
+        field(packet.first);
+        field.drives(packet);
+        break;
+    case Type::COMMIT:
+        field(packet.transducers);
+        break;
+    case Type::IDENTIFY:
+        field(packet.light);
+        break;
+    case Type::STATUS:
+        field(status.lastPlayed);
+        field(status.flags);
+        field(status.temperature_dC);
+        for (auto* count : {&status.played,
+                            &status.stale,
+                            &status.incomplete,
+                            &status.badPackets,
+                            &status.watchdogs})
+            field(*count);
+        break;
+    case Type::INFO:
+        for (auto* part : {&info.firmwareMajor, &info.firmwareMinor, &info.firmwarePatch})
+            field(*part);
+        field.skip(1);
+        field(info.boards);
+        field.skip(2);
+        field(info.transducers);
+        for (auto* number :
+             {&info.phaseLevels, &info.dutyLevels, &info.watchdog_ms, &info.fieldsPerSecond})
+            field(*number);
+        field(info.nonce);
+        break;
+    case Type::MUTE:
+    case Type::KEEPALIVE:
+    case Type::GET_STATUS:
+        break;
+    }
 }
 
 // True if a payload of the type may have this length; detects garbage by its first 12 bytes.
@@ -134,46 +171,6 @@ bool lengthFits(Type type, std::size_t length)
     return false;
 }
 
-bool readPayload(base::ByteReader& in, Packet& packet)
-{
-    switch (packet.type)
-    {
-    case Type::HELLO:
-        packet.nonce = in.u32();
-        packet.watchdog_ms = in.u16();
-        in.u16();
-        break;
-    case Type::DATA:
-    {
-        packet.first = in.u16();
-        const std::size_t count = in.u16();
-        const std::uint8_t* phases = in.bytes(count);
-        const std::uint8_t* duties = in.bytes(count);
-        if (!in.ok() || in.left() != 0) return false;
-        packet.phases.assign(phases, phases + count);
-        packet.duties.assign(duties, duties + count);
-        break;
-    }
-    case Type::COMMIT:
-        packet.transducers = in.u32();
-        break;
-    case Type::IDENTIFY:
-        packet.light = in.u32() != 0;
-        break;
-    case Type::STATUS:
-        packet.status = readStatus(in);
-        break;
-    case Type::INFO:
-        packet.info = readInfo(in);
-        break;
-    case Type::MUTE:
-    case Type::KEEPALIVE:
-    case Type::GET_STATUS:
-        break;
-    }
-    return in.ok() && in.left() == 0;
-}
-
 } // namespace
 
 std::string Info::firmware() const
@@ -186,36 +183,7 @@ void append(std::vector<std::uint8_t>& out, const Packet& packet)
     const std::size_t start =
         begin(out, packet.type, packet.board, packet.sequence, packet.version);
     base::ByteWriter writer(out);
-    switch (packet.type)
-    {
-    case Type::HELLO:
-        writer.u32(packet.nonce);
-        writer.u16(packet.watchdog_ms);
-        writer.u16(0);
-        break;
-    case Type::DATA:
-        writer.u16(packet.first);
-        writer.u16(static_cast<std::uint16_t>(packet.phases.size()));
-        writer.bytes(packet.phases.data(), packet.phases.size());
-        writer.bytes(packet.duties.data(), packet.duties.size());
-        break;
-    case Type::COMMIT:
-        writer.u32(packet.transducers);
-        break;
-    case Type::IDENTIFY:
-        writer.u32(packet.light ? 1 : 0);
-        break;
-    case Type::STATUS:
-        appendStatus(writer, packet.status);
-        break;
-    case Type::INFO:
-        appendInfo(writer, packet.info);
-        break;
-    case Type::MUTE:
-    case Type::KEEPALIVE:
-    case Type::GET_STATUS:
-        break;
-    }
+    eachField(Put{writer}, packet);
     finish(out, start);
 }
 
@@ -308,7 +276,8 @@ StreamParser::Result StreamParser::parse(std::size_t& used, Packet& packet) cons
     read.board = in.u16();
     read.sequence = in.u32();
     base::ByteReader payload(data + kHeaderBytes, length);
-    if (!readPayload(payload, read)) return Result::BAD;
+    eachField(Take{payload}, read);
+    if (!payload.ok() || payload.left() != 0) return Result::BAD;
     packet = std::move(read);
     used = whole;
     return Result::PACKET;

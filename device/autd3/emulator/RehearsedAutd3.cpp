@@ -23,37 +23,22 @@ using emulation::EmulatedUnits;
 using emulation::Time_ns;
 
 /// The driver and the units that it speaks to.
-class RehearsedAutd3 : public ArrayDevice
+class RehearsedAutd3 : public autd3::Autd3Device
 {
 public:
     RehearsedAutd3(const DeviceLayout& layout,
                    const autd3::Autd3Options& options,
                    bool wait,
-                   const emulation::ChainOptions& chain) :
-        _layout(layout),
-        _options(options),
-        _units(std::make_shared<EmulatedUnits>(chain)),
-        _driver(std::make_unique<autd3::Autd3Device>(
-            layout,
-            options,
-            wait,
-            [units = _units](const std::function<bool()>&)
-            { return std::make_unique<emulation::EmulatedLink>(units); }))
+                   const std::shared_ptr<EmulatedUnits>& units) :
+        Autd3Device(layout,
+                    options,
+                    wait,
+                    [units](const std::function<bool()>&)
+                    { return std::make_unique<emulation::EmulatedLink>(units); }),
+        _transducers(layout.transducers),
+        _order(options.order),
+        _units(units)
     {
-    }
-
-    bool send(const DriveSignal& signal) override { return _driver->send(signal); }
-    bool sendSequence(const DriveSequence& sequence) override
-    {
-        return _driver->sendSequence(sequence);
-    }
-    void silence() override { _driver->silence(); }
-    double confirmed_s() const override { return _driver->confirmed_s(); }
-    DeviceReport report() const override { return _driver->report(); }
-    DriveAbility ability() const override { return _driver->ability(); }
-    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
-    {
-        return _driver->wouldPlay(signal);
     }
 
     std::string status() const override
@@ -62,7 +47,7 @@ public:
             _units->with([](EmulatedChain& chain, Time_ns now_ns) { return chain.report(now_ns); });
         return fmt::format("sim: {}; the units saw {} changes together, {} torn, {} writes into a "
                            "bank that plays, {} tripped failsafes",
-                           _driver->status(),
+                           Autd3Device::status(),
                            seen.fields.whole,
                            seen.fields.torn,
                            seen.writesIntoBanks,
@@ -73,22 +58,18 @@ public:
     {
         const std::vector<std::complex<float>> byUnit =
             _units->with([](EmulatedChain& chain, Time_ns now_ns) { return chain.output(now_ns); });
-        std::vector<std::complex<float>> q(static_cast<std::size_t>(_layout.transducers));
-        for (int unit = 0; unit < _options.units; ++unit)
-        {
-            const int board = _options.order.empty() ? unit : _options.order[unit];
+        std::vector<std::complex<float>> q(static_cast<std::size_t>(_transducers));
+        for (std::size_t unit = 0; unit < _order.size(); ++unit)
             std::copy_n(byUnit.begin() + unit * emulation::kUnitTransducers,
                         emulation::kUnitTransducers,
-                        q.begin() + board * emulation::kUnitTransducers);
-        }
+                        q.begin() + _order[unit] * emulation::kUnitTransducers);
         return q;
     }
 
 private:
-    const DeviceLayout _layout;
-    const autd3::Autd3Options _options;
+    const int _transducers;
+    const std::vector<int> _order; ///< the board of each unit
     const std::shared_ptr<EmulatedUnits> _units;
-    const std::unique_ptr<autd3::Autd3Device> _driver;
 };
 
 std::unique_ptr<ArrayDevice> openRehearsedAutd3(DeviceUri& uri, const DeviceLayout& layout)
@@ -107,7 +88,8 @@ std::unique_ptr<ArrayDevice> openRehearsedAutd3(DeviceUri& uri, const DeviceLayo
     const emulation::ChainOptions chain = emulation::takeChainOptions(uri, defaults);
     uri.takeText("board", "");
     uri.rejectUnknown();
-    return std::make_unique<RehearsedAutd3>(layout, options, wait, chain);
+    return std::make_unique<RehearsedAutd3>(
+        layout, options, wait, std::make_shared<EmulatedUnits>(chain));
 }
 
 } // namespace

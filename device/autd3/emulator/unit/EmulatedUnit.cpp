@@ -35,11 +35,8 @@ constexpr Time_ns kLosesId_ns = 20 * kMillisecond_ns;
 constexpr std::uint64_t kMostSeconds = UINT32_MAX; // that a clock has
 constexpr int kPortUnknown = 0xFF;
 constexpr int kUpstreamPort = 0;
-constexpr std::uint8_t kResetCommand = 0x00;
-
 constexpr std::uint8_t kReset = 0x00;
 constexpr std::uint8_t kClear = 0x03;
-constexpr std::uint8_t kFrameKind = 0;
 
 bool isAllOff(const std::vector<std::uint8_t>& mask)
 {
@@ -238,7 +235,7 @@ void EmulatedUnit::takeFrame(Request& request, Time_ns now_ns)
     {
         // One that waits, or was out of turn, gets no answer.
         ++_cpu.telemetry.repeats;
-        const bool isReset = frame.command == kResetCommand;
+        const bool isReset = frame.command == kReset;
         if (_inbox.last.acknowledged == (isReset ? kNothingDone : frame.number))
             answerFrame(FRAME, frame.message, now_ns);
         return;
@@ -349,7 +346,7 @@ void EmulatedUnit::finish(const Frame& frame)
     }
     else
         ++_cpu.telemetry.outOfTurn; // the answer is the last one's, with its data
-    answerFrame(kFrameKind, frame.message, frame.done_ns);
+    answerFrame(FRAME, frame.message, frame.done_ns);
 }
 
 Result EmulatedUnit::run(const Frame& frame, std::vector<std::uint8_t>& data)

@@ -22,25 +22,6 @@ std::uint32_t takeRounds(base::ByteReader& payload)
     return less1 == 0xFFFF ? 0 : less1 + 1U;
 }
 
-struct ReadActivation
-{
-    int bank = 0;
-    Activation mode = Activation::NOW;
-    std::uint64_t value = 0;
-    bool understood = false;
-};
-
-ReadActivation takeActivation(base::ByteReader& payload)
-{
-    ReadActivation read;
-    read.bank = payload.u8();
-    const std::uint8_t mode = payload.u8();
-    read.mode = static_cast<Activation>(mode);
-    read.value = payload.u64();
-    read.understood = read.bank <= 1 && (mode == 0x00 || mode == 0x01 || mode == 0xFF);
-    return read;
-}
-
 void unpack(const std::uint8_t* packed, UnitLevels& phases)
 {
     for (int i = 0; i < kUnitTransducers; ++i)
@@ -81,8 +62,8 @@ Result UnitCpu::run(std::uint8_t command,
     if (known == nullptr) return Result::UNKNOWN_COMMAND;
     if (known->bytes >= 0 && size != static_cast<std::size_t>(known->bytes))
         return Result::BAD_PAYLOAD;
-    base::ByteReader reader(payload, size);
-    return (this->*known->handler)(reader, moment, data);
+    Call call{base::ByteReader(payload, size), moment, data};
+    return (this->*known->handler)(call);
 }
 
 void UnitCpu::closeGate(Time_ns cable_ns)
@@ -112,25 +93,25 @@ void UnitCpu::followClock(const EmulatedClock& clock, Time_ns cable_ns)
         _fpgaClock.setRate(cable_ns, clock.rate_ppm);
 }
 
-Result UnitCpu::nothing(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::nothing(Call&)
 {
     return Result::DONE;
 }
 
-Result UnitCpu::synchronize(base::ByteReader&, const UnitMoment& moment, std::vector<std::uint8_t>&)
+Result UnitCpu::synchronize(Call& call)
 {
-    if (!moment.syncRuns) return Result::NO_SYNC;
+    if (!call.moment.syncRuns) return Result::NO_SYNC;
     // The hardware takes it at the next full millisecond; nothing waits for that here.
     _synchronized = true;
     _fpgaClock = _unitClock;
     return Result::DONE;
 }
 
-Result UnitCpu::clear(base::ByteReader&, const UnitMoment& moment, std::vector<std::uint8_t>&)
+Result UnitCpu::clear(Call& call)
 {
     _config = Config();
     _fan = false;
-    _fpga.clear(fpgaTime(moment.cable_ns));
+    _fpga.clear(fpgaTime(call.moment.cable_ns));
     UnitTelemetry kept; // the FPGA counts the first
     kept.resync = telemetry.resync;
     kept.bootFaults = telemetry.bootFaults;
@@ -138,52 +119,50 @@ Result UnitCpu::clear(base::ByteReader&, const UnitMoment& moment, std::vector<s
     return Result::DONE;
 }
 
-Result UnitCpu::setConfig(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::setConfig(Call& call)
 {
     constexpr std::uint32_t kMostPpb = INT32_MAX;
     constexpr std::uint16_t kMostShift = 16;
     Config config;
-    config.margin_ns = payload.u32();
-    bool good = payload.u32() > 0;    // polls of the FPGA
-    good = payload.u32() > 0 && good; // of its flash
-    payload.u32();                    // guard of the sync pulse
-    good = payload.u16() > 0 && good; // delay of an update
-    good = payload.u16() > 0 && good; // from one Sync to the next
-    payload.bytes(6);                 // time limits, holdover
-    good = payload.u16() > 0 && good; // samples until it is locked
-    payload.bytes(16);                // thresholds, gains
-    good = payload.u32() <= kMostPpb && good;
-    config.failsafe_ns = payload.u16() * kMillisecond_ns;
-    good = payload.u16() > 0 && good; // Syncs to each request of the delay
-    good = payload.u16() <= kMostShift && good;
-    payload.bytes(6); // pauses
-    config.lockFailsafe_ns = payload.u16() * kMillisecond_ns;
-    const std::uint16_t busWait = payload.u16();
+    config.margin_ns = call.payload.u32();
+    bool good = call.payload.u32() > 0;    // polls of the FPGA
+    good = call.payload.u32() > 0 && good; // of its flash
+    call.payload.u32();                    // guard of the sync pulse
+    good = call.payload.u16() > 0 && good; // delay of an update
+    good = call.payload.u16() > 0 && good; // from one Sync to the next
+    call.payload.bytes(6);                 // time limits, holdover
+    good = call.payload.u16() > 0 && good; // samples until it is locked
+    call.payload.bytes(16);                // thresholds, gains
+    good = call.payload.u32() <= kMostPpb && good;
+    config.failsafe_ns = call.payload.u16() * kMillisecond_ns;
+    good = call.payload.u16() > 0 && good; // Syncs to each request of the delay
+    good = call.payload.u16() <= kMostShift && good;
+    call.payload.bytes(6); // pauses
+    config.lockFailsafe_ns = call.payload.u16() * kMillisecond_ns;
+    const std::uint16_t busWait = call.payload.u16();
     if (!good || busWait < 2 || busWait > 3) return Result::BAD_PAYLOAD;
     _config = config;
     return Result::DONE;
 }
 
-Result
-UnitCpu::releaseFailsafe(base::ByteReader&, const UnitMoment& moment, std::vector<std::uint8_t>&)
+Result UnitCpu::releaseFailsafe(Call& call)
 {
-    if (moment.causeLasts) return Result::CAUSE_LASTS;
-    _fpga.setGate(false, fpgaTime(moment.cable_ns));
+    if (call.moment.causeLasts) return Result::CAUSE_LASTS;
+    _fpga.setGate(false, fpgaTime(call.moment.cable_ns));
     return Result::DONE;
 }
 
-Result UnitCpu::forceFan(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::forceFan(Call& call)
 {
-    const std::uint8_t on = payload.u8();
+    const std::uint8_t on = call.payload.u8();
     if (on > 1) return Result::BAD_PAYLOAD;
     _fan = on == 1;
     return Result::DONE;
 }
 
-Result
-UnitCpu::readState(base::ByteReader&, const UnitMoment& moment, std::vector<std::uint8_t>& data)
+Result UnitCpu::readState(Call& call)
 {
-    const Time_ns now_ns = fpgaTime(moment.cable_ns);
+    const Time_ns now_ns = fpgaTime(call.moment.cable_ns);
     const BankTimeline& patterns = _fpga.patterns();
     const BankTimeline& modulation = _fpga.modulation();
     unsigned state = hot ? 0x01U : 0U;
@@ -194,13 +173,13 @@ UnitCpu::readState(base::ByteReader&, const UnitMoment& moment, std::vector<std:
     if (modulation.endedAt(now_ns)) state |= 0x20U;
     if (patterns.waits() || modulation.waits()) state |= 0x40U;
     if (_fpga.gated()) state |= 0x80U;
-    data.push_back(static_cast<std::uint8_t>(state));
+    call.data.push_back(static_cast<std::uint8_t>(state));
     return Result::DONE;
 }
 
-Result UnitCpu::readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>& data)
+Result UnitCpu::readTelemetry(Call& call)
 {
-    base::ByteWriter writer(data);
+    base::ByteWriter writer(call.data);
     for (const std::uint32_t count : {telemetry.queueFull,
                                       telemetry.repeats,
                                       telemetry.outOfTurn,
@@ -216,30 +195,29 @@ Result UnitCpu::readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<
 }
 
 // Which image runs; what the byte means isn't known here.
-Result UnitCpu::readImage(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>& data)
+Result UnitCpu::readImage(Call& call)
 {
-    data.push_back(0);
+    call.data.push_back(0);
     return Result::DONE;
 }
 
-Result UnitCpu::readFirmware(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>& data)
+Result UnitCpu::readFirmware(Call& call)
 {
     for (const UnitVersion& version : {_cpuVersion, _fpgaVersion})
-        data.insert(data.end(), {version.major, version.minor, version.patch});
-    data.insert(data.end(), {kEmulator, kBootImage});
+        call.data.insert(call.data.end(), {version.major, version.minor, version.patch});
+    call.data.insert(call.data.end(), {kEmulator, kBootImage});
     return Result::DONE;
 }
 
-Result
-UnitCpu::configPattern(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::configPattern(Call& call)
 {
-    const int bank = payload.u8();
-    const bool raw = payload.u8() == 1;
+    const int bank = call.payload.u8();
+    const bool raw = call.payload.u8() == 1;
     BankRegisters registers;
-    registers.divider = payload.u16();
-    registers.slots = payload.u32();
-    payload.u32(); // reserved
-    registers.rounds = takeRounds(payload);
+    registers.divider = call.payload.u16();
+    registers.slots = call.payload.u32();
+    call.payload.u32(); // reserved
+    registers.rounds = takeRounds(call.payload);
     if (bank > 1 || !raw || registers.divider < 1 || registers.slots < 1 ||
         registers.slots > kMostSlots || (registers.rounds != 0 && registers.slots < 2))
         return Result::BAD_PAYLOAD;
@@ -247,156 +225,146 @@ UnitCpu::configPattern(base::ByteReader& payload, const UnitMoment&, std::vector
     return Result::DONE;
 }
 
-Result UnitCpu::activatePattern(base::ByteReader& payload,
-                                const UnitMoment& moment,
-                                std::vector<std::uint8_t>&)
+// False: it isn't understood.
+bool UnitCpu::readActivating(Call& call, Activating& command) const
 {
-    const ReadActivation read = takeActivation(payload);
-    if (!read.understood) return Result::BAD_PAYLOAD;
-    return _fpga.activatePatterns(read.bank,
-                                  read.mode,
-                                  read.value,
-                                  fpgaTime(moment.cable_ns),
-                                  moment.unit_ns,
-                                  _config.margin_ns);
+    command.bank = call.payload.u8();
+    const std::uint8_t mode = call.payload.u8();
+    command.mode = static_cast<Activation>(mode);
+    command.value = call.payload.u64();
+    command.fpga_ns = fpgaTime(call.moment.cable_ns);
+    command.cpu_ns = call.moment.unit_ns;
+    command.margin_ns = _config.margin_ns;
+    return command.bank <= 1 && (mode == 0x00 || mode == 0x01 || mode == 0xFF);
 }
 
-Result UnitCpu::writePhases(base::ByteReader& payload,
-                            const UnitMoment& moment,
-                            std::vector<std::uint8_t>&)
+Result UnitCpu::activatePattern(Call& call)
 {
-    const int bank = payload.u8();
-    const int bits = payload.u8();
-    const std::uint32_t count = payload.u8();
-    const std::uint8_t intensity = payload.u8();
-    const std::uint32_t first = payload.u16();
+    Activating command;
+    if (!readActivating(call, command)) return Result::BAD_PAYLOAD;
+    return _fpga.activatePatterns(command);
+}
+
+Result UnitCpu::writePhases(Call& call)
+{
+    const int bank = call.payload.u8();
+    const int bits = call.payload.u8();
+    const std::uint32_t count = call.payload.u8();
+    const std::uint8_t intensity = call.payload.u8();
+    const std::uint32_t first = call.payload.u16();
     const std::size_t each = bits == 8 ? kUnitTransducers : kPackedBytes;
-    if (!payload.ok() || bank > 1 || (bits != 8 && bits != 4) || count < 1 ||
-        first + count > kMostSlots || payload.left() != count * each)
+    if (!call.payload.ok() || bank > 1 || (bits != 8 && bits != 4) || count < 1 ||
+        first + count > kMostSlots || call.payload.left() != count * each)
         return Result::BAD_PAYLOAD;
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const std::uint8_t* phases = payload.bytes(each);
+        const std::uint8_t* phases = call.payload.bytes(each);
         UnitPattern pattern;
         pattern.intensity.fill(intensity);
         if (bits == 8)
             std::copy_n(phases, kUnitTransducers, pattern.phase.begin());
         else
             unpack(phases, pattern.phase);
-        _fpga.writeSlot(bank, first + i, pattern, fpgaTime(moment.cable_ns));
+        _fpga.writeSlot(bank, first + i, pattern, fpgaTime(call.moment.cable_ns));
     }
     return Result::DONE;
 }
 
-Result
-UnitCpu::writeRaw(base::ByteReader& payload, const UnitMoment& moment, std::vector<std::uint8_t>&)
+Result UnitCpu::writeRaw(Call& call)
 {
-    const int bank = payload.u8();
-    const std::uint32_t count = payload.u8();
-    const std::uint32_t first = payload.u16();
-    if (!payload.ok() || bank > 1 || count < 1 || count > 2 || first + count > kMostSlots ||
-        payload.left() != count * 2U * kUnitTransducers)
+    const int bank = call.payload.u8();
+    const std::uint32_t count = call.payload.u8();
+    const std::uint32_t first = call.payload.u16();
+    if (!call.payload.ok() || bank > 1 || count < 1 || count > 2 || first + count > kMostSlots ||
+        call.payload.left() != count * 2U * kUnitTransducers)
         return Result::BAD_PAYLOAD;
     for (std::uint32_t i = 0; i < count; ++i)
     {
         UnitPattern pattern;
-        std::copy_n(payload.bytes(kUnitTransducers), kUnitTransducers, pattern.phase.begin());
-        std::copy_n(payload.bytes(kUnitTransducers), kUnitTransducers, pattern.intensity.begin());
-        _fpga.writeSlot(bank, first + i, pattern, fpgaTime(moment.cable_ns));
+        std::copy_n(call.payload.bytes(kUnitTransducers), kUnitTransducers, pattern.phase.begin());
+        std::copy_n(
+            call.payload.bytes(kUnitTransducers), kUnitTransducers, pattern.intensity.begin());
+        _fpga.writeSlot(bank, first + i, pattern, fpgaTime(call.moment.cable_ns));
     }
     return Result::DONE;
 }
 
-Result UnitCpu::writeModulation(base::ByteReader& payload,
-                                const UnitMoment& moment,
-                                std::vector<std::uint8_t>&)
+Result UnitCpu::writeModulation(Call& call)
 {
-    const int bank = payload.u8();
-    payload.u8(); // reserved
-    const std::uint32_t first = payload.u32();
-    const std::size_t count = payload.left();
-    if (!payload.ok() || bank > 1 || first % 2 != 0 || first > kMostSamples ||
+    const int bank = call.payload.u8();
+    call.payload.u8(); // reserved
+    const std::uint32_t first = call.payload.u32();
+    const std::size_t count = call.payload.left();
+    if (!call.payload.ok() || bank > 1 || first % 2 != 0 || first > kMostSamples ||
         first + count > kMostSamples)
         return Result::BAD_PAYLOAD;
-    _fpga.writeSamples(bank, first, payload.bytes(count), count, fpgaTime(moment.cable_ns));
+    _fpga.writeSamples(
+        bank, first, call.payload.bytes(count), count, fpgaTime(call.moment.cable_ns));
     return Result::DONE;
 }
 
-Result
-UnitCpu::configModulation(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::configModulation(Call& call)
 {
-    const int bank = payload.u8();
-    payload.u8(); // reserved
+    const int bank = call.payload.u8();
+    call.payload.u8(); // reserved
     BankRegisters registers;
-    registers.divider = payload.u16();
-    registers.slots = payload.u32();
-    registers.rounds = takeRounds(payload);
+    registers.divider = call.payload.u16();
+    registers.slots = call.payload.u32();
+    registers.rounds = takeRounds(call.payload);
     if (bank > 1 || registers.divider < 1 || registers.slots < 2 || registers.slots > kMostSamples)
         return Result::BAD_PAYLOAD;
     _fpga.configureModulation(bank, registers);
     return Result::DONE;
 }
 
-Result UnitCpu::activateModulation(base::ByteReader& payload,
-                                   const UnitMoment& moment,
-                                   std::vector<std::uint8_t>&)
+Result UnitCpu::activateModulation(Call& call)
 {
-    const ReadActivation read = takeActivation(payload);
-    if (!read.understood) return Result::BAD_PAYLOAD;
-    return _fpga.activateModulation(read.bank,
-                                    read.mode,
-                                    read.value,
-                                    fpgaTime(moment.cable_ns),
-                                    moment.unit_ns,
-                                    _config.margin_ns);
+    Activating command;
+    if (!readActivating(call, command)) return Result::BAD_PAYLOAD;
+    return _fpga.activateModulation(command);
 }
 
-Result UnitCpu::setSilencer(base::ByteReader& payload,
-                            const UnitMoment& moment,
-                            std::vector<std::uint8_t>&)
+Result UnitCpu::setSilencer(Call& call)
 {
-    const std::uint8_t flags = payload.u8();
-    payload.u8(); // reserved
+    const std::uint8_t flags = call.payload.u8();
+    call.payload.u8(); // reserved
     UnitSilencer::Settings settings;
     settings.byRate = (flags & 1U) != 0;
     settings.strict = (flags & 2U) != 0;
-    settings.rateIntensity = payload.u16();
-    settings.ratePhase = payload.u16();
-    settings.stepsIntensity = payload.u16();
-    settings.stepsPhase = payload.u16();
+    settings.rateIntensity = call.payload.u16();
+    settings.ratePhase = call.payload.u16();
+    settings.stepsIntensity = call.payload.u16();
+    settings.stepsPhase = call.payload.u16();
     // Only what is used has to be there.
     const bool isGood = settings.byRate ? settings.rateIntensity > 0 && settings.ratePhase > 0
                                         : settings.stepsIntensity > 0 && settings.stepsPhase > 0;
     if (!isGood) return Result::BAD_PAYLOAD;
-    return _fpga.setSilencer(settings, fpgaTime(moment.cable_ns));
+    return _fpga.setSilencer(settings, fpgaTime(call.moment.cable_ns));
 }
 
-Result UnitCpu::setCorrection(base::ByteReader& payload,
-                              const UnitMoment& moment,
-                              std::vector<std::uint8_t>&)
+Result UnitCpu::setCorrection(Call& call)
 {
     UnitLevels levels;
-    std::copy_n(payload.bytes(kUnitTransducers), kUnitTransducers, levels.begin());
-    _fpga.setCorrection(levels, fpgaTime(moment.cable_ns));
+    std::copy_n(call.payload.bytes(kUnitTransducers), kUnitTransducers, levels.begin());
+    _fpga.setCorrection(levels, fpgaTime(call.moment.cable_ns));
     return Result::DONE;
 }
 
-Result
-UnitCpu::setMask(base::ByteReader& payload, const UnitMoment& moment, std::vector<std::uint8_t>&)
+Result UnitCpu::setMask(Call& call)
 {
-    const std::uint8_t* bytes = payload.bytes(32);
+    const std::uint8_t* bytes = call.payload.bytes(32);
     std::array<bool, kUnitTransducers> on{};
     for (int i = 0; i < kUnitTransducers; ++i)
         on[i] = ((unsigned(bytes[i / 8]) >> unsigned(i % 8)) & 1U) != 0;
-    _fpga.setMask(on, fpgaTime(moment.cable_ns));
+    _fpga.setMask(on, fpgaTime(call.moment.cable_ns));
     return Result::DONE;
 }
 
-Result UnitCpu::setWidths(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
+Result UnitCpu::setWidths(Call& call)
 {
     UnitFpga::WidthTable widths{};
     for (std::uint16_t& width : widths) // no value is refused; the memory has 9 bits
-        width = payload.u16() & 511U;
+        width = call.payload.u16() & 511U;
     _fpga.setWidths(widths);
     return Result::DONE;
 }

@@ -89,9 +89,14 @@ public:
     bool hot = false;
 
 private:
-    using Handler = Result (UnitCpu::*)(base::ByteReader&,
-                                        const UnitMoment&,
-                                        std::vector<std::uint8_t>&);
+    /// A command that is done: what it brings, when, and what a read answers.
+    struct Call
+    {
+        base::ByteReader payload;
+        const UnitMoment& moment;
+        std::vector<std::uint8_t>& data;
+    };
+    using Handler = Result (UnitCpu::*)(Call&);
     /// A command: its number, its payload's length (-1: by its fields; -2: any), and what does it.
     struct Command
     {
@@ -100,28 +105,29 @@ private:
         Handler handler;
     };
     static const Command* find(std::uint8_t number);
+    bool readActivating(Call& call, Activating& command) const;
 
-    Result nothing(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result synchronize(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result clear(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result setConfig(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result releaseFailsafe(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result configPattern(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result activatePattern(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result writePhases(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result writeRaw(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result writeModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result configModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result activateModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result setSilencer(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result setCorrection(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result setMask(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result setWidths(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result forceFan(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result readState(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result readImage(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
-    Result readFirmware(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result nothing(Call& call);
+    Result synchronize(Call& call);
+    Result clear(Call& call);
+    Result setConfig(Call& call);
+    Result releaseFailsafe(Call& call);
+    Result configPattern(Call& call);
+    Result activatePattern(Call& call);
+    Result writePhases(Call& call);
+    Result writeRaw(Call& call);
+    Result writeModulation(Call& call);
+    Result configModulation(Call& call);
+    Result activateModulation(Call& call);
+    Result setSilencer(Call& call);
+    Result setCorrection(Call& call);
+    Result setMask(Call& call);
+    Result setWidths(Call& call);
+    Result forceFan(Call& call);
+    Result readState(Call& call);
+    Result readTelemetry(Call& call);
+    Result readImage(Call& call);
+    Result readFirmware(Call& call);
 
     const UnitVersion _cpuVersion;
     const UnitVersion _fpgaVersion;

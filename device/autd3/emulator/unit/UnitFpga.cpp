@@ -79,19 +79,15 @@ void BankTimeline::play(int bank, Time_ns at_ns, bool forEver)
     _waits = false;
 }
 
-Result BankTimeline::activate(int bank,
-                              Activation mode,
-                              std::uint64_t value,
-                              Time_ns fpga_ns,
-                              Time_ns cpu_ns,
-                              const Rules& rules)
+Result BankTimeline::activate(const Activating& command, int steps)
 {
+    const auto [bank, mode, value, fpga_ns, cpu_ns, margin_ns] = command;
     const bool forEver = _written[bank].rounds == 0;
     if (forEver != (mode == Activation::NOW)) return Result::MODE;
     const auto time_ns = static_cast<Time_ns>(std::min(value, std::uint64_t(kNever_ns / 2)));
-    if (mode == Activation::TIME && time_ns - cpu_ns < rules.margin_ns) return Result::TIME;
+    if (mode == Activation::TIME && time_ns - cpu_ns < margin_ns) return Result::TIME;
     const auto fits = [&](int heard)
-    { return _written[heard].divider >= static_cast<std::uint32_t>(rules.steps); };
+    { return _written[heard].divider >= static_cast<std::uint32_t>(steps); };
     // Until a switch with rounds comes about, the other bank is heard.
     if (!fits(bank) || (!forEver && !fits(_bank))) return Result::SILENCER;
     _valid = _written;
@@ -277,28 +273,16 @@ void UnitFpga::lookAtModulation()
                                                    [&](auto sample) { return sample == all[0]; });
 }
 
-Result UnitFpga::activatePatterns(int bank,
-                                  Activation mode,
-                                  std::uint64_t value,
-                                  Time_ns now_ns,
-                                  Time_ns cpu_ns,
-                                  Time_ns margin_ns)
+Result UnitFpga::activatePatterns(const Activating& command)
 {
-    render(now_ns);
-    return _patterns.activate(
-        bank, mode, value, now_ns, cpu_ns, {margin_ns, stepsOf(_silencer.settings(), true)});
+    render(command.fpga_ns);
+    return _patterns.activate(command, stepsOf(_silencer.settings(), true));
 }
 
-Result UnitFpga::activateModulation(int bank,
-                                    Activation mode,
-                                    std::uint64_t value,
-                                    Time_ns now_ns,
-                                    Time_ns cpu_ns,
-                                    Time_ns margin_ns)
+Result UnitFpga::activateModulation(const Activating& command)
 {
-    render(now_ns);
-    const Result result = _modulation.activate(
-        bank, mode, value, now_ns, cpu_ns, {margin_ns, stepsOf(_silencer.settings(), false)});
+    render(command.fpga_ns);
+    const Result result = _modulation.activate(command, stepsOf(_silencer.settings(), false));
     lookAtModulation();
     return result;
 }

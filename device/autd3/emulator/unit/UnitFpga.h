@@ -43,6 +43,17 @@ struct BankRegisters
     Time_ns slot_ns() const { return Time_ns(divider) * kPeriod_ns; }
 };
 
+/// A command to go over to a bank, and the times when it is done.
+struct Activating
+{
+    int bank = 0;
+    Activation mode = Activation::NOW;
+    std::uint64_t value = 0;
+    Time_ns fpga_ns = 0;
+    Time_ns cpu_ns = 0;
+    Time_ns margin_ns = 0; ///< how near a switch may be
+};
+
 /// Which of two banks plays, and which of its slots: of patterns, or of the modulation. Times are
 /// readings of the FPGA's clock, but for the margin, which the CPU checks by its own.
 class BankTimeline
@@ -59,19 +70,9 @@ public:
     void clear(std::uint32_t slots); ///< bank 0 plays for ever, both with \a slots
     void configure(int bank, const BankRegisters& registers) { _written[bank] = registers; }
 
-    /// What an activation is refused for.
-    struct Rules
-    {
-        Time_ns margin_ns = 0; ///< how near a switch may be
-        int steps = 0;         ///< that the dividers of banks that are heard have to reach
-    };
-    /// Plans a switch, or makes it (NOW), and makes the registers of both banks valid.
-    Result activate(int bank,
-                    Activation mode,
-                    std::uint64_t value,
-                    Time_ns fpga_ns,
-                    Time_ns cpu_ns,
-                    const Rules& rules);
+    /// Plans a switch, or makes it (NOW), and makes the registers of both banks valid. \a steps:
+    /// what the dividers of banks that are heard have to reach.
+    Result activate(const Activating& command, int steps);
     /// Returns true if the dividers of the banks that are heard, or will be, reach \a steps.
     bool reaches(int steps) const;
 
@@ -194,18 +195,8 @@ public:
     /// Writes the registers of a bank; they are looked at by the next activation.
     void configurePatterns(int bank, const BankRegisters& r) { _patterns.configure(bank, r); }
     void configureModulation(int bank, const BankRegisters& r) { _modulation.configure(bank, r); }
-    Result activatePatterns(int bank,
-                            Activation mode,
-                            std::uint64_t value,
-                            Time_ns now_ns,
-                            Time_ns cpu_ns,
-                            Time_ns margin_ns);
-    Result activateModulation(int bank,
-                              Activation mode,
-                              std::uint64_t value,
-                              Time_ns now_ns,
-                              Time_ns cpu_ns,
-                              Time_ns margin_ns);
+    Result activatePatterns(const Activating& command);
+    Result activateModulation(const Activating& command);
     Result setSilencer(const UnitSilencer::Settings& settings, Time_ns now_ns);
     void setCorrection(const UnitLevels& levels, Time_ns now_ns);
     void setMask(const std::array<bool, kUnitTransducers>& on, Time_ns now_ns);
