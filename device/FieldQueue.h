@@ -12,8 +12,9 @@
 namespace midair::device
 {
 
-/// The fields of a device that wait for its line or are on it, and counters of all that were sent. At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that
-/// is handed to a transfer and not confirmed yet.
+/// The fields of a device that wait for its line or are on it, and counters of all that were sent.
+/// At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that is handed
+/// to a transfer and not confirmed yet.
 ///
 /// Every field is counted once when it leaves the queue, so that sent = played + dropped + lost +
 /// refused + pending at any time. Has no lock: the owner guards it.

@@ -427,7 +427,7 @@ DriveAbility GuardedDevice::ability() const
 {
     const bool needsTime = _limits.ramp_s > 0 || _limits.meanDrive < 1;
     DriveAbility ability = _device->ability();
-    ability.maxPressure_Pa = stricterPressure(ability.maxPressure_Pa, _limits.maxPressure_Pa);
+    ability.maxPressure_Pa = stricterCap(ability.maxPressure_Pa, _limits.maxPressure_Pa);
     ability.maxAmplitude = std::min(ability.maxAmplitude, _limits.maxAmplitude);
     if (needsTime) ability.sequenceFields = 0;
     ability.fades = ability.fades || needsTime;

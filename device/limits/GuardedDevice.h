@@ -202,7 +202,7 @@ void checkLimits(const SafetyLimits& limits);
 /// Takes the limits from the URI's parameters and combines them with \a limits, see SafetyLimits.
 SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
 
-/// The lower of two pressure caps; 0 means none.
-double stricterPressure(double a_Pa, double b_Pa);
+/// The lower of two caps of a pressure or a level; 0 means none.
+double stricterCap(double a, double b);
 
 } // namespace midair::device

@@ -85,8 +85,8 @@ std::string joinedPlaces(const std::string& a, const std::string& b)
 UserCaps stricter(UserCaps a, const UserCaps& b)
 {
     a.maxAmplitude = std::min(a.maxAmplitude, b.maxAmplitude);
-    a.maxPressure_Pa = stricterPressure(a.maxPressure_Pa, b.maxPressure_Pa);
-    a.earLimit_dB = stricterPressure(a.earLimit_dB, b.earLimit_dB);
+    a.maxPressure_Pa = stricterCap(a.maxPressure_Pa, b.maxPressure_Pa);
+    a.earLimit_dB = stricterCap(a.earLimit_dB, b.earLimit_dB);
     a.earPoints = joinedPlaces(a.earPoints, b.earPoints);
     a.isEarLimitChosen = a.isEarLimitChosen || b.isEarLimitChosen;
     a.wrong.insert(a.wrong.end(), b.wrong.begin(), b.wrong.end());
@@ -147,16 +147,16 @@ SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits)
     strict.ramp_s = std::max(limits.ramp_s, uri.takeSeconds("ramp", 0));
     strict.meanDrive = std::min(limits.meanDrive, uri.takeNumber("mean-drive", 1, 0, 1));
     strict.meanDriveTime_s = uri.takeSeconds("mean-drive-time", limits.meanDriveTime_s);
-    strict.maxPressure_Pa = stricterPressure(
+    strict.maxPressure_Pa = stricterCap(
         limits.maxPressure_Pa, uri.takeNumber("max-pressure", 0, 1, base::kMostPressure_Pa));
     const double hold_s = uri.takeSeconds("hold", 0);
     if (hold_s > 0) strict.hold_s = limits.hold_s > 0 ? std::min(limits.hold_s, hold_s) : hold_s;
     return strict;
 }
 
-double stricterPressure(double a_Pa, double b_Pa)
+double stricterCap(double a, double b)
 {
-    return a_Pa > 0 && b_Pa > 0 ? std::min(a_Pa, b_Pa) : std::max(a_Pa, b_Pa);
+    return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b);
 }
 
 } // namespace midair::device

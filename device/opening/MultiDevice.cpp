@@ -207,7 +207,7 @@ DriveAbility MultiDevice::ability() const
     {
         const DriveAbility one = part.device->ability();
         coarsest.phaseLevels = std::min(coarsest.phaseLevels, one.phaseLevels);
-        coarsest.maxPressure_Pa = stricterPressure(coarsest.maxPressure_Pa, one.maxPressure_Pa);
+        coarsest.maxPressure_Pa = stricterCap(coarsest.maxPressure_Pa, one.maxPressure_Pa);
         if (!one.amplitudes.empty() &&
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;

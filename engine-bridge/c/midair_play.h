@@ -21,12 +21,15 @@ extern "C"
     /// Takes the scene as it is now, with its hands, to the device: to be called with each frame,
     /// moved or not, by one thread. Never waits for a solve or a device; a frame that comes before
     /// the last one is solved takes its place. \a time_s: of the frame, on the clock of the hand
-    /// source; finite and not decreasing. MIDAIR_NOT_YET without midair_play().
+    /// source; finite and not decreasing. MIDAIR_NOT_YET without midair_play(); MIDAIR_SILENCED,
+    /// and the array is silent, while a value that concerns safety isn't understood, be it the
+    /// scene's or one of the user's variables (C.md).
     MIDAIR_API midair_status midair_update(midair_scene* scene, double time_s);
     /// Ends playing: silences and closes the device, which takes some milliseconds; waits for an
     /// own solver that doesn't look at is_stopped.
     MIDAIR_API midair_status midair_stop(midair_scene* scene);
-    /// 1: silences the array at once and keeps it silent; 0: plays again, what is newest.
+    /// 1: silences the array at once and keeps it silent; 0: plays again, what is newest. Waits for
+    /// no other call.
     MIDAIR_API midair_status midair_mute(midair_scene* scene, int32_t muted);
 
     /// What an array does.

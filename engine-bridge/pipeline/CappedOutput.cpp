@@ -51,7 +51,6 @@ CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
 }
 
 // The cap of the amplitude stays: it may have been lowered since the options were given.
-
 void CappedOutput::useAbility()
 {
     const device::DriveAbility ability = _output->ability();
@@ -86,8 +85,7 @@ void CappedOutput::setCaps()
 void CappedOutput::setPressureCap()
 {
     const device::DriveAbility ability = _output->ability();
-    const double cap_Pa =
-        device::stricterPressure(_context.options.maxPressure, ability.maxPressure_Pa);
+    const double cap_Pa = device::stricterCap(_context.options.maxPressure, ability.maxPressure_Pa);
     _pressure.isSet = cap_Pa > 0.0;
     _cap_Pa = cap_Pa;
     _pressure.name =
@@ -151,7 +149,7 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
     ++_context.counters.capped;
     if (sequence.report.capFactor <= 0.0)
         tellOfSilence(place, wanted, sequence.report);
-    else if (_pressure.cap->isForEars(place, sequence.fields))
+    else if (!_pressure.isSet || _pressure.cap->isForEars(place, sequence.fields))
         _context.messages.say(
             {base::MessageCode::CAP_EARS,
              fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB())});

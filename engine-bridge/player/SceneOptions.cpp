@@ -113,10 +113,10 @@ HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMateri
 
 SceneSettings restricted(SceneSettings settings, const device::UserCaps& limits)
 {
-    using device::stricterPressure;
-    settings.maxPressure = stricterPressure(limits.maxPressure_Pa, settings.maxPressure);
+    using device::stricterCap;
+    settings.maxPressure = stricterCap(limits.maxPressure_Pa, settings.maxPressure);
     settings.maxAmplitude = std::min(limits.maxAmplitude, settings.maxAmplitude);
-    settings.earLimit = stricterPressure(limits.earLimit_dB, settings.earLimit);
+    settings.earLimit = stricterCap(limits.earLimit_dB, settings.earLimit);
     settings.earPoints = device::joinedPlaces(settings.earPoints, limits.earPoints);
     return settings;
 }

@@ -140,7 +140,7 @@ void ScenePlayer::refresh()
     apply();
 }
 
-// No row of the table judges the text of places.
+// Rows judge the places of each by themselves; together with the user's they may be too many.
 void ScenePlayer::judgeCaps()
 {
     _wanted.limits = device::stricter(_caps.user, _caps.inner);

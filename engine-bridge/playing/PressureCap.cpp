@@ -353,7 +353,7 @@ double PressureCap::holdAll(const Where& where,
     return kept(0.0);
 }
 
-// Levels are rounded down, so the factor that was asked for is not the one that is played.
+// Amplitudes are rounded to levels, so the factor that was asked for is not the one that is played.
 double
 PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedDrives* capped) const
 {

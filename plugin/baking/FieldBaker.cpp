@@ -152,7 +152,7 @@ BakedLimits limitsOfDevice(const std::string& uri)
         SafetyLimits& kept = all.limits;
         kept.maxAmplitude = std::min(kept.maxAmplitude, limits.maxAmplitude);
         kept.maxPressure_Pa =
-            midair::device::stricterPressure(kept.maxPressure_Pa, limits.maxPressure_Pa);
+            midair::device::stricterCap(kept.maxPressure_Pa, limits.maxPressure_Pa);
         const auto leave = [&](const char* name, bool isSet)
         {
             if (!isSet) return;

@@ -1,6 +1,5 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
-#include "haptics/base/Percentile.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/Offscreen.h"
@@ -52,7 +51,14 @@ struct DemoPicture
     double peakToPoint_mm = 0.0;  ///< .. and its distance from the nearest control point
 };
 
-using base::percentile;
+/// Returns the value below which \a share (0 .. 1) of \a values lies; 0 if there are none.
+double percentile(std::vector<double> values, double share)
+{
+    if (values.empty()) return 0.0;
+    const auto at = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
 
 /// "median" and "p99" of times.
 nlohmann::ordered_json spreadOf(const std::vector<double>& values)

@@ -2,7 +2,6 @@
 // that the kit knows; and shows what arrives. The kit starts it as a helper for
 // "openxr:?process=helper", for programs that have their own OpenXR session.
 
-#include "haptics/base/threads/SteadyClock.h"
 #include "samples/shared/views/Signals.h"
 
 #include <osgMidair/HandSender>
@@ -43,6 +42,11 @@ struct Settings
 
 /// A recording without hands for so long (s) is over: a source doesn't tell how long it is.
 constexpr double kEnd_s = 3.0;
+
+double now()
+{
+    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
 
 /// Prints what the source has to say, and sends it on where there is somebody to read it.
 void tell(osgMidair::HandSource& source, osgMidair::HandSender* sender)
@@ -91,7 +95,7 @@ void relay(const Settings& settings, osgMidair::HandSource& source, osgMidair::H
                else
                    hands.clear();
                if (settings.endsWithHands && seen >= 0.0 && time - seen > kEnd_s) return false;
-               if (sender.send(hands, midair::base::steadySeconds()))
+               if (sender.send(hands, now()))
                    ++sent;
                else
                    ++lost;

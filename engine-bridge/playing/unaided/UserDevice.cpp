@@ -161,7 +161,7 @@ std::unique_ptr<device::ArrayDevice> openForUser(const std::string& uri,
         refuse("as nobody says where the transducers are");
     device::SafetyLimits all = limits;
     all.maxAmplitude = std::min(limits.maxAmplitude, caps.maxAmplitude);
-    all.maxPressure_Pa = device::stricterPressure(limits.maxPressure_Pa, caps.maxPressure_Pa);
+    all.maxPressure_Pa = device::stricterCap(limits.maxPressure_Pa, caps.maxPressure_Pa);
     auto device = device::openLimitedDevice(uri, layout, all, owner);
     if (!(caps.earLimit_dB > 0.0)) return device;
     Eigen::Matrix3Xd places(3, 0);

@@ -44,12 +44,13 @@ using std::chrono::milliseconds;
 constexpr const char* kTextType = "text/plain; charset=utf-8";
 /// Connections at a time, each with a thread; others wait in the system's queue.
 constexpr std::size_t kConnections = 16;
-constexpr std::size_t kHeadBytes = 16384; ///< of a request
-constexpr double kHead_s = 3.0;           ///< for it to come
-constexpr double kAnswer_s = 10.0;        ///< for an answer to go
-constexpr double kDrain_s = 0.5;          ///< for who has sent more than the head
-constexpr milliseconds kMuteWait{4000};   ///< before it is said that the program hangs
-constexpr milliseconds kEndWait{5000};    ///< for those who are being served
+constexpr std::size_t kHeadBytes = 16384;      ///< of a request
+constexpr double kHead_s = 3.0;                ///< for it to come
+constexpr double kAnswer_s = 10.0;             ///< for an answer to go
+constexpr double kDrain_s = 0.5;               ///< for who has sent more than the head ..
+constexpr std::size_t kDrainBytes = 1U << 17U; ///< .. or so much of it
+constexpr milliseconds kMuteWait{4000};        ///< before it is said that the program hangs
+constexpr milliseconds kEndWait{5000};         ///< for those who are being served
 constexpr milliseconds kPause{100};
 /// Mutes that hang: each has a thread.
 constexpr int kMostMutes = 8;
@@ -173,9 +174,12 @@ public:
         ::shutdown(_socket, SHUT_WR);
         std::array<char, 4096> rest{};
         const double end_s = base::steadySeconds() + kDrain_s;
-        while (isReady(POLLIN, end_s) &&
-               ::recv(_socket, rest.data(), rest.size(), MSG_DONTWAIT) > 0)
+        for (std::size_t left = kDrainBytes; left > 0 && isReady(POLLIN, end_s);)
         {
+            const ssize_t got =
+                ::recv(_socket, rest.data(), std::min(left, rest.size()), MSG_DONTWAIT);
+            if (got <= 0) return;
+            left -= static_cast<std::size_t>(got);
         }
     }
     bool is_readable() const override { return true; }

@@ -127,7 +127,7 @@ TEST_F(Assembler, WhatIsLargerThanTheWorkspaceIsToldAsThatAlone)
     }
     ASSERT_EQ(messages.messages().size(), 1u) << messages.all()[1];
     const haptics::ArrayFront front(array.positions, array.normals);
-    const base::Message& told = messages.messages()[0];
+    const base::Message told = messages.messages()[0];
     EXPECT_EQ(told.code, base::MessageCode::OBJECT_LARGE);
     EXPECT_EQ(told.count, 1u);
     EXPECT_EQ(told.text,

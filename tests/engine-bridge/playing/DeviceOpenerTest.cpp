@@ -177,6 +177,7 @@ TEST(HologramThread, ADeviceThatComesLateIsPlayedByItself)
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
     EXPECT_GT(log->sends, 0) << "the field of the last snapshot, without another one";
     EXPECT_EQ(*tries, 4) << "and it is not opened once more";
+    EXPECT_TRUE(eventually([&] { return thread.latestResult()->told.size() == 2u; }));
     const auto result = thread.latestResult();
     ASSERT_EQ(result->told.size(), 2u);
     EXPECT_EQ(result->told[0].code, base::MessageCode::DEVICE_OPEN);

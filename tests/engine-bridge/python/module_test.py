@@ -50,7 +50,9 @@ class Caps(unittest.TestCase):
     def silences(self, scene, variable, value):
         os.environ[variable] = value
         try:
-            self.assertTrue(updates_until(scene, lambda: scene.state["state"] != "playing"), variable)
+            with self.assertRaisesRegex(midair.Error, f'{variable} is "{value}", should be '):
+                updates_until(scene, lambda: False)
+            self.assertNotEqual(scene.state["state"], "playing")
             self.assertIn(f'{variable} is "{value}", should be ', str(scene.messages))
         finally:
             del os.environ[variable]

@@ -569,14 +569,17 @@ protected:
 
     /// Makes all do something, and returns what it was.
     std::string step();
+    static bool hasTold(const Seen& seen, const std::string& what)
+    {
+        return std::any_of(seen.messages.begin(),
+                           seen.messages.end(),
+                           [&](const std::string& message)
+                           { return message.find(what) != std::string::npos; });
+    }
     /// Whether the array's file was read again since it was written last.
     bool hasRead(const Seen& seen) const
     {
-        return _awaited.empty() ||
-               std::any_of(seen.messages.begin(),
-                           seen.messages.end(),
-                           [&](const std::string& message)
-                           { return message.find(_awaited) != std::string::npos; });
+        return _awaited.empty() || hasTold(seen, _awaited);
     }
     /// Runs frames until all have come to rest and show the same.
     void expectSame(const std::string& what)
@@ -596,7 +599,9 @@ protected:
                     const Seen last = player->seen();
                     seen.push_back(_isRough ? roughly(last) : last);
                     const bool isLost = last.state == static_cast<int>(ArrayState::LOST);
+                    // The state is that of the moment; a pipeline looks for losses and tells them.
                     isRest = isRest && player->isSettled() && isLost == _isLost &&
+                             (!isLost || hasTold(last, "device: lost")) &&
                              last.state != static_cast<int>(ArrayState::OPENING) && hasRead(last) &&
                              seen.back() == seen.front();
                 }

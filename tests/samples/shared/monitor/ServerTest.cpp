@@ -418,8 +418,7 @@ TEST(ServerEnd, DoesNotWaitForWhoeverNeverEnds)
             }));
         testing::internal::CaptureStderr();
     }
-    EXPECT_EQ(testing::internal::GetCapturedStderr(),
-              "the operator's page: an answer hangs; it is left to itself\n");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "a head has its time";
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
     isOver = true;
     sender.join();
