@@ -593,6 +593,7 @@ protected:
                 seen.clear();
                 for (Player* player : players())
                     player->frame(_time_s);
+                letPass(3e-3); // what a frame has begun comes to its end before the next step
                 bool isRest = true;
                 for (Player* player : players())
                 {
