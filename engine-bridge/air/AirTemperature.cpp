@@ -189,7 +189,7 @@ void TemperatureSource::readFile()
     readLine(text.substr(before == std::string::npos ? 0 : before + 1));
 }
 
-void TemperatureSource::readLine(std::string line)
+void TemperatureSource::readLine(const std::string& line)
 {
     if (isBlank(line)) return;
     std::string problem;

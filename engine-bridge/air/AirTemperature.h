@@ -52,7 +52,7 @@ private:
     void look();
     void readPipe();
     void readFile();
-    void readLine(std::string line);
+    void readLine(const std::string& line);
     void tell(const std::string& problem, bool isClosed);
 
     const std::string _file;

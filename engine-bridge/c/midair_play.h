@@ -25,8 +25,8 @@ extern "C"
     /// and the array is silent, while a value that concerns safety isn't understood, be it the
     /// scene's or one of the user's variables (C.md).
     MIDAIR_API midair_status midair_update(midair_scene* scene, double time_s);
-    /// Ends playing: silences and closes the device, which takes some milliseconds; waits for an
-    /// own solver that doesn't look at is_stopped.
+    /// Ends playing: silences at once, then closes the device, which takes some milliseconds; waits
+    /// for other calls with the scene and for an own solver that doesn't look at is_stopped.
     MIDAIR_API midair_status midair_stop(midair_scene* scene);
     /// 1: silences the array at once and keeps it silent; 0: plays again, what is newest. Waits for
     /// no other call.
@@ -41,7 +41,9 @@ extern "C"
         MIDAIR_STATE_PLAYING = 3, ///< plays what it is sent
         MIDAIR_STATE_MUTED = 4,   ///< by midair_mute()
         MIDAIR_STATE_LOST = 5,    ///< unplugged or failing; plays again by itself when it is back
-        MIDAIR_STATE_FAULT = 6 ///< connected, but it refuses, hangs or doesn't play what it is sent
+        /// connected, but it refuses, hangs, doesn't play what it is sent, or may sound on although
+        /// it was to be silent
+        MIDAIR_STATE_FAULT = 6
     };
 
     /// sent = played + dropped + lost + refused + waiting, since the device was opened.

@@ -477,7 +477,8 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
                                               fits.empty() ? "" : "; ",
                                               fits)));
     }
-    if (report.overBudget > 0 && !isOfLarge && _messages.note({base::MessageCode::POINTS_BUDGET, 0}))
+    if (report.overBudget > 0 && !isOfLarge &&
+        _messages.note({base::MessageCode::POINTS_BUDGET, 0}))
         _messages.say(
             {base::MessageCode::POINTS_BUDGET,
              fmt::format("more points than the budget of {}; objects of lower priority get fewer",

@@ -230,16 +230,7 @@ void addObject(py::module_& module)
             "number", &PyObjectOfScene::number, "As points, contacts and touches name it.");
 }
 
-} // namespace
-
-void closeScenes()
-{
-    const std::set<OwnedScene*> open = openScenes();
-    for (OwnedScene* scene : open)
-        scene->close();
-}
-
-void addScenes(py::module_& module)
+void addHands(py::module_& module)
 {
     PYBIND11_NUMPY_DTYPE(
         midair_joint, position, orientation, radius_m, position_valid, orientation_valid);
@@ -268,6 +259,20 @@ void addScenes(py::module_& module)
         py::arg("tip"),
         py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
         "The open hand of an adult with its index finger's tip at tip; hand_dtype, shape (1,).");
+}
+
+} // namespace
+
+void closeScenes()
+{
+    const std::set<OwnedScene*> open = openScenes();
+    for (OwnedScene* scene : open)
+        scene->close();
+}
+
+void addScenes(py::module_& module)
+{
+    addHands(module);
     addObject(module);
     py::class_<OwnedScene, std::shared_ptr<OwnedScene>>(
         module, "Scene", "Objects, settings, hands, and the device that plays them.")

@@ -66,6 +66,7 @@ public:
         std::vector<std::string> parts =
             base::splitAt(line(number, "256 " + what + " with commas between them"), ',');
         if (parts.back().empty()) parts.pop_back();
+        values.reserve(parts.size());
         for (const std::string& part : parts)
             values.push_back(value(number, base::trimmed(part), what, low, high));
         requireAll(number, what, values.size());

@@ -246,10 +246,12 @@ void HapticEngine::tellState()
 {
     DeviceChange change;
     change.before = _told.state;
-    change.now = _player.state();
+    const midair::bridge::ArrayReading reading = _player.reading();
+    const bool isOpening = _player.state() == ArrayState::OPENING;
+    change.now = isOpening ? ArrayState::OPENING : reading.state;
     if (change.now == change.before) return;
     _told.state = change.now;
-    change.status = _player.reading().status;
+    change.status = reading.status;
     const auto isTrouble = [](ArrayState state)
     { return state == ArrayState::LOST || state == ArrayState::FAULT; };
     const bool isNews = isTrouble(change.before) || isTrouble(change.now);

@@ -79,7 +79,8 @@ struct LoaderOptions
             // Of the settings files that the kit reads, people want to know the line.
             const bool hasLines = isOwnFile && forDevice;
             const std::string place = hasLines ? where + ":" + std::to_string(one.line) : where;
-            error = printable(place + ": " + error);
+            error.insert(0, place + ": ");
+            error = printable(error);
             if (isUnclear) silence(settings, error);
             OSG_WARN << "osgMidair: " << error << std::endl;
         }

@@ -138,6 +138,7 @@ void restrictBy(HapticSettings& settings,
 void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 {
     std::vector<std::string> known;
+    known.reserve(kOthers.size() + sceneSettings().rows().size());
     for (const Other& other : kOthers)
         known.emplace_back(other.name);
     for (const Row& row : sceneSettings().rows())

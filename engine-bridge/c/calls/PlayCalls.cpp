@@ -4,9 +4,12 @@
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "haptics/base/threads/SteadyClock.h"
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -24,15 +27,29 @@ static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED)
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
 static_assert(static_cast<int>(bridge::ArrayState::FAULT) == MIDAIR_STATE_FAULT);
 
-/// Ends all playing, since what a device was given last would sound on after the program's end.
+/// Waits for other threads' calls for at most a second.
+bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex))
+{
+    const double end_s = base::steadySeconds() + 1.0;
+    while (!mutex.try_lock())
+    {
+        if (base::steadySeconds() > end_s) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+}
+
+/// Ends all playing, since what a device was given last would sound on after the program's end. A
+/// mute comes first, and stays: no end waits for a callback that hangs, and nothing is played past
+/// it.
 void stopAll()
 {
     const auto all = scenes().all();
     for (const std::shared_ptr<Scene>& scene : all)
-        scene->silenceNow();
+        scene->setMuted(true);
     for (const std::shared_ptr<Scene>& scene : all)
     {
-        if (!scene->mutex.try_lock()) continue; // a callback hangs, for which no end waits
+        if (!locks(scene->mutex)) continue;
         scene->isClosed = true;
         const std::shared_ptr<void> ended = scene->endPlaying(); // dies without the mutex
         scene->mutex.unlock();

@@ -92,8 +92,9 @@ bool findFigure(const std::vector<std::pair<std::string, double>>& all,
 Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears)
 {
     constexpr int kEarsAround = 32; // as midair-solve has them
-    Eigen::Matrix3Xd places(3, kEarsAround + ears.cols());
-    places << haptics::placesAround(array, kEarsAround), ears;
+    const Eigen::Matrix3Xd around = haptics::placesAround(array, kEarsAround); // or fewer
+    Eigen::Matrix3Xd places(3, around.cols() + ears.cols());
+    places << around, ears;
     return places;
 }
 

@@ -171,6 +171,7 @@ CurvePlot plotOf(const TrialFile& session)
 Spread groupOf(const std::vector<TrialFile>& sessions)
 {
     std::vector<double> found;
+    found.reserve(sessions.size());
     for (const TrialFile& session : sessions)
         found.push_back(fitTrials(session.trials, session.head.staircase).threshold);
     return Spread(found);
@@ -402,8 +403,11 @@ int plotCommand(int argc, char** argv)
             const std::string other =
                 differenceOf(conditionsOf(sessions.front()), conditionsOf(session));
             if (!other.empty())
-                throw base::InputError("results \"" + file + "\" can't be averaged with \"" +
-                                       files.front() + "\": " + other + " (there, and here)");
+                throw base::InputError(fmt::format(
+                    "results \"{}\" can't be averaged with \"{}\": {} (there, and here)",
+                    file,
+                    files.front(),
+                    other));
             if (files.size() > 1 && !session.staircase.isFinished())
                 throw base::InputError("results \"" + file + "\" aren't finished");
             if (!codes.insert(session.head.participant).second)

@@ -1,5 +1,6 @@
 #include "samples/shared/monitor/Monitor.h"
 
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/shared/monitor/page/MonitorAccess.h"
@@ -25,6 +26,7 @@
 #include <utility>
 
 #include <MonitorPage.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
 #include <netdb.h>
@@ -44,6 +46,7 @@ using std::chrono::milliseconds;
 constexpr const char* kTextType = "text/plain; charset=utf-8";
 /// Connections at a time, each with a thread; others wait in the system's queue.
 constexpr std::size_t kConnections = 16;
+constexpr int kBacklog = 64;                   ///< callers in that queue
 constexpr std::size_t kHeadBytes = 16384;      ///< of a request
 constexpr double kHead_s = 3.0;                ///< for it to come
 constexpr double kAnswer_s = 10.0;             ///< for an answer to go
@@ -106,7 +109,18 @@ bool isForeign(const httplib::Request& request)
 class BoundedPool : public httplib::ThreadPool
 {
 public:
-    BoundedPool() : ThreadPool(kConnections) {}
+    /// \a ends: called when the library listens no more.
+    explicit BoundedPool(std::function<void()> ends) :
+        ThreadPool(kConnections),
+        _ends(std::move(ends))
+    {
+    }
+
+    void shutdown() override
+    {
+        _ends();
+        ThreadPool::shutdown();
+    }
 
     void enqueue(std::function<void()> serve) override
     {
@@ -117,14 +131,7 @@ public:
         ThreadPool::enqueue(
             [this, serve = std::move(serve)]
             {
-                try
-                {
-                    serve();
-                }
-                catch (const std::exception& error)
-                {
-                    std::fprintf(stderr, "the operator's page hangs up: %s\n", error.what());
-                }
+                serve();
                 const base::Lock leaving(_mutex);
                 --_taken;
                 _left.notifyOne();
@@ -132,6 +139,7 @@ public:
     }
 
 private:
+    const std::function<void()> _ends;
     base::Mutex _mutex;
     base::Condition _left;
     std::size_t _taken MIDAIR_GUARDED_BY(_mutex) = 0;
@@ -221,8 +229,36 @@ private:
 /// The library's server on such streams, one request a connection.
 class BoundedServer : public httplib::Server
 {
+public:
+    ~BoundedServer() override
+    {
+        if (_listener >= 0) ::close(_listener);
+    }
+    /// Keeps the port that is bound, whatever becomes of the library's own socket.
+    bool keepPort()
+    {
+        _listener = ::fcntl(svr_sock_, F_DUPFD_CLOEXEC, 0);
+        return _listener >= 0 && ::listen(_listener, kBacklog) == 0;
+    }
+    /// For when the library has closed its socket after an error of accept(): a stop would close
+    /// whatever has that number by now.
+    void renewSocket()
+    {
+        if (svr_sock_ != INVALID_SOCKET) svr_sock_ = ::fcntl(_listener, F_DUPFD_CLOEXEC, 0);
+    }
+    /// Hangs up on all whose turn comes from now on.
+    void setEnded() { _isEnded = true; }
+
 private:
     bool process_and_close_socket(int socket) override
+    {
+        ::fcntl(socket, F_SETFD, FD_CLOEXEC);
+        if (!_isEnded) serve(socket);
+        ::close(socket);
+        return true;
+    }
+    void serve(int socket)
+    try
     {
         BoundedStream stream(socket);
         bool isClosed = false;
@@ -237,14 +273,19 @@ private:
                             request.headers.erase("Accept-Encoding");
                         });
         stream.finish();
-        ::close(socket);
-        return true;
     }
+    catch (...)
+    {
+        std::fprintf(stderr, "the operator's page hangs up: %s\n", base::whatWasThrown().c_str());
+    }
+
+    int _listener = -1;
+    std::atomic<bool> _isEnded{false};
 };
 
 /// The library's server makes the whole program ignore SIGPIPE, which is for the program to say.
 /// Threads of the page take no signal.
-std::unique_ptr<httplib::Server> newServer()
+std::unique_ptr<BoundedServer> newServer()
 {
     struct sigaction before = {};
     ::sigaction(SIGPIPE, nullptr, &before);
@@ -285,19 +326,20 @@ public:
     {
         const bool isAny = address.port == 0;
         const int any = isAny ? _server->bind_to_any_port(address.host) : 0;
-        if (isAny ? any <= 0 : !_server->bind_to_port(address.host, address.port))
+        const bool isBound = isAny ? any > 0 : _server->bind_to_port(address.host, address.port);
+        if (!isBound || !_server->keepPort())
             throw std::runtime_error(fmt::format(
                 "can't listen on {}: {}", address.text(), std::generic_category().message(errno)));
-        const MonitorAddress bound{address.host, isAny ? any : address.port};
         _watch->begin();
-        _serving = startThread([self = shared_from_this(), bound] { self->serve(bound); });
-        return bound.port;
+        _serving = startThread([self = shared_from_this()] { self->serve(); });
+        return isAny ? any : address.port;
     }
 
     /// Listens no more, and waits for those who are being served.
     void end()
     {
         _isEnded = true;
+        _server->setEnded();
         // A stop before it listens would be lost.
         while (!_server->is_running() &&
                _serving.wait_for(milliseconds(1)) != std::future_status::ready)
@@ -312,7 +354,8 @@ public:
 private:
     void limit()
     {
-        _server->new_task_queue = [] { return new BoundedPool; };
+        _server->new_task_queue = [this]
+        { return new BoundedPool([this] { _server->renewSocket(); }); };
         // A port whose last connections are only just closed is free; one that another program
         // listens on isn't, as it would be with the library's own SO_REUSEPORT.
         _server->set_socket_options(
@@ -358,17 +401,13 @@ private:
 
     /// The library stops listening at most errors of accept(), of which most pass: another program
     /// took the last file, or a caller has gone.
-    void serve(const MonitorAddress& address)
+    void serve()
     {
         while (!_server->listen_after_bind() && !_isEnded)
         {
             std::fprintf(stderr,
                          "the operator's page: no caller could be taken; it listens anew\n");
-            do
-            {
-                std::this_thread::sleep_for(kPause);
-                if (_isEnded) return;
-            } while (!_server->bind_to_port(address.host, address.port));
+            std::this_thread::sleep_for(kPause);
         }
     }
 
@@ -497,7 +536,7 @@ private:
     const std::vector<std::string> _hosts; ///< names for isTrustedHost()
     const std::shared_ptr<MonitorSource> _source;
     const std::shared_ptr<MonitorWatch> _watch;
-    const std::unique_ptr<httplib::Server> _server = newServer();
+    const std::unique_ptr<BoundedServer> _server = newServer();
     std::future<void> _serving;
     std::atomic<bool> _isEnded{false};
     std::atomic<int> _mutes{0}; ///< under way

@@ -106,7 +106,11 @@ public:
         if (image->s() > kWidth) image->scaleImage(kWidth, image->t() * kWidth / image->s(), 1);
         std::ostringstream out;
         const osg::ref_ptr<osgDB::Options> options = new osgDB::Options("JPEG_QUALITY 82");
-        if (!_writer->writeImage(*image, out, options).success()) return {};
+        if (!_writer->writeImage(*image, out, options).success())
+        {
+            sayProblem("the picture can't be written as JPEG");
+            return {};
+        }
         _encoded = {out.str(), taken_s};
         return _encoded;
     }

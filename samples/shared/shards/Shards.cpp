@@ -220,7 +220,7 @@ void PartFile::scan()
             "{}{} bytes at its end are no whole piece", _damage.empty() ? "" : "; ", size - offset);
 }
 
-const std::vector<std::uint64_t> PartFile::numbers() const
+std::vector<std::uint64_t> PartFile::numbers() const
 {
     std::vector<std::uint64_t> all;
     for (const auto& [number, place] : _places)

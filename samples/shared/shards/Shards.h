@@ -53,7 +53,7 @@ public:
     const PartHeader& header() const { return _header; }
     bool has(std::uint64_t piece) const { return _places.count(piece) > 0; }
     std::uint64_t pieces() const { return _places.size(); }
-    const std::vector<std::uint64_t> numbers() const;
+    std::vector<std::uint64_t> numbers() const;
     /// A sentence on what was cut off or damaged when it was opened; empty: nothing.
     const std::string& damage() const { return _damage; }
 

@@ -547,7 +547,7 @@ void addOptions(CLI::App& app, BakeArguments& arguments, Mode& mode)
         ->capture_default_str();
 }
 
-int run(BakeArguments& arguments, const Mode& mode)
+int work(BakeArguments& arguments, const Mode& mode)
 {
     using midair::base::InputError;
     const bool writes = !mode.estimate && mode.processes == 0;
@@ -570,11 +570,10 @@ int run(BakeArguments& arguments, const Mode& mode)
     return 0;
 }
 
-} // namespace
+constexpr int kWrong = 2; // exit code
 
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
-    constexpr int kWrong = 2;
     BakeArguments arguments;
     Mode mode;
     CLI::App app("midair-bake: solves an animation beforehand, as accurately as the kit can, and "
@@ -586,11 +585,21 @@ int main(int argc, char** argv)
     try
     {
         app.parse(argc, argv);
-        return run(arguments, mode);
+        return work(arguments, mode);
     }
     catch (const CLI::ParseError& error)
     {
         return app.exit(error) == 0 ? 0 : kWrong;
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {

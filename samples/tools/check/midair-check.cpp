@@ -5,6 +5,7 @@
 #include <osgMidair/FileFormats>
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <iterator>
@@ -300,8 +301,10 @@ private:
 };
 
 /// Reads the file as the kit asks for before it does so itself (osgMidair::readModel()): that this
-/// process lives is the answer, at the socket that it was given. What the reader throws ends it.
-[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options) noexcept
+/// process lives is the answer, at the socket that it was given. What the reader throws ends it as
+/// a signal does.
+[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options)
+try
 {
     constexpr int kSocket = 3;
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -312,6 +315,10 @@ private:
     osgMidair::readModelOnTrial(options.file, new osgDB::Options(options.options));
     ::send(kSocket, "1", 1, MSG_NOSIGNAL);
     ::_exit(0);
+}
+catch (...)
+{
+    std::abort();
 }
 
 constexpr int kUnreadable = 2; // exit code

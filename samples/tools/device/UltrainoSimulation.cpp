@@ -489,6 +489,7 @@ wiresOf(const std::vector<Emitter>& all, int& count, std::vector<std::string>& n
     const bool isByPin = areDistinct(all, &Emitter::pin);
     const bool isByOrder = !isByPin && areDistinct(all, &Emitter::order);
     std::vector<int> wires;
+    wires.reserve(all.size());
     for (const Emitter& one : all)
         wires.push_back(isByPin ? one.pin : isByOrder ? one.order : static_cast<int>(wires.size()));
     if (!isByPin)
@@ -558,6 +559,7 @@ UltrainoSimulation readUltraino(const std::string& bytes, const std::string& sou
                                 listed.size(),
                                 kMostTransducers));
     std::vector<Emitter> emitters;
+    emitters.reserve(listed.size());
     for (const int one : listed)
         emitters.push_back(reader.emitter(one));
 

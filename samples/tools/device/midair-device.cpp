@@ -71,6 +71,7 @@ struct DeviceOptions
     bool hasSeconds = false; ///< --seconds was given
     int units = 16;          ///< to be emulated
     int port = 44336;        ///< of ::1, which stands for the units' group
+    std::string kind;        ///< of what is emulated
     std::string faults;      ///< of emulated units, as in a URI
 };
 
@@ -571,26 +572,18 @@ int emulateUnits(const DeviceOptions& options)
     return FINE;
 }
 
-} // namespace
+using Run = int (*)(const DeviceOptions&);
 
-int main(int argc, char** argv)
+void addOptions(CLI::App& app, DeviceOptions& options)
 {
-    device::registerRehearsedAutd3();
-    DeviceOptions options;
-    CLI::App app(
-        "Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
-        "A list with commas opens several as one; "
-        "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
-        "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed or played "
-        "less than half, over 100 "
-        "called wrongly.");
     app.require_subcommand(1);
     app.add_option(
            "--array", options.array, "octagon, board, a shipped array's name or a JSON file")
         ->capture_default_str();
     app.add_option("--device", options.device, "which device")->capture_default_str();
-    CLI::Option* seconds = app.add_option("--seconds", options.seconds, "how long");
-    seconds->capture_default_str()->check(CLI::Range(0.0, 1e6));
+    app.add_option("--seconds", options.seconds, "how long")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e6));
     app.add_option("--rate", options.rate_Hz, "fields a second")
         ->capture_default_str()
         ->check(CLI::Range(0.1, 1e5));
@@ -598,8 +591,12 @@ int main(int argc, char** argv)
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1.0));
     app.fallthrough();
-    int (*chosen)(const DeviceOptions&) = nullptr;
-    const auto command = [&](const char* name, const char* text, int (*run)(const DeviceOptions&))
+}
+
+/// The command that is given is \a chosen.
+void addCommands(CLI::App& app, DeviceOptions& options, Run& chosen)
+{
+    const auto command = [&](const char* name, const char* text, Run run)
     {
         CLI::App* sub = app.add_subcommand(name, text);
         sub->callback([&chosen, run] { chosen = run; });
@@ -631,8 +628,9 @@ int main(int argc, char** argv)
     simulated->add_option("--out", options.out, "the array file")->required();
     CLI::App* emulating =
         command("emulate", "answers as AUTD3 units would, until --seconds or Ctrl-C", emulateUnits);
-    std::string kind;
-    emulating->add_option("KIND", kind, "autd3")->required()->check(CLI::IsMember({"autd3"}));
+    emulating->add_option("KIND", options.kind, "autd3")
+        ->required()
+        ->check(CLI::IsMember({"autd3"}));
     emulating->add_option("--units", options.units, "how many")
         ->capture_default_str()
         ->check(CLI::Range(1, 64));
@@ -641,8 +639,24 @@ int main(int argc, char** argv)
         ->capture_default_str()
         ->check(CLI::Range(0, 65535));
     emulating->add_option("--faults", options.faults, "such as \"drop=0.01&reboot_at=5s\"");
+}
+
+int run(int argc, char** argv)
+{
+    device::registerRehearsedAutd3();
+    DeviceOptions options;
+    CLI::App app(
+        "Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
+        "A list with commas opens several as one; "
+        "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
+        "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed or played "
+        "less than half, over 100 "
+        "called wrongly.");
+    addOptions(app, options);
+    Run chosen = nullptr;
+    addCommands(app, options, chosen);
     CLI11_PARSE(app, argc, argv);
-    options.hasSeconds = seconds->count() > 0;
+    options.hasSeconds = app.count("--seconds") > 0;
     for (const double number : {options.seconds,
                                 options.rate_Hz,
                                 options.amplitude,
@@ -652,9 +666,16 @@ int main(int argc, char** argv)
             return app.exit(CLI::ValidationError("options", "nan and inf are no numbers here"));
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
+    return chosen(options);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        return chosen(options);
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {

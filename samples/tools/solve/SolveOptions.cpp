@@ -130,17 +130,9 @@ void printLine(const std::string& what, const haptics::ToleranceRow& row)
                 row.focus);
 }
 
-} // namespace
-
-void addOptions(CLI::App& app, SolveArguments& arguments)
+/// What is solved for, and where it is.
+void addPlaces(CLI::App& app, SolveArguments& arguments)
 {
-    static const std::map<std::string, haptics::Sampling> kSamplings{
-        {"surface", haptics::Sampling::SURFACE},
-        {"edges", haptics::Sampling::EDGES},
-        {"vertices", haptics::Sampling::VERTICES}};
-    addFieldSettings(app, arguments);
-    for (const char* name : {"--cycle-steps", "--even"})
-        app.get_option(name)->needs("--cycle");
     auto* model = app.add_option("MODEL", arguments.model, "Wavefront OBJ file");
     app.add_option("--points-file",
                    arguments.pointsFile,
@@ -164,6 +156,15 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "Rotation about x, then y, then z of the array frame")
         ->transform(inUnit("deg", base::parseQuantity))
         ->expected(3);
+}
+
+/// The array, and the points of the model on it.
+void addPoints(CLI::App& app, SolveArguments& arguments)
+{
+    static const std::map<std::string, haptics::Sampling> kSamplings{
+        {"surface", haptics::Sampling::SURFACE},
+        {"edges", haptics::Sampling::EDGES},
+        {"vertices", haptics::Sampling::VERTICES}};
     app.add_option(
            "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
         ->capture_default_str();
@@ -193,6 +194,17 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         ->each([&arguments](const std::string&) { arguments.crowdingGiven = true; });
     app.add_option(
         "--directivity", arguments.directivity, "t4010a1-harmonics, t4010a1-table or point");
+}
+
+} // namespace
+
+void addOptions(CLI::App& app, SolveArguments& arguments)
+{
+    addFieldSettings(app, arguments);
+    for (const char* name : {"--cycle-steps", "--even"})
+        app.get_option(name)->needs("--cycle");
+    addPlaces(app, arguments);
+    addPoints(app, arguments);
     auto* outline = app.add_flag(
         "--outline",
         arguments.outline,

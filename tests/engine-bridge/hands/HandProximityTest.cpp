@@ -210,7 +210,7 @@ TEST(HandProximity, TouchesGoOnInEachUpdateUntilTheyEnd)
     }
     EXPECT_EQ(history, "..SS.");
     proximity.update({object(7)}, finger(-0.001), time += 0.01);
-    proximity.update({object(7)}, {}, time += 0.01);
+    proximity.update({object(7)}, {}, time + 0.01);
     EXPECT_TRUE(proximity.ongoing().empty()) << "nothing is measured of a lost hand";
     EXPECT_EQ(proximity.touches(), 1u);
 }

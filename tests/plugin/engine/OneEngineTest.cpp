@@ -567,8 +567,15 @@ protected:
         _dead = dead;
     }
 
+    template<typename Call>
+    void each(const Call& call)
+    {
+        for (Player* player : players())
+            call(*player);
+    }
     /// Makes all do something, and returns what it was.
     std::string step();
+    std::string recover();
     static bool hasTold(const Seen& seen, const std::string& what)
     {
         return std::any_of(seen.messages.begin(),
@@ -629,43 +636,46 @@ protected:
     std::string _awaited; ///< what is told of the array's file; empty: it wasn't written again
 };
 
-std::string OneEngine::step()
+using Setting = std::pair<std::string, std::string>;
+const std::vector<Setting> kSettings = {
+    {"loudness", "0.5"},    {"loudness", "1"},        {"maxPressure", "300"},
+    {"maxPressure", "0"},   {"maxAmplitude", "0.4"},  {"maxAmplitude", "1"},
+    {"maxPoints", "5"},     {"maxPoints", "0"},       {"temperature", "25"},
+    {"earLimit", "100"},    {"earLimit", "none"},     {"reach", "0.03"},
+    {"reach", "0"},         {"shadows", "true"},      {"shadows", "false"},
+    {"phaseOnly", "false"}, {"phaseOnly", "true"},    {"dead", "3, 7"},
+    {"dead", ""},           {"earPoints", "0 0 0.5"}, {"solver", "gs-pat"},
+    {"solver", ""}};
+const std::vector<Setting> kOfBox = {{"pressure", "500 Pa"},
+                                     {"pressure", "1 relative"},
+                                     {"spacing", "0.01"},
+                                     {"sampling", "edges"},
+                                     {"sampling", "surface"},
+                                     {"enabled", "false"},
+                                     {"enabled", "true"}};
+
+/// Ends what was lost, and then makes all begin another field; empty: nothing is to be ended.
+std::string OneEngine::recover()
 {
-    using Setting = std::pair<std::string, std::string>;
-    static const std::vector<Setting> kSettings = {
-        {"loudness", "0.5"},    {"loudness", "1"},        {"maxPressure", "300"},
-        {"maxPressure", "0"},   {"maxAmplitude", "0.4"},  {"maxAmplitude", "1"},
-        {"maxPoints", "5"},     {"maxPoints", "0"},       {"temperature", "25"},
-        {"earLimit", "100"},    {"earLimit", "none"},     {"reach", "0.03"},
-        {"reach", "0"},         {"shadows", "true"},      {"shadows", "false"},
-        {"phaseOnly", "false"}, {"phaseOnly", "true"},    {"dead", "3, 7"},
-        {"dead", ""},           {"earPoints", "0 0 0.5"}, {"solver", "gs-pat"},
-        {"solver", ""}};
-    static const std::vector<Setting> kOfBox = {{"pressure", "500 Pa"},
-                                                {"pressure", "1 relative"},
-                                                {"spacing", "0.01"},
-                                                {"sampling", "edges"},
-                                                {"sampling", "surface"},
-                                                {"enabled", "false"},
-                                                {"enabled", "true"}};
-    const auto all = [&](const auto& call)
-    {
-        for (Player* player : players())
-            call(*player);
-    };
     if (_isLost)
     {
         _isLost = false;
-        all([&](Player& player) { player.setLost(false); });
+        each([&](Player& player) { player.setLost(false); });
         return "back";
     }
     if (_isRough) // another array begins without the last field
     {
         _isRough = false;
         const std::string dead = oneOf<std::string>({"5", "6, 9"});
-        all([&](Player& player) { player.set("dead", dead); });
+        each([&](Player& player) { player.set("dead", dead); });
         return "dead=" + dead;
     }
+    return {};
+}
+
+std::string OneEngine::step()
+{
+    if (std::string done = recover(); !done.empty()) return done;
     switch (std::uniform_int_distribution<int>(0, 11)(_random))
     {
     case 0:
@@ -674,39 +684,39 @@ std::string OneEngine::step()
     case 3:
     {
         const Setting& one = oneOf(kSettings);
-        all([&](Player& player) { player.set(one.first, one.second); });
+        each([&](Player& player) { player.set(one.first, one.second); });
         return one.first + "=" + one.second;
     }
     case 4:
     case 5:
     {
         const Setting& one = oneOf(kOfBox);
-        all([&](Player& player) { player.setOfBox(one.first, one.second); });
+        each([&](Player& player) { player.setOfBox(one.first, one.second); });
         return "box " + one.first + "=" + one.second;
     }
     case 6:
     case 7:
     {
         const double x_m = oneOf<double>({-0.02, -0.01, 0.0, 0.015});
-        all([&](Player& player) { player.move(x_m); });
+        each([&](Player& player) { player.move(x_m); });
         return fmt::format("move {}", x_m);
     }
     case 8:
     {
         const double z_m = oneOf<double>({0.0, 0.16, 0.172, 0.178, 0.25});
-        all([&](Player& player) { player.setHand(z_m); });
+        each([&](Player& player) { player.setHand(z_m); });
         return fmt::format("hand {}", z_m);
     }
     case 9:
     {
         const bool isMuted = oneOf<int>({0, 1}) == 1;
-        all([&](Player& player) { player.setMuted(isMuted); });
+        each([&](Player& player) { player.setMuted(isMuted); });
         return isMuted ? "mute" : "unmute";
     }
     case 10:
     {
         _isLost = _isRough = true;
-        all([&](Player& player) { player.setLost(true); });
+        each([&](Player& player) { player.setLost(true); });
         return "lost";
     }
     default:

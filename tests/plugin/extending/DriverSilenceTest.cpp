@@ -89,7 +89,7 @@ struct LastChange : DeviceCallback
 
 class DeviceDriverSilence : public testing::Test
 {
-protected:
+public:
     DeviceDriverSilence()
     {
         static const bool registered = []

@@ -1,5 +1,7 @@
 // Wrong arguments are errors with a text, for every function: null, NaN, wrong sizes, closed
 // handles.
+#include "engine-bridge/c/inside/Field.h"
+#include "haptics/array/TransducerArray.h"
 #include "tests/engine-bridge/c/Opened.h"
 
 #include <cmath>
@@ -317,4 +319,14 @@ TEST(CArguments, StatusesKeepTheirNumbers)
     const midair_status wanted[] = {0, 1, -1, -2, -3, -4, -5, -6, -7, -8, -9, -10};
     for (std::size_t i = 0; i < std::size(wanted); ++i)
         EXPECT_EQ(all[i], wanted[i]);
+}
+
+// What hears an array that doesn't sound is nowhere around it.
+TEST(CField, PlacesHeardAreThoseOfTheEarsAloneWhereNothingSounds)
+{
+    midair::haptics::TransducerArray array = midair::haptics::TransducerArray::load("board");
+    const Eigen::Matrix3Xd ears = Eigen::Vector3d(0.1, 0.2, 0.5);
+    EXPECT_EQ(midair::capi::placesHeard(array, ears).cols(), 33);
+    array.gain.setZero(array.size());
+    EXPECT_EQ(midair::capi::placesHeard(array, ears), ears);
 }
