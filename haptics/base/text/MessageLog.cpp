@@ -183,8 +183,9 @@ void MessageLog::erase(std::size_t i)
 // message was said is the last that counts.
 std::size_t MessageLog::leastOfAll() const
 {
-    const auto count = [&all = _all](const auto& isIt)
-    { return std::count_if(all.begin(), all.end(), isIt); };
+    const std::vector<Message>* const all = &_all;
+    const auto count = [all](const auto& isIt)
+    { return std::count_if(all->begin(), all->end(), isIt); };
     const auto rank = [&](const Message& one)
     {
         const bool isAlone = count([&](const Message& other) { return areAlike(other, one); }) == 1;

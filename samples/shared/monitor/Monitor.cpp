@@ -226,10 +226,22 @@ private:
     std::size_t _head = 0;     ///< bytes so far
 };
 
+} // namespace
+
 /// The library's server on such streams, one request a connection.
 class BoundedServer : public httplib::Server
 {
 public:
+    /// The library's server makes the whole program ignore SIGPIPE, which is for the program to
+    /// say. Threads of the page take no signal.
+    static std::unique_ptr<BoundedServer> make()
+    {
+        struct sigaction before = {};
+        ::sigaction(SIGPIPE, nullptr, &before);
+        auto server = std::make_unique<BoundedServer>();
+        ::sigaction(SIGPIPE, &before, nullptr);
+        return server;
+    }
     ~BoundedServer() override
     {
         if (_listener >= 0) ::close(_listener);
@@ -282,19 +294,6 @@ private:
     int _listener = -1;
     std::atomic<bool> _isEnded{false};
 };
-
-/// The library's server makes the whole program ignore SIGPIPE, which is for the program to say.
-/// Threads of the page take no signal.
-std::unique_ptr<BoundedServer> newServer()
-{
-    struct sigaction before = {};
-    ::sigaction(SIGPIPE, nullptr, &before);
-    auto server = std::make_unique<BoundedServer>();
-    ::sigaction(SIGPIPE, &before, nullptr);
-    return server;
-}
-
-} // namespace
 
 /// Answers HTTP requests, one a connection:
 ///
@@ -536,7 +535,7 @@ private:
     const std::vector<std::string> _hosts; ///< names for isTrustedHost()
     const std::shared_ptr<MonitorSource> _source;
     const std::shared_ptr<MonitorWatch> _watch;
-    const std::unique_ptr<BoundedServer> _server = newServer();
+    const std::unique_ptr<BoundedServer> _server = BoundedServer::make();
     std::future<void> _serving;
     std::atomic<bool> _isEnded{false};
     std::atomic<int> _mutes{0}; ///< under way
