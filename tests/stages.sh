@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=f071c62f20b571d11d0536ad03d1883afe2dc9a2 # clang-tidy looks at what differs from this commit
+tidied=ae9e52a3a5371bdcdf37c7d6b2807069908eed1e # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
