@@ -64,7 +64,8 @@ bool operator==(const UserCaps& a, const UserCaps& b)
 {
     return a.maxAmplitude == b.maxAmplitude && a.maxPressure_Pa == b.maxPressure_Pa &&
            a.earLimit_dB == b.earLimit_dB && a.earPoints == b.earPoints &&
-           a.isEarLimitChosen == b.isEarLimitChosen && a.wrong == b.wrong;
+           a.isEarLimitChosen == b.isEarLimitChosen && a.isSilencing == b.isSilencing &&
+           a.wrong == b.wrong;
 }
 
 const std::vector<std::string>& userCapVariables()
@@ -89,6 +90,7 @@ UserCaps stricter(UserCaps a, const UserCaps& b)
     a.earLimit_dB = stricterCap(a.earLimit_dB, b.earLimit_dB);
     a.earPoints = joinedPlaces(a.earPoints, b.earPoints);
     a.isEarLimitChosen = a.isEarLimitChosen || b.isEarLimitChosen;
+    a.isSilencing = a.isSilencing || b.isSilencing;
     a.wrong.insert(a.wrong.end(), b.wrong.begin(), b.wrong.end());
     return a;
 }

@@ -24,6 +24,8 @@ struct UserCaps
     std::string earPoints;
     /// The user chose an ear limit, or none by word.
     bool isEarLimitChosen = false;
+    /// Something that isn't understood, and is told by itself, keeps everything silent.
+    bool isSilencing = false;
     /// What is wrong with variables, a sentence each that names the variable, its value and what
     /// would be right. Unless it is empty nothing may be played.
     std::vector<std::string> wrong;

@@ -266,8 +266,10 @@ double AirTemperature::median() const
 
 void AirTemperature::tellOnce(const char* trouble, const std::string& what)
 {
-    if (_log.begins({base::MessageCode::AIR_TEMPERATURE, 0, trouble}))
+    const base::Topic topic{base::MessageCode::AIR_TEMPERATURE, 0, trouble};
+    if (_log.begins(topic))
         _log.say(
+            topic,
             {base::MessageCode::AIR_TEMPERATURE, "temperature source \"" + _name + "\": " + what});
 }
 

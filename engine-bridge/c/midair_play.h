@@ -74,6 +74,50 @@ extern "C"
                                              char* text,
                                              size_t size,
                                              size_t* needed);
+    /// How bad what a message says is.
+    enum
+    {
+        MIDAIR_NOTICE = 0,  ///< something is done otherwise than one may think
+        MIDAIR_WARNING = 1, ///< something is left out, or not done as it was asked for
+        MIDAIR_FAULT = 2    ///< nothing is played
+    };
+
+    /// A message about the scene; its codes are in plugin/MESSAGES.md. It is active from when it is
+    /// said until what it says has ended: the device is back, the setting is corrected. One about
+    /// what has happened is never active.
+    typedef struct midair_message
+    {
+        uint64_t number;      ///< of this message; never given twice in a scene
+        midair_object object; ///< that it is about; 0: none
+        uint64_t count;       ///< how often it was said
+        double since_s;       ///< s, CLOCK_MONOTONIC: when it began to hold, or was said last
+        double until_s;       ///< s, the same clock: when it ended; 0 while it is active
+        int32_t severity;     ///< MIDAIR_NOTICE, _WARNING or _FAULT
+        int32_t active;       ///< 1: what it says holds
+        char code[32];        ///< "device.lost", with its end
+    } midair_message;
+
+    /// Copies all messages that are kept, at most 100, the oldest first; \a count: how many there
+    /// are, also where \a capacity is too small.
+    MIDAIR_API midair_status midair_list_messages(midair_scene* scene,
+                                                  midair_message* messages,
+                                                  size_t capacity,
+                                                  size_t* count);
+    /// The sentence of one of them, by its number. As midair_get().
+    MIDAIR_API midair_status midair_message_text(
+        midair_scene* scene, uint64_t number, char* text, size_t size, size_t* needed);
+    /// Forgets all messages that are not active.
+    MIDAIR_API midair_status midair_clear_messages(midair_scene* scene);
+    /// Gets each message that was said, has begun or has ended. Called by midair_update() before it
+    /// returns, on its thread; it may call functions with the scene, but no midair_update(). \a
+    /// message and \a text are valid during the call.
+    typedef void (*midair_message_callback)(void* user,
+                                            const midair_message* message,
+                                            const char* text);
+    /// Sets the callback; NULL: none. It is told of all messages that are kept the first time.
+    MIDAIR_API midair_status midair_on_message(midair_scene* scene,
+                                               midair_message_callback callback,
+                                               void* user);
     /// The newest field that was played; MIDAIR_NOT_YET: none so far. Each call gives a handle of
     /// its own.
     MIDAIR_API midair_status midair_newest_field(midair_scene* scene, midair_field** field);

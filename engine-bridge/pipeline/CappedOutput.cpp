@@ -90,7 +90,6 @@ void CappedOutput::setPressureCap()
     _cap_Pa = cap_Pa;
     _pressure.name =
         cap_Pa == _context.options.maxPressure ? "MaxPressure" : "max-pressure of the device";
-    _context.messages.ends({base::MessageCode::FIELD_SILENCED});
     const auto wouldPlay = [this](const device::DriveSignal& signal)
     { return _output->wouldPlay(signal); };
     _pressure.cap = std::make_unique<PressureCap>(
@@ -150,11 +149,11 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
     if (sequence.report.capFactor <= 0.0)
         tellOfSilence(place, wanted, sequence.report);
     else if (!_pressure.isSet || _pressure.cap->isForEars(place, sequence.fields))
-        _context.messages.say(
-            {base::MessageCode::CAP_EARS,
-             fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB())});
+        _told.emplace_back(
+            base::MessageCode::CAP_EARS,
+            fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB()));
     else
-        _context.messages.say({base::MessageCode::CAP_PRESSURE, _pressure.cap->message()});
+        _told.emplace_back(base::MessageCode::CAP_PRESSURE, _pressure.cap->message());
 }
 
 // The pressures in the message are those of one moment: told once, they are in each report.
@@ -162,17 +161,18 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
                                  const std::vector<Eigen::VectorXcf>& wanted,
                                  haptics::SolveReport& report)
 {
-    if (_isDead) return; // told already
-    // It is 0 as well where a scene or an object isn't understood, which is told by itself.
+    if (_isDead || _context.options.isSilencedElsewhere) return; // told already
     const double most = _output->amplitudeCap();
-    const std::string amplitude =
-        most <= 0.0 ? "MaxAmplitude if it is 0, or mend what another message says is not understood"
-        : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
-                     : "max-amplitude of the device";
+    const std::string amplitude = most <= 0.0  ? "MaxAmplitude, which is 0"
+                                  : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
+                                               : "max-amplitude of the device";
     const std::string told = _pressure.cap->tellOfSilence(
         where, wanted, {_pressure.name, "Pressure or Loudness", amplitude}, report);
-    if (!told.empty() && _context.messages.begins({base::MessageCode::FIELD_SILENCED}))
-        _context.messages.say({base::MessageCode::FIELD_SILENCED, told});
+    if (told.empty()) return;
+    const auto isOld = [](const base::Message& message)
+    { return message.code == base::MessageCode::FIELD_SILENCED; };
+    _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
+    _told.emplace_back(base::MessageCode::FIELD_SILENCED, told);
 }
 
 void CappedOutput::play(const haptics::TransducerArray& array,
@@ -184,8 +184,23 @@ void CappedOutput::play(const haptics::TransducerArray& array,
     const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
     if (sequence.changes() && most > 0.0 && haptics::keepAmplitudes(most, sequence.fields))
         sequence.achieved_Pa.resize(0);
+    _told.clear();
     cap(array, sequence, result);
     send(std::move(sequence), result);
+    tell();
+}
+
+// What caps and device do to the field that is played, and nothing that they did to one before.
+void CappedOutput::tell()
+{
+    _context.messages.sayNow({base::MessageCode::CAP_PRESSURE}, _told);
+}
+
+void CappedOutput::silence()
+{
+    _output->silence(ArrayOutput::Silence::FAILED);
+    _told.clear();
+    tell();
 }
 
 void CappedOutput::send(haptics::FieldSequence sequence, HologramResult& result)
@@ -206,9 +221,8 @@ void CappedOutput::send(haptics::FieldSequence sequence, HologramResult& result)
         const bool isStored = _line.isSlowerThan(sequence.modulation.fieldRate_Hz);
         if (sequence.fields.size() > 1 && _line.isSlowerThan(_context.options.fieldRate) &&
             !isStored)
-            _context.messages.say(
-                {base::MessageCode::DEVICE_SLOW,
-                 _line.message(sequence.modulation, _context.options.modulation)});
+            _told.emplace_back(base::MessageCode::DEVICE_SLOW,
+                               _line.message(sequence.modulation, _context.options.modulation));
     }
     result.handedOver_s = _context.clock.now_s();
     result.sequence = std::move(sequence);
@@ -227,6 +241,7 @@ void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult
         return;
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
+    tell();
 }
 
 // A solver knows neither the cap nor the fields of other solvers, as the sets of a cycle have them:

@@ -39,6 +39,8 @@ public:
     void play(const haptics::TransducerArray& array,
               haptics::FieldSequence sequence,
               HologramResult& result);
+    /// Silences the device, as what was asked for can't be played.
+    void silence();
     /// Puts what is played, and what it gives at the points, into \a result.
     void measure(const haptics::TransducerArray& array, HologramResult& result);
     /// Rates the step from the context's last result to \a result.
@@ -75,6 +77,7 @@ private:
                        const std::vector<Eigen::VectorXcf>& wanted,
                        haptics::SolveReport& report);
     void send(haptics::FieldSequence sequence, HologramResult& result);
+    void tell();
     bool isMeasured() const;
 
     PipelineContext& _context;
@@ -84,6 +87,7 @@ private:
     haptics::LineRate _line;
     PressureLimit _pressure;
     std::atomic<double> _cap_Pa{0.0}; // that of _pressure, for any thread; 0: none
+    std::vector<base::Message> _told; // of what is played: how caps and device change it
     CappedDrives _proven; // by the last cap(), which send() sends; without drives: not capped
 };
 

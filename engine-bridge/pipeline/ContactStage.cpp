@@ -47,8 +47,10 @@ const SceneSnapshot& ContactStage::withContactShares(const SceneSnapshot& snapsh
     }
     _shared = snapshot;
     _renderer->update(_shared.objects, _shared.hands, _shared.time_s, _shared.handsLate_s);
+    std::vector<base::Message> problems;
     for (const std::string& problem : _renderer->problems())
-        _context.messages.say({base::MessageCode::HANDS_SOURCE, problem});
+        problems.emplace_back(base::MessageCode::HANDS_SOURCE, problem);
+    _context.messages.sayNow({base::MessageCode::HANDS_SOURCE}, problems);
     return _shared;
 }
 
@@ -90,8 +92,10 @@ void ContactStage::playNext(HologramResult* result)
     const HologramOptions& options = _context.options;
     const double now_s = _context.clock.now_s();
     RenderedField rendered = _renderer->render(now_s, _whole);
+    std::vector<base::Message> failure;
     if (rendered.isFailed)
-        _context.messages.say({base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error});
+        failure.emplace_back(base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error);
+    _context.messages.sayNow({base::MessageCode::SOLVER_REFUSED, 0, "contacts"}, failure);
     haptics::FieldSequence sequence;
     sequence.report = rendered.report;
     sequence.report.transducers = options.array.size();

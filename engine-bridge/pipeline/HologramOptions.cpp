@@ -51,27 +51,28 @@ bool HologramOptions::isValid(std::string* error) const
 
 void keepToLimits(HologramOptions& options, base::MessageLog& messages)
 {
+    std::vector<base::Message> limited;
     int& threads = options.solverOptions.threads;
     const int cores = base::coreCount();
     if (threads > cores)
     {
-        messages.say({base::MessageCode::SETTINGS_LIMITED,
-                      fmt::format("threads is {}; this machine has {} {}: {} {} used",
-                                  threads,
-                                  cores,
-                                  cores == 1 ? "core" : "cores",
-                                  cores,
-                                  cores == 1 ? "is" : "are")});
+        limited.push_back({base::MessageCode::SETTINGS_LIMITED,
+                           fmt::format("threads is {}; this machine has {} {}: {} {} used",
+                                       threads,
+                                       cores,
+                                       cores == 1 ? "core" : "cores",
+                                       cores,
+                                       cores == 1 ? "is" : "are")});
         threads = cores;
     }
     if (!options.solverOptions.pool)
         options.solverOptions.pool = std::make_shared<base::ThreadPool>(threads);
     const auto keepBelow =
-        [&messages](const char* name, int& value, int most, const std::string& why)
+        [&limited](const char* name, int& value, int most, const std::string& why)
     {
         if (value <= most) return;
-        messages.say({base::MessageCode::SETTINGS_LIMITED,
-                      fmt::format("{} is {}; {} at most {}", name, value, why, most)});
+        limited.push_back({base::MessageCode::SETTINGS_LIMITED,
+                           fmt::format("{} is {}; {} at most {}", name, value, why, most)});
         value = most;
     };
     const auto transducers = static_cast<std::size_t>(options.array.size());
@@ -85,12 +86,16 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     keepBelow("subsets", options.subsets, kMostFieldsInTurn / options.cycle, cycle);
     keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
     double& interval_s = options.monitorInterval;
-    if (!(interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)) return;
-    messages.say({base::MessageCode::SETTINGS_LIMITED,
-                  fmt::format("monitorInterval is {}; a field is looked at every {:g} s at most",
-                              base::exactNumber(interval_s),
-                              base::kLeastMonitorInterval_s)});
-    interval_s = base::kLeastMonitorInterval_s;
+    if (interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)
+    {
+        limited.push_back(
+            {base::MessageCode::SETTINGS_LIMITED,
+             fmt::format("monitorInterval is {}; a field is looked at every {:g} s at most",
+                         base::exactNumber(interval_s),
+                         base::kLeastMonitorInterval_s)});
+        interval_s = base::kLeastMonitorInterval_s;
+    }
+    messages.sayNow({base::MessageCode::SETTINGS_LIMITED}, limited);
 }
 
 namespace
@@ -136,6 +141,11 @@ void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)
     options.array.ringing_s = simulatedRinging_s(options.array, ability);
 }
 
+base::CodedError noSolver(const std::string& name)
+{
+    return {base::MessageCode::SOLVER_UNKNOWN, "no solver \"" + name + "\"; nothing is played"};
+}
+
 haptics::ComposerOptions composerOptions(const HologramOptions& options)
 {
     haptics::ComposerOptions composer;
@@ -145,7 +155,7 @@ haptics::ComposerOptions composerOptions(const HologramOptions& options)
     composer.makeSolver = [&options]
     {
         auto made = options.solverFactory(options.solver, options.solverOptions);
-        if (!made) throw base::InputError("no solver \"" + options.solver + "\"");
+        if (!made) throw noSolver(options.solver);
         return made;
     };
     return composer;

@@ -35,6 +35,8 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     double reopen_s = 1.0;
     /// the name of this user of the device, for the message when another one opens the same device
     std::string owner;
+    /// The amplitude cap is 0 for something that isn't understood, which is told by itself.
+    bool isSilencedElsewhere = false;
     std::vector<base::Message> notes; ///< what the user should know of these options; messages
     /// what tells the time of what is played, for tests; outlives the pipeline
     const base::Clock* clock = &base::steadyClock();
@@ -70,6 +72,9 @@ void fillIn(HologramOptions& options);
 /// Sets the phase and amplitude levels of the array in \a options, and the ringing of a simulated
 /// one, to those of a device of \a ability.
 void keepToLevels(HologramOptions& options, const device::DriveAbility& ability);
+
+/// The error of a solver's name that nothing has.
+base::CodedError noSolver(const std::string& name);
 
 /// The composer's options for \a options, which must be filled in and outlive the returned object:
 /// its makeSolver reads them at each call.

@@ -42,9 +42,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
 {
     _context.counters.snapshots += 1 + superseded;
     _context.counters.superseded += superseded;
+    _saidBefore = base::MessageLog::saidNow();
     try
     {
-        if (!_invalid.empty()) throw base::CodedError(base::MessageCode::SCENE_CLOSED, _invalid);
+        if (_invalid) throw base::CodedError(_invalid->code, _invalid->text);
         const SceneSnapshot* scene = &snapshot;
         bool fits = _context.last && !_isChanged && device().isPlaying();
         for (PipelineStage* stage : _stages)
@@ -85,6 +86,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
         stage->end();
     _solved.resize(0);
     silence();
+    _context.messages.endField(_saidBefore);
     auto result = begin(snapshot);
     result->handedOver_s = _context.clock.now_s();
     result->latency_ms = (result->handedOver_s - snapshot.time_s) * 1e3;
@@ -186,6 +188,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     haptics::FieldSequence sequence = compose(snapshot, set, points, array);
     const auto age_ms = [&] { return (_context.clock.now_s() - snapshot.time_s) * 1e3; };
     const bool goesOn = isPlayedAlready(sequence, points);
+    if (!goesOn) _context.messages.endField(_saidBefore);
     if (goesOn)
     {
         _output.playOn(sequence, points, array, *result);
@@ -253,6 +256,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
         stage->report(result, isOtherField);
     if (!_context.last || result.state != _context.last->state) device().tell(result.state);
     device().tellOfDriver();
+    device().endWhatIsOver();
+    _told = _context.messages.changes();
     result.messages = _context.messages.all();
     result.told = _context.messages.messages();
     return made;
@@ -274,6 +279,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         RestStep step;
         if (!_isChanged) step = attendStages();
         if (!step.result && !step.isAll) step.result = lookAfterDevice();
+        device().endWhatIsOver();
+        if (!step.result && _context.messages.changes() != _told)
+            step.result = std::make_shared<HologramResult>(*_context.last);
         if (!step.result) return nullptr;
         return _context.last = finish(std::move(step.result));
     }
@@ -370,11 +378,18 @@ void HologramPipeline::reconfigure(HologramOptions options)
     try
     {
         useOptions(std::move(options));
-        _invalid.clear();
+        _invalid.reset();
+    }
+    catch (const base::CodedError& error)
+    {
+        _invalid = base::Message(error.code, error.what());
     }
     catch (...)
     {
-        _invalid = base::whatWasThrown();
+        _invalid = base::Message(base::MessageCode::SCENE_CLOSED, base::whatWasThrown());
+    }
+    if (_invalid)
+    {
         _refiner.end();
         silence();
     }
@@ -395,7 +410,7 @@ void HologramPipeline::useOptions(HologramOptions options)
         options.solverOptions.pool = _context.options.solverOptions.pool;
     keepToLimits(options, _context.messages);
     if (!options.solverFactory(options.solver, options.solverOptions))
-        throw base::InputError("no solver \"" + options.solver + "\"");
+        throw noSolver(options.solver);
 
     const bool otherSolver = options.solver != _context.options.solver;
     _context.options = std::move(options);

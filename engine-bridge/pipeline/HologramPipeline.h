@@ -52,7 +52,7 @@ public:
     static constexpr double kAttend_s = 0.5; // a check costs some 50 us, most of it waking up
 
     /// Silences the array until the next process(), which solves even if nothing moved.
-    void silence() { device().silence(ArrayOutput::Silence::FAILED); }
+    void silence() { _output.silence(); }
 
     /// Works with \a options from the next process() on, which solves even if nothing moved. Array,
     /// device, their factory and the owner stay those that it was made with; the device stays
@@ -124,8 +124,10 @@ private:
     /// Those above, in the order in which they are asked: at rest contacts come first, and a field
     /// is measured when nothing is left to refine.
     const std::array<PipelineStage*, 5> _stages{&_hands, &_ears, &_contacts, &_refiner, &_monitor};
-    bool _isChanged = false; // the options have changed since the last result
-    std::string _invalid;    // what is wrong with the options; empty: nothing
+    bool _isChanged = false;               // the options have changed since the last result
+    std::optional<base::Message> _invalid; // what is wrong with the options; none: nothing
+    std::uint64_t _saidBefore = 0;         // MessageLog::saidNow() as the snapshot came
+    std::uint64_t _told = 0;               // MessageLog::changes() of the last result
     Eigen::VectorXcf
         _solved; // what the last result was made of, before caps; empty: something else
     UpdateRate _updates;

@@ -113,8 +113,10 @@ RestStep PlayedFieldMonitor::attend(bool isPlaying)
     const auto found = _monitor->latest();
     if (!found || found->number == _told) return {};
     _told = found->number;
+    std::vector<base::Message> failure;
     if (!found->error.empty())
-        _context.messages.say({base::MessageCode::MONITOR_FAILED, found->error});
+        failure.emplace_back(base::MessageCode::MONITOR_FAILED, found->error);
+    _context.messages.sayNow({base::MessageCode::MONITOR_FAILED}, failure);
     RestStep step;
     step.result = std::make_shared<HologramResult>(last);
     return step;

@@ -325,8 +325,8 @@ void PointAssembler::tellOnce(base::MessageCode code,
                               const HapticObject& object,
                               const std::string& what)
 {
-    if (_messages.note({code, object.touchId(), base::withoutNumbers(what)}))
-        _messages.say(base::about(code, object.path, what));
+    _messages.note({code, object.touchId(), base::withoutNumbers(what)},
+                   base::about(code, object.path, what, object.origin));
 }
 
 haptics::SamplerOptions PointAssembler::samplerOptions(const HapticObject& object) const
@@ -378,7 +378,8 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
     _oneFocus.now[object.id] =
         isNew ? haptics::pointsAtSize(mesh, samplerOptions(object), size_m, _selector.maxPoints)
               : known->second;
-    if (!_messages.note({base::MessageCode::OBJECT_SMALL, object.touchId()}) || !isNew) return;
+    const base::Topic topic{base::MessageCode::OBJECT_SMALL, object.touchId()};
+    if (!_messages.note(topic) || !isNew) return;
     std::string ask;
     if (size_m > 0.0)
         ask = fmt::format("; should metresPerUnit be {:g}, not {:g}? size={:g} fits",
@@ -386,14 +387,16 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
                               std::pow(10.0, std::floor(std::log10(size_m / width_m) + 1e-9)),
                           snapshot.metresPerUnit,
                           size_m);
-    _messages.say(base::about(base::MessageCode::OBJECT_SMALL,
+    _messages.say(topic,
+                  base::about(topic.code,
                               object.path,
                               fmt::format("is {:.3g} m wide, under half a wavelength ({:.2g} m): "
                                           "it is one focus, and no louder than one point of "
                                           "something larger{}",
                                           width_m,
                                           limit_m,
-                                          ask)));
+                                          ask),
+                              object.origin));
 }
 
 void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const
@@ -425,11 +428,13 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     const Eigen::Vector3d extent_m = widths(object.pose * boxCorners(object.mesh->vertices));
     if (!haptics::hasRoom(extent_m, _workspace, front)) _wholes.large.insert(object.touchId());
     if (!(width_m > kWide * array_m) || !(array_m > 0.0)) return;
-    if (!_messages.note({base::MessageCode::OBJECT_UNITS, object.touchId()})) return;
+    const base::Topic topic{base::MessageCode::OBJECT_UNITS, object.touchId()};
+    if (!_messages.note(topic)) return;
     // A power of ten with which it is no wider than the array.
     const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
     const std::string fits = fitting(fittingSize_m(object, width_m));
-    _messages.say(base::about(base::MessageCode::OBJECT_UNITS,
+    _messages.say(topic,
+                  base::about(topic.code,
                               object.path,
                               fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
                                           "metresPerUnit be {:g}, not {:g}?{}{}",
@@ -438,7 +443,8 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
                                           metresPerUnit * factor,
                                           metresPerUnit,
                                           fits.empty() ? "" : " ",
-                                          fits)));
+                                          fits),
+                              object.origin));
 }
 
 // An object is felt if one of its parts is; a part that moves by itself comes and goes.
@@ -465,70 +471,87 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
         if (isWhole[i] || _wholes.large.count(object.touchId()) == 0) continue;
         const double width_m = widths(object.mesh->vertices).maxCoeff();
         if (width_m > kWide * widths(_array.positions).maxCoeff()) continue; // told already
-        if (!_messages.note({base::MessageCode::OBJECT_LARGE, object.touchId()})) continue;
+        const base::Topic topic{base::MessageCode::OBJECT_LARGE, object.touchId()};
+        if (!_messages.note(topic)) continue;
         const haptics::ArrayFront front(_array.positions, _array.normals);
         const std::string fits = fitting(fittingSize_m(object, width_m));
-        _messages.say(base::about(base::MessageCode::OBJECT_LARGE,
+        _messages.say(topic,
+                      base::about(topic.code,
                                   object.path,
                                   fmt::format("is {:.3g} m wide, larger than the workspace of "
                                               "{:.2g} m{}{}",
                                               width_m,
                                               haptics::roomInside_m(_workspace, front),
                                               fits.empty() ? "" : "; ",
-                                              fits)));
+                                              fits),
+                                  object.origin));
     }
-    if (report.overBudget > 0 && !isOfLarge &&
-        _messages.note({base::MessageCode::POINTS_BUDGET, 0}))
-        _messages.say(
+    if (report.overBudget > 0 && !isOfLarge)
+        _messages.note(
+            {base::MessageCode::POINTS_BUDGET},
             {base::MessageCode::POINTS_BUDGET,
              fmt::format("more points than the budget of {}; objects of lower priority get fewer",
                          _selector.maxPoints)});
-    std::vector<std::string> unfelt;
-    std::optional<std::uint64_t> first; // the one that the message names
+    std::vector<base::Topic> unfelt;
+    const HapticObject* first = nullptr; // the one that the message names
     for (std::size_t i = 0; i < _posed.size(); ++i)
     {
         const std::uint64_t whole = objectOf(i).touchId();
         if (_posed[i].positions.cols() == 0 ||
             _wholes.felt.count(whole) + _wholes.large.count(whole) > 0)
             continue;
-        if (!_messages.note({base::MessageCode::OBJECT_UNFELT, whole})) continue;
-        if (!first) first = whole;
-        unfelt.push_back(objectOf(i).path);
+        const base::Topic topic{base::MessageCode::OBJECT_UNFELT, whole};
+        if (!_messages.note(topic)) continue;
+        if (!first) first = &objectOf(i);
+        unfelt.push_back(topic);
     }
+    if (!first) return;
     haptics::LeftOutPoints ofFirst;
     for (std::size_t i = 0; i < _posed.size(); ++i)
-        if (objectOf(i).touchId() == first) ofFirst += report.leftOut[i];
+        if (objectOf(i).touchId() == first->touchId()) ofFirst += report.leftOut[i];
     _messages.sayOfAll(
-        base::MessageCode::OBJECT_UNFELT,
         unfelt,
-        fmt::format("none of its points can be felt where it is (0 of {} points: {})",
-                    ofFirst.total(),
-                    ofFirst.summary()));
+        base::about(base::MessageCode::OBJECT_UNFELT,
+                    first->path,
+                    fmt::format("none of its points can be felt where it is (0 of {} points: {})",
+                                ofFirst.total(),
+                                ofFirst.summary()),
+                    first->origin));
 }
 
 void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out)
 {
     constexpr const char* kPart = "part";
-    std::vector<std::string> objects;
-    std::vector<std::string> parts;
+    struct Told
+    {
+        std::vector<base::Topic> topics;
+        const HapticObject* first = nullptr;
+    };
+    const auto code = base::MessageCode::OBJECT_UNREACHABLE;
+    Told wholes;
+    Told parts;
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
-        const std::uint64_t whole = snapshot.objects[i].touchId();
-        const auto code = base::MessageCode::OBJECT_UNREACHABLE;
+        const HapticObject& object = snapshot.objects[i];
+        const std::uint64_t whole = object.touchId();
         // One that has had a part out of reach may have it there again.
         _messages.keepNoted({code, whole, kPart});
         if (!out.objects[i].isUnreachable) continue;
         const bool isPart = _wholes.felt.count(whole) > 0;
-        if (!_messages.note({code, whole, isPart ? kPart : ""})) continue;
-        (isPart ? parts : objects).push_back(snapshot.objects[i].path);
+        const base::Topic topic{code, whole, isPart ? kPart : ""};
+        if (!_messages.note(topic)) continue;
+        Told& told = isPart ? parts : wholes;
+        told.topics.push_back(topic);
+        if (!told.first) told.first = &object;
     }
-    _messages.sayOfAll(base::MessageCode::OBJECT_UNREACHABLE,
-                       objects,
-                       "is out of the array's reach; it can't be felt there");
-    _messages.sayOfAll(
-        base::MessageCode::OBJECT_UNREACHABLE,
-        parts,
-        "a part of it that moves is out of the array's reach; it can't be felt there");
+    const auto say = [&](const Told& told, const char* what)
+    {
+        if (told.first)
+            _messages.sayOfAll(told.topics,
+                               base::about(code, told.first->path, what, told.first->origin));
+    };
+    say(wholes, "is out of the array's reach; it can't be felt there");
+    say(parts, "a part of it that moves is out of the array's reach; it can't be felt there");
 }
 
 } // namespace midair::bridge

@@ -153,8 +153,10 @@ void ScenePlayer::judgeCaps()
                         "; nothing is played");
     if (wrong == _caps.wrong) return;
     _caps.wrong = std::move(wrong);
+    std::vector<base::Message> told;
     for (const std::string& why : _caps.wrong)
-        _log.say({MessageCode::SETTINGS_SILENCED, why});
+        told.emplace_back(MessageCode::SETTINGS_SILENCED, why);
+    _log.sayNow({MessageCode::SETTINGS_SILENCED, 0, "caps"}, told);
 }
 
 HologramOptions ScenePlayer::options() const
@@ -162,6 +164,7 @@ HologramOptions ScenePlayer::options() const
     HologramOptions options =
         optionsOf(restricted(*_played.settings, _played.limits), _played.air_C);
     options.owner = _played.owner;
+    options.isSilencedElsewhere = _played.limits.isSilencing;
     options.deviceUri = _played.on.device;
     return options;
 }
@@ -223,9 +226,25 @@ void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
     _snapshot.around.hands = handCapsules(_hands.frame());
     _snapshot.hands = _hands.frame();
     _snapshot.handsLate_s = _hands.late_s();
-    if (!_snapshot.hands.hands.empty()) _handsSeen_s = base::steadySeconds();
+    const bool isAny = !_snapshot.hands.hands.empty();
+    if (isAny) _handsSeen_s = base::steadySeconds();
+    const base::Topic source{MessageCode::HANDS_SOURCE};
+    if (_log.begins(source, isAny)) _log.end(MessageCode::HANDS_SOURCE); // it has found them
     for (base::Message& message : _hands.takeMessages())
         _log.say(std::move(message));
+    _log.sayNow({MessageCode::HANDS_OPEN}, _hands.troubles());
+}
+
+std::string ScenePlayer::openHands(const std::string& uri)
+{
+    if (uri != _hands.named()) _log.end(MessageCode::HANDS_SOURCE);
+    return _hands.setNamed(uri);
+}
+
+void ScenePlayer::setHandSource(std::shared_ptr<HandSource> source)
+{
+    _log.end(MessageCode::HANDS_SOURCE);
+    _hands.setSource(std::move(source));
 }
 
 bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
@@ -319,6 +338,7 @@ bool ScenePlayer::close()
 std::shared_ptr<void> ScenePlayer::end()
 {
     takeResult();
+    _log.takeNew({}); // nothing of it holds any more
     _hands.forgetTouches();
     _wanted.on = {};
     _opening.isOpen = false;
@@ -386,17 +406,22 @@ void ScenePlayer::takeResult()
 // A solver of the program's own may take as long as it likes, and its thread can't tell meanwhile.
 void ScenePlayer::tellSlowSolver(double now_s)
 {
+    const base::Topic slow{MessageCode::SOLVER_SLOW};
     const double taken_s = _opening.thread ? _opening.thread->solvesFor_s() : 0.0;
     if (taken_s <= kSlowSolve_s)
     {
-        if (now_s > _taken.slowUntil_s) _taken.slowUntil_s = 0.0;
+        if (now_s <= _taken.slowUntil_s) return;
+        _taken.slowUntil_s = 0.0;
+        _log.ends(slow);
         return;
     }
     const bool isTold = _taken.slowUntil_s > 0.0;
     _taken.slowUntil_s = now_s + kSlowOver_s;
     if (isTold) return;
     const bool isHeard = _taken.newest && _taken.newest->playing && _submitted.hasObjects();
+    _log.begins(slow);
     _log.say(
+        slow,
         {MessageCode::SOLVER_SLOW,
          fmt::format("the solver has taken {:.1f} s for one field and is still at it; {}",
                      taken_s,

@@ -170,9 +170,9 @@ public:
     void silenceNow();
 
     /// As HandTracker::setNamed().
-    std::string openHands(const std::string& uri) { return _hands.setNamed(uri); }
+    std::string openHands(const std::string& uri);
     /// As HandTracker::setSource().
-    void setHandSource(std::shared_ptr<HandSource> source) { _hands.setSource(std::move(source)); }
+    void setHandSource(std::shared_ptr<HandSource> source);
     const HandTracker& hands() const { return _hands; }
     base::MessageLog& log() { return _log; }
     const base::MessageLog& log() const { return _log; }

@@ -154,8 +154,10 @@ void ArrayOutput::play(std::vector<device::DriveSignal> drives,
         startPlayer(stop);
     else if (device() && !sendHeld(stop) && !isBlocked() && !isHoldOver())
         tellRefusal(device()->report());
-    if (_shared.isUncapped && _messages.begins({base::MessageCode::DEVICE_CAP}))
-        _messages.say({base::MessageCode::DEVICE_CAP,
+    const base::Topic cap{base::MessageCode::DEVICE_CAP};
+    if (_messages.begins(cap, _shared.isUncapped))
+        _messages.say(cap,
+                      {base::MessageCode::DEVICE_CAP,
                        "the device can't keep a cap of its amplitude; nothing is played"});
 }
 
@@ -239,12 +241,16 @@ void ArrayOutput::tellRefusal(const device::DeviceReport& report)
 
 void ArrayOutput::tell(ArrayState state)
 {
+    const base::Topic fault{base::MessageCode::DEVICE_FAULT};
+    if (state != ArrayState::FAULT) _messages.ends(fault);
     if (state != ArrayState::LOST && state != ArrayState::FAULT) return;
     const device::DeviceReport report = device()->report();
     if (report.state >= device::DeviceState::HANGING) return tellRefusal(report);
     if (state == ArrayState::LOST) return; // it is back already
     if (!_sent.isPlaying) return;
+    _messages.begins(fault);
     _messages.say(
+        fault,
         {base::MessageCode::DEVICE_FAULT,
          fmt::format("device: takes what it is sent and doesn't play it: of {} fields {} were "
                      "played and {} lost{}{}",
@@ -261,8 +267,9 @@ bool ArrayOutput::tellOfDriver()
     const device::DeviceReport report = device()->report();
     const auto tells = [this](const char* what, base::MessageCode code, const std::string& text)
     {
-        const bool isNew = _messages.begins({code, 0, what}, !text.empty());
-        if (isNew) _messages.say({code, "device: " + text});
+        const base::Topic topic{code, 0, what};
+        const bool isNew = _messages.begins(topic, !text.empty());
+        if (isNew) _messages.say(topic, {code, "device: " + text});
         return isNew;
     };
     const bool isQuieted = tells("quieted", base::MessageCode::DEVICE_FAULT, report.quieted);
@@ -273,6 +280,18 @@ bool ArrayOutput::tellOfDriver()
                        _toldLoss != report.reconnects;
     if (hangs) tellRefusal(report);
     return isQuieted || mayPlayOn || complains || hangs;
+}
+
+void ArrayOutput::endWhatIsOver()
+{
+    if (!device()) return;
+    using base::MessageCode;
+    const device::DeviceState state = device()->report().state;
+    if (state != device::DeviceState::MUTED) _messages.end(MessageCode::DEVICE_MUTED);
+    if (state != device::DeviceState::HANGING) _messages.end(MessageCode::DEVICE_HANGS);
+    if (state != device::DeviceState::READY) return;
+    _messages.end(MessageCode::DEVICE_LOST);
+    if (_sent.isPlaying) _messages.end(MessageCode::DEVICE_REFUSED);
 }
 
 void ArrayOutput::silence(Silence why)
@@ -390,6 +409,7 @@ std::vector<Eigen::VectorXcf> ArrayOutput::planned() const
 bool ArrayOutput::tryAgain()
 {
     if (!_opener || !takeDevice()) return false;
+    _messages.end(base::MessageCode::DEVICE_OPEN);
     _messages.say({base::MessageCode::DEVICE_OPENED,
                    "device: open now, after it could not be opened at first"});
     return true;

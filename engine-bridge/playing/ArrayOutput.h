@@ -170,6 +170,8 @@ public:
     /// Says, once until it ends, that the device couldn't be silenced, and what its driver has
     /// against it though it plays. To be called at intervals. Returns true if it has said anything.
     bool tellOfDriver();
+    /// Ends messages about what the device doesn't do any more.
+    void endWhatIsOver();
 
 private:
     /// A state, and how many fields had been played then.

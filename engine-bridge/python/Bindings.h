@@ -103,6 +103,7 @@ std::size_t rowsOf(const Doubles& places, const char* name, py::ssize_t columns 
 void addArrays(py::module_& module);
 void addFields(py::module_& module);
 void addScenes(py::module_& module);
+void addMessages(py::module_& module, py::class_<OwnedScene, std::shared_ptr<OwnedScene>>& scene);
 void addSolvers(py::module_& module);
 void addExtending(py::module_& module);
 /// \}

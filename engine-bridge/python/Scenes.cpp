@@ -274,9 +274,10 @@ void addScenes(py::module_& module)
 {
     addHands(module);
     addObject(module);
-    py::class_<OwnedScene, std::shared_ptr<OwnedScene>>(
-        module, "Scene", "Objects, settings, hands, and the device that plays them.")
-        .def(py::init(&makeScene), py::arg("array"))
+    py::class_<OwnedScene, std::shared_ptr<OwnedScene>> scene(
+        module, "Scene", "Objects, settings, hands, and the device that plays them.");
+    addMessages(module, scene);
+    scene.def(py::init(&makeScene), py::arg("array"))
         .def(py::init(&sceneOn), py::arg("array"), "The name or file of an array does, too.")
         .def("__setitem__", &set, "scene[\"maxPressure\"] = \"800 Pa\": names as in scene files.")
         .def("__getitem__", &get)
@@ -319,8 +320,6 @@ void addScenes(py::module_& module)
         .def_property_readonly("state", &stateOf)
         .def_property_readonly(
             "status", [](const OwnedScene& s) { return textFrom(midair_device_status, s.get()); })
-        .def_property_readonly(
-            "messages", [](const OwnedScene& s) { return textFrom(midair_messages, s.get()); })
         .def_property_readonly("contacts",
                                [](const OwnedScene& s) { return all(s, midair_contacts); })
         .def_property_readonly("touches",

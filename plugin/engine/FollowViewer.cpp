@@ -351,8 +351,12 @@ bool HapticEngine::isPlayedByOuterOwner()
     if (beside) outer = beside->name();
     const bool isNew = outer != _ownership.outer;
     _ownership.outer = std::move(outer);
-    if (isNew && !_ownership.outer.empty())
-        say({midair::base::MessageCode::SCENE_INSIDE,
+    const midair::base::Topic inside{midair::base::MessageCode::SCENE_INSIDE};
+    if (isNew) _player.log().ends(inside);
+    if (isNew && !_ownership.outer.empty() && _player.log().begins(inside))
+        _player.log().say(
+            inside,
+            {inside.code,
              name() + (beside ? " is joined with " : " is inside ") + _ownership.outer +
                  ", which plays it: of its own settings only its caps and Enabled count"});
     if (!_ownership.outer.empty())

@@ -117,9 +117,8 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
     _ownership{
         SceneOwner(root, kind, *this), JoinedScene(*this), PlayingPlace(), kind, std::string()},
     _given{&settings, nullptr, {}},
-    _collector(kind == OwnerKind::SCENE ? &root : nullptr,
-               [this](const Message& message) { say(message); }),
-    _player({notify, openSceneHands})
+    _player({notify, openSceneHands}),
+    _collector(kind == OwnerKind::SCENE ? &root : nullptr, _player.log())
 {
     collectDeviceLines();
 }
@@ -244,6 +243,7 @@ void HapticEngine::tellTouches()
 // A callback may do anything, so this comes last.
 void HapticEngine::tellState()
 {
+    tellMessages();
     DeviceChange change;
     change.before = _told.state;
     const midair::bridge::ArrayReading reading = _player.reading();
@@ -264,6 +264,28 @@ void HapticEngine::tellState()
     const std::string thrown = midair::base::thrownBy([&] { keep->changed(change); });
     if (!thrown.empty())
         say({MessageCode::CALLBACK_THREW, "the device callback has thrown " + thrown});
+}
+
+// The same callback isn't told that it throws: it would throw again.
+void HapticEngine::tellMessages()
+{
+    const osg::ref_ptr<MessageCallback> keep = _told.messageCallback;
+    if (!keep) return;
+    bool hasThrown = false;
+    for (const Message& message : _player.log().changedSince(_told.messages))
+    {
+        const std::string thrown = midair::base::thrownBy([&] { keep->told(toPublic(message)); });
+        if (thrown.empty()) continue;
+        hasThrown = true;
+        say({MessageCode::CALLBACK_THREW, "the message callback has thrown " + thrown});
+    }
+    if (hasThrown) _told.messages = _player.log().changes();
+}
+
+void HapticEngine::setMessageCallback(MessageCallback* callback)
+{
+    if (callback != _told.messageCallback.get()) _told.messages = 0;
+    _told.messageCallback = callback;
 }
 
 void HapticEngine::silence()
@@ -436,8 +458,7 @@ void HapticEngine::openHands(const HapticSettings& settings)
 {
     const bool isOpen =
         !_settings.isBaked && (mayPlay() || settings.hands == _player.hands().named());
-    const std::string error = _player.openHands(isOpen ? settings.hands : "");
-    if (!error.empty()) say({MessageCode::HANDS_OPEN, error});
+    _player.openHands(isOpen ? settings.hands : ""); // what is wrong is told with the hands
 }
 
 midair::bridge::PlayedOn HapticEngine::playedOn(const HapticSettings& settings) const
@@ -462,19 +483,28 @@ void HapticEngine::configure(const HapticSettings& given)
     _settings.seen = given;
     std::vector<Message> messages;
     auto used = std::make_shared<HapticSettings>(usable(messages));
-    for (Message& message : messages)
-        say(std::move(message));
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(used->calibration), parts) ||
         !parts.stretch.isIdentity(kCalibrationTolerance))
     {
-        say({MessageCode::SETTINGS_CALIBRATION,
+        messages.push_back(
+            {MessageCode::SETTINGS_CALIBRATION,
              "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is "
              "played"});
         parts = {};
         used->enabled = false;
     }
-    if (!takePlace(used->enabled)) used->enabled = false;
+    if (!takePlace(used->enabled))
+    {
+        used->enabled = false;
+        messages.push_back(
+            {MessageCode::SCENE_LIMIT,
+             fmt::format("{} is not played: {} scenes of this program play already, and no more do "
+                         "at a time; put those that share an array into one HapticScene",
+                         name(),
+                         PlayingPlace::kMost)});
+    }
+    _player.log().sayNow({MessageCode::SETTINGS_INVALID}, messages);
     _settings.isReported = _settings.isReported || (given.enabled && !_settings.isBaked);
     _settings.used = used;
     _settings.isRead = true;
@@ -492,12 +522,6 @@ bool HapticEngine::takePlace(bool isEnabled)
     const bool isWanted = isEnabled && !_settings.isBaked;
     _settings.isCrowded = isWanted && !_ownership.place.take();
     if (!isWanted && _player.isClosed()) _ownership.place.leave();
-    if (_settings.isCrowded)
-        say({MessageCode::SCENE_LIMIT,
-             fmt::format("{} is not played: {} scenes of this program play already, and no more do "
-                         "at a time; put those that share an array into one HapticScene",
-                         name(),
-                         PlayingPlace::kMost)});
     return !_settings.isCrowded;
 }
 
@@ -505,25 +529,26 @@ bool HapticEngine::takePlace(bool isEnabled)
 void HapticEngine::keepInnerLimits()
 {
     midair::device::UserCaps limits;
-    if (_collector.isSilenced()) limits.maxAmplitude = 0.0;
+    std::vector<Message> told;
+    limits.isSilencing = _collector.isSilenced();
     for (const HapticScene* inner : _collector.innerScenes())
     {
         if (inner->getSettings().isSilenced)
         {
-            say({MessageCode::SCENE_LIMIT,
-                 "the HapticScene \"" + inner->getName() +
-                     "\" was not understood: nothing is played"});
+            told.push_back({MessageCode::SCENE_LIMIT,
+                            "the HapticScene \"" + inner->getName() +
+                                "\" was not understood: nothing is played"});
             for (const std::string& reason : inner->getSettings().whySilenced)
-                say({MessageCode::SETTINGS_SILENCED, reason});
-            limits.maxAmplitude = 0.0;
+                told.push_back({MessageCode::SETTINGS_SILENCED, reason});
+            limits.isSilencing = true;
         }
         if (!HapticSettings::isLimit(
                 inner->getMaxPressure(), inner->getMaxAmplitude(), inner->getEarLimit()))
         {
-            say({MessageCode::SCENE_LIMIT,
-                 "the HapticScene \"" + inner->getName() +
-                     "\" has a cap that is out of range: nothing is played"});
-            limits.maxAmplitude = 0.0;
+            told.push_back({MessageCode::SCENE_LIMIT,
+                            "the HapticScene \"" + inner->getName() +
+                                "\" has a cap that is out of range: nothing is played"});
+            limits.isSilencing = true;
             continue;
         }
         midair::device::UserCaps its;
@@ -532,6 +557,8 @@ void HapticEngine::keepInnerLimits()
         its.earLimit_dB = inner->getEarLimit();
         limits = midair::device::stricter(limits, its);
     }
+    if (limits.isSilencing) limits.maxAmplitude = 0.0;
+    _player.log().sayNow({MessageCode::SCENE_LIMIT}, told);
     _player.setInnerLimits(limits);
 }
 

@@ -10,6 +10,7 @@
 #include <osgMidair/DeviceCallback>
 #include <osgMidair/HandSource>
 #include <osgMidair/HapticField>
+#include <osgMidair/HapticMessage>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
 
@@ -208,6 +209,9 @@ public:
 
     void setDeviceCallback(DeviceCallback* callback) { _told.callback = callback; }
     DeviceCallback* deviceCallback() const { return _told.callback.get(); }
+    void setMessageCallback(MessageCallback* callback);
+    MessageCallback* messageCallback() const { return _told.messageCallback.get(); }
+    void clearMessages() { _player.log().forgetEnded(); } ///< any thread
 
     /// \{ Any thread.
     std::shared_ptr<const midair::bridge::HologramResult> latestResult() const
@@ -255,6 +259,8 @@ private:
     struct Told
     {
         osg::ref_ptr<DeviceCallback> callback;
+        osg::ref_ptr<MessageCallback> messageCallback;
+        std::uint64_t messages = 0; ///< newest change of those that it was told
         ArrayState state = ArrayState::CLOSED;
     };
     /// By whom the scene is led.
@@ -337,6 +343,7 @@ private:
     midair::bridge::PlayedOn playedOn(const HapticSettings& settings) const;
     void keepInnerLimits();
     void tellState();
+    void tellMessages();
 
     osg::observer_ptr<osg::Node> _root;
     Ownership _ownership;
@@ -344,14 +351,14 @@ private:
     Given _given;
     Settings _settings;
     Followed _followed;
-    SceneCollector _collector;
+    midair::bridge::ScenePlayer _player;
+    SceneCollector _collector; ///< tells the player's log
     Places _places;
     TouchTeller _touches;
     Rest _rest;
     Told _told;
     Shown _shown;
     mutable Newest _newest;
-    midair::bridge::ScenePlayer _player; ///< last: its messages name what is above
 };
 
 } // namespace osgMidair

@@ -39,6 +39,7 @@ public:
             osg::ref_ptr<HapticEngine> old = new HapticEngine(root, _settings, _kind);
             if (unmarked) old->setUnmarkedProperty(*unmarked);
             old->setDeviceCallback(_deviceCallback);
+            old->setMessageCallback(_messageCallback);
             old->setPlace(isInPlace);
             const midair::base::Lock lock(_mutex);
             old->setMuted(_engine ? _engine->isMuted() : _isMutedAtFirst);
@@ -71,6 +72,18 @@ public:
     }
     DeviceCallback* deviceCallback() const { return _deviceCallback.get(); }
 
+    void setMessageCallback(MessageCallback* callback)
+    {
+        _messageCallback = callback;
+        if (const osg::ref_ptr<HapticEngine> engine = get()) engine->setMessageCallback(callback);
+    }
+    MessageCallback* messageCallback() const { return _messageCallback.get(); }
+
+    void clearMessages()
+    {
+        if (const osg::ref_ptr<HapticEngine> engine = get()) engine->clearMessages();
+    }
+
     /// Counts and figures. \a whySilent: why nothing is played, for a message; empty: something is.
     HapticStatistics statistics(const std::string& whySilent) const
     {
@@ -78,6 +91,7 @@ public:
         HapticStatistics all = engine ? engine->statistics() : HapticStatistics();
         if (whySilent.empty()) return all;
         all.told.push_back(toPublic({midair::base::MessageCode::VIEWER_SILENT, whySilent}));
+        all.told.back().isActive = true;
         all.messages.push_back(whySilent);
         return all;
     }
@@ -92,6 +106,7 @@ private:
     const HapticSettings& _settings;
     const OwnerKind _kind;
     osg::ref_ptr<DeviceCallback> _deviceCallback;
+    osg::ref_ptr<MessageCallback> _messageCallback;
     mutable midair::base::Mutex _mutex;
     osg::ref_ptr<HapticEngine> _engine MIDAIR_GUARDED_BY(_mutex);
     bool _isMutedAtFirst MIDAIR_GUARDED_BY(_mutex) = false; ///< until there is an engine

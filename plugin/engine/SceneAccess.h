@@ -3,10 +3,13 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/scene/SceneCollector.h"
 
 #include <osgMidair/HapticMessage>
 
+#include <algorithm>
 #include <memory>
+#include <vector>
 
 namespace osgMidair
 {
@@ -14,11 +17,25 @@ namespace osgMidair
 /// The form of \a message that programs get.
 inline HapticMessage toPublic(const midair::base::Message& message)
 {
+    // An origin is the node that a SceneCollector has found.
+    const auto* felt = static_cast<const FeltNode*>(message.origin.get());
     return {static_cast<HapticMessage::Severity>(message.severity()),
             midair::base::kindOf(message.code).name,
             message.path,
             message.text,
-            message.count};
+            message.count,
+            message.isActive,
+            message.since_s,
+            message.until_s,
+            felt ? felt->node : osg::observer_ptr<osg::Node>()};
+}
+
+/// Those of \a told that are active.
+inline std::vector<HapticMessage> activeOf(std::vector<HapticMessage> told)
+{
+    const auto isOver = [](const HapticMessage& message) { return !message.isActive; };
+    told.erase(std::remove_if(told.begin(), told.end(), isOver), told.end());
+    return told;
 }
 
 class HapticCallback;

@@ -76,6 +76,26 @@ DeviceCallback* HapticCallback::getDeviceCallback() const
     return _engine->deviceCallback();
 }
 
+void HapticCallback::setMessageCallback(MessageCallback* callback)
+{
+    _engine->setMessageCallback(callback);
+}
+
+MessageCallback* HapticCallback::getMessageCallback() const
+{
+    return _engine->messageCallback();
+}
+
+std::vector<HapticMessage> HapticCallback::getActiveMessages() const
+{
+    return activeOf(getStatistics().told);
+}
+
+void HapticCallback::clearMessages()
+{
+    _engine->clearMessages();
+}
+
 void HapticCallback::setMuted(bool muted)
 {
     _engine->setMuted(muted);

@@ -94,6 +94,26 @@ DeviceCallback* HapticDevice::getDeviceCallback() const
     return _engine->deviceCallback();
 }
 
+void HapticDevice::setMessageCallback(MessageCallback* callback)
+{
+    _engine->setMessageCallback(callback);
+}
+
+MessageCallback* HapticDevice::getMessageCallback() const
+{
+    return _engine->messageCallback();
+}
+
+std::vector<HapticMessage> HapticDevice::getActiveMessages() const
+{
+    return activeOf(getStatistics().told);
+}
+
+void HapticDevice::clearMessages()
+{
+    _engine->clearMessages();
+}
+
 void HapticDevice::setMuted(bool muted)
 {
     _engine->setMuted(muted);

@@ -1,4 +1,5 @@
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
 #include "plugin/engine/SceneKeys.h"
 #include "plugin/hands/TouchTeller.h"
 #include "plugin/settings/AllSettings.h"
@@ -26,6 +27,7 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine->setTouchCallback(other.getTouchCallback());
     _engine->setObstacles(other.getObstacles());
     _engine->setDeviceCallback(other.getDeviceCallback());
+    _engine->setMessageCallback(other.getMessageCallback());
     _engine->setJoined(other.getJoined());
     // The base class doesn't copy these counts.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
@@ -103,6 +105,26 @@ void HapticScene::setDeviceCallback(DeviceCallback* callback)
 DeviceCallback* HapticScene::getDeviceCallback() const
 {
     return _engine->deviceCallback();
+}
+
+void HapticScene::setMessageCallback(MessageCallback* callback)
+{
+    _engine->setMessageCallback(callback);
+}
+
+MessageCallback* HapticScene::getMessageCallback() const
+{
+    return _engine->messageCallback();
+}
+
+std::vector<HapticMessage> HapticScene::getActiveMessages() const
+{
+    return activeOf(getStatistics().told);
+}
+
+void HapticScene::clearMessages()
+{
+    _engine->clearMessages();
 }
 
 void HapticScene::setMuted(bool muted)

@@ -15,6 +15,7 @@ namespace osgMidair
 
 using midair::base::about;
 using midair::base::MessageCode;
+using midair::base::Topic;
 using midair::bridge::HapticObject;
 using midair::bridge::MeshCache;
 using midair::bridge::PaintOptions;
@@ -22,6 +23,9 @@ using midair::bridge::PaintOptions;
 namespace
 {
 
+// What a topic of one object is about.
+constexpr const char* kCause = "cause";
+constexpr const char* kMesh = "mesh";
 constexpr const char* kUntouched = "; it isn't felt where it is touched";
 
 // OSG's own comparison takes a matrix with NaN for equal to any other.
@@ -66,8 +70,8 @@ PaintOptions paintOf(const HapticProperty& property)
     return paint;
 }
 
-SceneCollector::SceneCollector(const osg::Node* owner, Say say) :
-    _say(std::move(say)),
+SceneCollector::SceneCollector(const osg::Node* owner, midair::base::MessageLog& log) :
+    _log(log),
     _visitor(owner)
 {
     _extract.skip = isOwnObject; // nested haptic nodes are separate objects
@@ -77,6 +81,7 @@ void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
 {
     _places.toArray = toArray;
     _places.shadows = shadows;
+    _log.ends({MessageCode::OBSTACLE_IDLE});
     forget();
 }
 
@@ -89,6 +94,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _collected.isSilenced = false;
     _collected.beingRead = 0;
     _collected.isChanged = !_frames.isKept;
+    _collected.known = 0;
     ++_frames.now;
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
@@ -103,6 +109,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
         else
             fill(instance);
     tellHidden(roots);
+    endGone();
     _obstacles.endFrame();
     _meshes.endFrame();
     _points.endFrame();
@@ -135,6 +142,23 @@ void SceneCollector::noteMarks()
         if (!instance.obstacle && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
 }
 
+// What was told of objects that are not met any more, or are felt no more by wish, has ended.
+void SceneCollector::endGone()
+{
+    for (auto one = _told.obstacles.begin(); one != _told.obstacles.end();)
+    {
+        const bool isGone = one->second != _frames.now;
+        if (isGone) _log.endsOf(one->first);
+        one = isGone ? _told.obstacles.erase(one) : std::next(one);
+    }
+    const bool isAnyGone = _collected.known != _told.known || _collected.isAnyBack;
+    _told.known = _collected.known;
+    _collected.isAnyBack = false;
+    if (!isAnyGone) return;
+    for (auto& [id, known] : _known)
+        if (known.seen + 1 == _frames.now) _log.endsOf(id);
+}
+
 void SceneCollector::forgetUnseen()
 {
     for (auto known = _known.begin(); known != _known.end();)
@@ -161,11 +185,12 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
 {
     if (!_places.shadows)
     {
-        if (!_obstacles.saidIdle)
-            _say(about(MessageCode::OBSTACLE_IDLE,
-                       _visitor.path(instance),
-                       "is an obstacle, which counts only where the scene's shadows are on"));
-        _obstacles.saidIdle = true;
+        const Topic idle{MessageCode::OBSTACLE_IDLE};
+        if (_log.begins(idle))
+            _log.say(idle,
+                     about(idle.code,
+                           _visitor.path(instance),
+                           "is an obstacle, which counts only where the scene's shadows are on"));
         return;
     }
     _warnings.clear();
@@ -176,7 +201,15 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
                        _warnings);
     else
         _warnings.emplace_back("hangs on a camera, not in the world; it is no obstacle");
-    if (!_warnings.empty()) sayWarnings(MessageCode::OBSTACLE_INVALID, _visitor.path(instance));
+    const auto told = _told.obstacles.find(instance.id);
+    if (told != _told.obstacles.end()) told->second = _frames.now;
+    for (const std::string& warning : _warnings)
+    {
+        const Topic topic{MessageCode::OBSTACLE_INVALID, instance.id, warning};
+        _told.obstacles[instance.id] = _frames.now;
+        if (_log.begins(topic))
+            _log.say(topic, about(topic.code, _visitor.path(instance), warning));
+    }
 }
 
 SceneCollector::Known&
@@ -184,8 +217,14 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
 {
     const auto [found, inserted] = _known.try_emplace(instance.id);
     Known& known = found->second;
-    fresh = inserted;
-    changed = inserted || known.seen + 1 != _frames.now;
+    const bool isMet = !inserted && known.seen == _frames.now;
+    const bool isBack = !inserted && !isMet && known.seen + 1 != _frames.now;
+    fresh = inserted || isBack;
+    changed = fresh || isMet;
+    if (!isMet) ++_collected.known;
+    if (fresh) _collected.isAnyBack = true;
+    if (isBack) known.cause.clear();
+    known.id = instance.id;
     known.seen = _frames.now;
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
@@ -195,17 +234,17 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     std::vector<std::string> errors;
     if (instance.property)
     {
-        if (!inserted && *instance.property == known.raw) return known;
+        if (!fresh && *instance.property == known.raw) return known;
         raw = *instance.property;
     }
     else
     {
         std::string tag;
         hapticTag(*instance.node, tag);
-        if (!inserted && tag == known.tag) return known;
+        if (!fresh && tag == known.tag) return known;
         known.tag = tag;
         raw.parse(tag, errors);
-        if (!inserted && errors.empty() && raw == known.raw) return known;
+        if (!fresh && errors.empty() && raw == known.raw && known.isUnderstood) return known;
     }
     changed = true;
     known.raw = known.property = raw;
@@ -221,11 +260,14 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
     if (std::string what = problemOfMaterial(known.property); !what.empty())
         wrong.push_back(std::move(what));
     const std::vector<std::string>& why = known.property.whySilenced;
+    std::vector<midair::base::Message> told;
     for (const std::string& what : wrong)
         if (std::find(why.begin(), why.end(), what) == why.end())
-            _say(about(MessageCode::PROPERTY_INVALID, known.path, what));
+            told.push_back(about(MessageCode::PROPERTY_INVALID, known.path, what, known.origin));
     for (const std::string& what : why)
-        _say(about(MessageCode::PROPERTY_SILENCED, known.path, what));
+        told.push_back(about(MessageCode::PROPERTY_SILENCED, known.path, what, known.origin));
+    known.isUnderstood = told.empty();
+    _log.sayNow({MessageCode::PROPERTY_INVALID, known.id}, told);
 }
 
 void SceneCollector::fill(const HapticInstance& instance)
@@ -242,8 +284,12 @@ void SceneCollector::fill(const HapticInstance& instance)
         _warnings.clear();
         shape = instance.points ? instance.points->getModifiedCount()
                                 : _meshes.look(*instance.node, _extract, _warnings);
-        if (shape != known.shape) known.isGeometryTold = false;
-        tellGeometry(known);
+        if (shape != known.shape)
+        {
+            known.geometry.clear();
+            _log.ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
+        }
+        tellGeometry(known, fresh);
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_collected.beingRead;
     }
     const bool stands = _frames.isKept && !changed && known.first == _collected.count &&
@@ -258,15 +304,18 @@ void SceneCollector::fill(const HapticInstance& instance)
         known.first = _collected.count;
         known.count = 0;
         if (known.property.enabled && !instance.inWorld && fresh)
-            _say(about(MessageCode::OBJECT_CAMERA,
-                       known.path,
-                       "hangs on a camera, not in the world; it can't be felt"));
+            tell(known,
+                 MessageCode::OBJECT_CAMERA,
+                 "hangs on a camera, not in the world; it can't be felt");
         if (possible && instance.followsCamera && fresh)
-            _say(about(MessageCode::OBJECT_UNTURNED,
-                       known.path,
-                       "hangs on what turns with the camera on screen; it is felt unturned"));
-        if (possible && fresh && !instance.points) tellStates(instance, known.path);
-        if (possible) fillParts(instance, known);
+            tell(known,
+                 MessageCode::OBJECT_UNTURNED,
+                 "hangs on what turns with the camera on screen; it is felt unturned");
+        if (possible && fresh && !instance.points) tellStates(instance, known);
+        if (possible)
+            fillParts(instance, known);
+        else
+            tellCause(known, MessageCode::OBJECT_INVALID, "");
     }
     _collected.count += known.count;
     if (known.count > 0) ++_collected.felt;
@@ -289,9 +338,9 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
     if (instance.points)
     {
         const PointMesh* made = _points.get(*instance.points, matrix, say);
-        tellLeftOut(known, std::move(leftOut));
+        tellLeftOut(known, leftOut);
         if (!made) return false;
-        known.cause.clear();
+        tellCause(known, MessageCode::OBJECT_INVALID, "");
         _parts.push_back(made->mesh);
         pressure = made->pressure;
         return true;
@@ -304,10 +353,10 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
                   "its matrix is singular, not finite or a perspective; it can't be felt");
         return false;
     }
-    tellGeometry(known);
-    if (!_parts.empty()) known.cause.clear();
+    tellGeometry(known, false);
+    if (!_parts.empty()) tellCause(known, MessageCode::OBJECT_INVALID, "");
     if (!_parts.empty() || _meshes.isBeingRead(*instance.node)) return !_parts.empty();
-    const WhyUnfelt why = whyUnfelt(*instance.node, known.isGeometryTold);
+    const WhyUnfelt why = whyUnfelt(*instance.node, !known.geometry.empty());
     if (why.isHidden)
         tellCause(known, MessageCode::OBJECT_HIDDEN, why.text + "; it is felt once it is shown");
     else if (!why.text.empty())
@@ -316,17 +365,12 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
 }
 
 // Points that are left out are told when that begins, however many they become.
-void SceneCollector::tellLeftOut(Known& known, std::vector<std::string> leftOut)
+void SceneCollector::tellLeftOut(const Known& known, const std::vector<std::string>& leftOut)
 {
-    for (std::string& what : leftOut)
-    {
-        const std::string kind = midair::base::withoutNumbers(what);
-        const auto& before = known.leftOut;
-        if (std::find(before.begin(), before.end(), kind) == before.end())
-            _say(about(MessageCode::POINTS_INVALID, known.path, what));
-        what = kind;
-    }
-    known.leftOut = std::move(leftOut);
+    std::vector<midair::base::Message> told;
+    for (const std::string& what : leftOut)
+        told.push_back(about(MessageCode::POINTS_INVALID, known.path, what, known.origin));
+    _log.sayNow({MessageCode::POINTS_INVALID, known.id}, told);
 }
 
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
@@ -367,28 +411,32 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
 void SceneCollector::tellMarks(const osg::Node& root)
 {
     const std::string path = midair::bridge::quoted(root);
+    std::vector<midair::base::Message> told;
     if (_marks.state() == SceneMarks::State::UNKNOWN)
-        _say(
+        told.push_back(
             about(MessageCode::SCENE_INCOMPLETE,
                   path,
                   fmt::format("{} is not loaded yet and may have what is marked as haptic; nothing "
                               "is felt until a mark is found or all is loaded",
                               _marks.missing())));
     else if (_marks.state() == SceneMarks::State::NONE && _unmarked)
-        _say(about(MessageCode::SCENE_UNMARKED,
-                   path,
-                   "nothing in it is marked as haptic, shown or hidden, so all of it is felt"));
+        told.push_back(
+            about(MessageCode::SCENE_UNMARKED,
+                  path,
+                  "nothing in it is marked as haptic, shown or hidden, so all of it is felt"));
     else if (_marks.state() == SceneMarks::State::NONE)
-        _say(
+        told.push_back(
             about(MessageCode::SCENE_EMPTY,
                   path,
                   "has no HapticSurface, no HapticPoints and no node with a haptic tag; nothing is "
                   "felt"));
     else if (_unmarked && !(*_unmarked == HapticProperty()))
-        _say(about(MessageCode::SETTINGS_INVALID,
-                   path,
-                   "how an object is felt is given for a scene in which nothing is marked; here "
-                   "something is, so its own properties count"));
+        told.push_back(
+            about(MessageCode::SETTINGS_INVALID,
+                  path,
+                  "how an object is felt is given for a scene in which nothing is marked; here "
+                  "something is, so its own properties count"));
+    _log.sayNow({MessageCode::SCENE_EMPTY}, told);
 }
 
 void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
@@ -397,46 +445,52 @@ void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
     const bool isHidden =
         _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
         std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
-    if (isHidden && !_told.isHidden)
-        _say(about(MessageCode::OBJECT_HIDDEN,
-                   midair::bridge::quoted(*roots.front().node),
-                   "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
-                   "nothing is felt until it is shown"));
-    _told.isHidden = isHidden;
+    const Topic hidden{MessageCode::OBJECT_HIDDEN};
+    if (_log.begins(hidden, isHidden))
+        _log.say(hidden,
+                 about(hidden.code,
+                       midair::bridge::quoted(*roots.front().node),
+                       "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
+                       "nothing is felt until it is shown"));
 }
 
-void SceneCollector::sayWarnings(MessageCode code, const std::string& path)
+void SceneCollector::tell(const Known& known, MessageCode code, const std::string& what)
 {
+    const Topic topic{code, known.id, what};
+    if (_log.begins(topic)) _log.say(topic, about(code, known.path, what, known.origin));
+}
+
+// The warnings come when a mesh is read; one that is back says them again.
+void SceneCollector::tellGeometry(Known& known, bool isBack)
+{
+    if (_warnings.empty() && !isBack) return;
     for (const std::string& warning : _warnings)
-        _say(about(code, path, warning));
-}
-
-void SceneCollector::tellGeometry(Known& known)
-{
-    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-    known.isGeometryTold = known.isGeometryTold || !_warnings.empty();
+        known.geometry.push_back(
+            about(MessageCode::OBJECT_GEOMETRY, known.path, warning, known.origin));
+    _log.sayNow({MessageCode::OBJECT_GEOMETRY, known.id, kMesh}, known.geometry);
 }
 
 // Objects are filled in again whenever another one has changed; a cause is told once while it
-// lasts.
+// lasts, and has ended when there is none.
 void SceneCollector::tellCause(Known& known, MessageCode code, const std::string& cause)
 {
     if (known.cause == cause) return;
     known.cause = cause;
-    _say(about(code, known.path, cause));
+    std::vector<midair::base::Message> told;
+    if (!cause.empty()) told.push_back(about(code, known.path, cause, known.origin));
+    _log.sayNow({MessageCode::OBJECT_INVALID, known.id, kCause}, told);
 }
 
 // What the states on the path to an object do to what is seen of it, when it is met first. What is
 // below it is told when it is read, and a drawable is.
-void SceneCollector::tellStates(const HapticInstance& instance, const std::string& path)
+void SceneCollector::tellStates(const HapticInstance& instance, const Known& known)
 {
     const auto look = [&](const osg::Node& node)
     {
         if (node.asDrawable()) return;
         const std::string what = midair::bridge::notFeltOf(node);
-        if (what.empty()) return;
-        const std::string text = midair::bridge::quoted(node) + " " + what;
-        _say(about(MessageCode::OBJECT_GEOMETRY, path, text));
+        if (!what.empty())
+            tell(known, MessageCode::OBJECT_GEOMETRY, midair::bridge::quoted(node) + " " + what);
     };
     _visitor.lookAlong(instance, look);
 }

@@ -19,7 +19,8 @@
 #include <Eigen/Core>
 
 #include <cstdint>
-#include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -53,12 +54,10 @@ struct FeltNode
 class SceneCollector
 {
 public:
-    using Say = std::function<void(const midair::base::Message&)>;
-
     /// \a owner: the HapticScene that it collects for; null: another kind of owner, and all scenes
-    /// that it meets are inside. \a say is called with each reason why something can't be felt,
-    /// with the node's path, possibly many times.
-    SceneCollector(const osg::Node* owner, Say say);
+    /// that it meets are inside. \a log: gets each reason why something can't be felt, with the
+    /// node's path, and its end.
+    SceneCollector(const osg::Node* owner, midair::base::MessageLog& log);
 
     /// Sets how the whole scene is felt if nothing below the roots is marked as haptic.
     void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
@@ -109,28 +108,30 @@ private:
     /// What is kept of an instance from frame to frame.
     struct Known
     {
+        std::uint64_t id = 0; ///< of the instance
         osg::observer_ptr<osg::Node> node;
         std::string path;
         std::shared_ptr<const FeltNode> origin; ///< the same two for the results
         std::string tag;
-        HapticProperty raw;          ///< as the node has it
-        HapticProperty property;     ///< raw, with values out of range repaired
-        unsigned int seen = 0;       ///< frame
-        std::uint64_t shape = 0;     ///< version from the mesh cache
-        bool isGeometryTold = false; ///< what can't be felt of that shape was told
+        HapticProperty raw;      ///< as the node has it
+        HapticProperty property; ///< raw, with values out of range repaired
+        unsigned int seen = 0;   ///< frame
+        std::uint64_t shape = 0; ///< version from the mesh cache
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
-        std::size_t first = 0;            ///< index of its first object
-        std::size_t count = 0;            ///< number of its objects; 0 if it can't be felt
-        std::string cause;                ///< why it can't be felt, as it was told; empty: it can
-        std::vector<std::string> leftOut; ///< what was told of points left out, without numbers
+        std::size_t first = 0; ///< index of its first object
+        std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
+        std::string cause;     ///< why it can't be felt, as it was told; empty: it can
+        std::vector<midair::base::Message> geometry; ///< what can't be felt of its shape
+        bool isUnderstood = true;                    ///< nothing is wrong with its property
     };
 
     /// What was told of the scene.
     struct Told
     {
         std::optional<SceneMarks::State> marks;
-        bool isHidden = false; ///< nothing of what is marked is shown
+        int known = 0;                                   ///< objects that the last frame met
+        std::map<std::uint64_t, unsigned int> obstacles; ///< when they were met last
     };
     /// What configure() was given.
     struct Places
@@ -145,6 +146,8 @@ private:
         std::size_t count = 0;                                        ///< of objects so far
         int felt = 0;
         int beingRead = 0;
+        int known = 0;          ///< objects that were met
+        bool isAnyBack = false; ///< one was not in the frame before
         bool isChanged = false;
         bool isSilenced = false;
     };
@@ -162,17 +165,18 @@ private:
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
-    void tellStates(const HapticInstance& instance, const std::string& path);
+    void tellStates(const HapticInstance& instance, const Known& known);
     void fillParts(const HapticInstance& instance, Known& known);
     bool findParts(const HapticInstance& instance, Known& known, double& pressure);
-    void tellLeftOut(Known& known, std::vector<std::string> leftOut);
+    void tell(const Known& known, midair::base::MessageCode code, const std::string& what);
+    void tellLeftOut(const Known& known, const std::vector<std::string>& leftOut);
     void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);
-    void tellGeometry(Known& known);
+    void tellGeometry(Known& known, bool isBack);
     void fillObstacle(const HapticInstance& instance);
+    void endGone();
     void forgetUnseen();
-    void sayWarnings(midair::base::MessageCode code, const std::string& path);
 
-    const Say _say;
+    midair::base::MessageLog& _log;
     std::optional<HapticProperty> _unmarked; ///< of the root, where nothing is marked
     SceneMarks _marks;
     Told _told;

@@ -22,8 +22,6 @@ namespace osgMidair
 class TaggedObstacles
 {
 public:
-    bool saidIdle = false; ///< a message has said that there are obstacles while shadows are off
-
     void beginFrame();
 
     /// Adds the obstacle \a node. \a toArray: transform from the frame of its children to the

@@ -241,22 +241,6 @@ midair_touch touchOf(const bridge::HandContact& near)
     return touch;
 }
 
-/// Copies what \a make makes of \a all into the caller's memory.
-template<typename From, typename To, typename Make>
-midair_status copyAll(const std::vector<From>& all,
-                      To* to,
-                      std::size_t capacity,
-                      std::size_t* count,
-                      const Make& make)
-{
-    given(count, "count") = all.size();
-    if (all.size() > capacity)
-        fail(MIDAIR_TOO_SMALL, fmt::format("capacity is {}; there are {}", capacity, all.size()));
-    if (!all.empty()) given(to, "the memory to copy to");
-    std::transform(all.begin(), all.end(), to, make);
-    return MIDAIR_OK;
-}
-
 } // namespace
 
 midair_status

@@ -4,6 +4,7 @@
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <chrono>
@@ -81,6 +82,34 @@ void requirePlaying(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
     if (scene.device.empty()) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
 }
 
+/// Calls the scene's listener with what was said and has ended.
+class TellAtEnd
+{
+public:
+    explicit TellAtEnd(Scene& scene) : _scene(scene) {}
+    TellAtEnd(const TellAtEnd&) = delete;
+    TellAtEnd& operator=(const TellAtEnd&) = delete;
+    ~TellAtEnd()
+    {
+        std::vector<base::Message> told;
+        MessageListener listener;
+        {
+            const base::Lock lock(_scene.mutex);
+            if (!_scene.listener.call) return;
+            told = _scene.player.log().changedSince(_scene.listener.seen);
+            listener = _scene.listener;
+        }
+        for (const base::Message& message : told)
+        {
+            const midair_message given = toPublic(message);
+            base::thrownBy([&] { listener.call(listener.user, &given, message.text.c_str()); });
+        }
+    }
+
+private:
+    Scene& _scene;
+};
+
 } // namespace
 
 midair_status midair_play(midair_scene* scene, const char* device)
@@ -117,6 +146,8 @@ midair_status midair_update(midair_scene* scene, double time_s)
         [&]
         {
             const auto of = sceneOf(scene);
+            // Told without the mutex, and of an update that fails as well.
+            const TellAtEnd tells(*of);
             requireFinite(&time_s, 1, "time_s");
             const base::Lock lock(of->mutex);
             requirePlaying(*of);
@@ -130,6 +161,7 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->isTimed = true;
             ++of->frame;
             of->player.rest();
+            of->player.log().sayNow({base::MessageCode::SETTINGS_SILENCED}, of->faults());
             const std::string why = of->whySilenced();
             if (!why.empty())
             {
@@ -205,19 +237,6 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
             const base::Lock lock(of->mutex);
             requirePlaying(*of);
             return writeText(of->player.reading().status, text, size, needed);
-        });
-}
-
-midair_status midair_messages(midair_scene* scene, char* text, size_t size, size_t* needed)
-{
-    return called(
-        [&]
-        {
-            const auto of = sceneOf(scene);
-            const base::Lock lock(of->mutex);
-            of->player.takeResult();
-            return writeText(
-                fmt::format("{}", fmt::join(of->player.log().all(), "\n")), text, size, needed);
         });
 }
 

@@ -178,8 +178,11 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             const std::shared_ptr<Field> made = solved(input, messages);
             {
                 const base::Lock lock(of->mutex);
-                for (const base::Message& message : messages.messages())
+                for (base::Message& message : messages.messages())
+                {
+                    message.isActive = false; // it is of this solve
                     of->player.log().take(message);
+                }
             }
             const haptics::SolveReport& report = made->sequence.report;
             if (report.stop == haptics::StopReason::STOPPED) throw base::Stopped();

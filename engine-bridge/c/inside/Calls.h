@@ -3,6 +3,7 @@
 #include "engine-bridge/c/midair.h"
 #include "haptics/base/threads/Mutex.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +14,8 @@
 #include <unordered_map>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::capi
 {
@@ -161,5 +164,21 @@ private:
     mutable base::Mutex _mutex;
     std::unordered_map<std::uintptr_t, std::shared_ptr<Object>> _all MIDAIR_GUARDED_BY(_mutex);
 };
+
+/// Copies what \a make makes of \a all into the caller's memory.
+template<typename From, typename To, typename Make>
+midair_status copyAll(const std::vector<From>& all,
+                      To* to,
+                      std::size_t capacity,
+                      std::size_t* count,
+                      const Make& make)
+{
+    given(count, "count") = all.size();
+    if (all.size() > capacity)
+        fail(MIDAIR_TOO_SMALL, fmt::format("capacity is {}; there are {}", capacity, all.size()));
+    if (!all.empty()) given(to, "the memory to copy to");
+    std::transform(all.begin(), all.end(), to, make);
+    return MIDAIR_OK;
+}
 
 } // namespace midair::capi

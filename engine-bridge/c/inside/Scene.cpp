@@ -65,20 +65,33 @@ Scene::Scene(std::shared_ptr<const ArrayPair> itsArray) :
     player.setHandSource(hands);
 }
 
-std::string Scene::whySilenced() const
+std::vector<base::Message> Scene::faults() const
 {
-    if (!misunderstood.why().empty()) return misunderstood.why();
+    using base::MessageCode;
+    std::vector<base::Message> all;
+    if (!misunderstood.why().empty())
+        all.emplace_back(MessageCode::SETTINGS_SILENCED, misunderstood.why());
     for (const auto& [number, object] : objects)
         if (!object.misunderstood.why().empty())
-            return fmt::format("object {}: {}", number, object.misunderstood.why());
+            all.push_back(base::about(MessageCode::PROPERTY_SILENCED,
+                                      fmt::format("object {}", number),
+                                      object.misunderstood.why(),
+                                      object.number));
     try
     {
         markedArray();
     }
     catch (const base::InputError& error)
     {
-        return error.what();
+        all.emplace_back(MessageCode::ARRAY_INVALID, error.what());
     }
+    return all;
+}
+
+std::string Scene::whySilenced() const
+{
+    const std::vector<base::Message> all = faults();
+    if (!all.empty()) return all.front().text;
     return settings.enabled ? "" : "the scene is not enabled";
 }
 

@@ -81,6 +81,17 @@ public:
     bool frameAt(double time_s, bridge::HandFrame& frame) override;
 };
 
+/// What midair_on_message() was given.
+struct MessageListener
+{
+    midair_message_callback call = nullptr;
+    void* user = nullptr;
+    std::uint64_t seen = 0; ///< newest change that it was told
+};
+
+/// The form of \a message that programs get.
+midair_message toPublic(const base::Message& message);
+
 /// What a midair_scene stands for.
 struct Scene
 {
@@ -102,6 +113,7 @@ struct Scene
     double time_s MIDAIR_GUARDED_BY(mutex) = 0.0;  ///< of the last update
     bool isTimed MIDAIR_GUARDED_BY(mutex) = false; ///< there was one since midair_play()
     bridge::ScenePlayer player MIDAIR_GUARDED_BY(mutex);
+    MessageListener listener MIDAIR_GUARDED_BY(mutex);
 
     base::Mutex solveMutex;
     /// of solves under way
@@ -113,6 +125,8 @@ struct Scene
     void setMuted(bool muted) MIDAIR_NO_THREAD_ANALYSIS { player.setMuted(muted); }
     void silenceNow() MIDAIR_NO_THREAD_ANALYSIS { player.silenceNow(); }
     /// \}
+    /// What isn't understood, so that nothing is played.
+    std::vector<base::Message> faults() const MIDAIR_REQUIRES(mutex);
     /// Why nothing is played, or an empty text.
     std::string whySilenced() const MIDAIR_REQUIRES(mutex);
     /// The array, as its file was read last, with the transducers that the settings name dead or

@@ -58,6 +58,7 @@ std::string HandTracker::openNamed()
     {
         error = wrong.what();
     }
+    _retry.failed = error;
     _retry.pause_s = error.empty() || !isOwnHands(_uri)
                          ? 0.0
                          : std::clamp(2.0 * _retry.pause_s, kLeastPause_s, kMostPause_s);
@@ -68,25 +69,17 @@ std::string HandTracker::openNamed()
 void HandTracker::tryAgain()
 {
     if (!(_retry.pause_s > 0.0) || _source || base::steadySeconds() < _retry.at_s) return;
-    _retry.failed = openNamed();
+    _retry.isTold = openNamed().empty();
 }
 
 std::vector<Message> HandTracker::takeMessages()
 {
     std::vector<Message> messages;
-    if (!_trouble.thrown.empty()) messages.push_back(failureOf(std::exchange(_trouble.thrown, {})));
-    if (!_retry.failed.empty())
-        messages.push_back({MessageCode::HANDS_OPEN, std::exchange(_retry.failed, {})});
-    if (!_trouble.impossible.empty() && !std::exchange(_trouble.isImpossibleTold, true))
-        messages.push_back({MessageCode::HANDS_SOURCE, _trouble.impossible});
+    if (!std::exchange(_retry.isTold, true))
+        messages.push_back({MessageCode::HANDS_OPEN, _retry.failed}); // once more
     for (std::string& message : _predictor.takeMessages())
         messages.push_back({MessageCode::HANDS_PREDICTION, std::move(message)});
     const std::shared_ptr<HandSource> source = active();
-    if (source && !std::exchange(_later.isTold, true))
-        messages.push_back(
-            {MessageCode::HANDS_PREDICTION,
-             "prediction is left to the tracker, and the hand source tells no hands "
-             "of a later time: they are felt late. prediction=kalman predicts them"});
     if (!source) return messages;
     const std::string thrown = base::thrownBy(
         [&]
@@ -94,8 +87,24 @@ std::vector<Message> HandTracker::takeMessages()
             for (std::string& message : source->takeMessages())
                 messages.push_back({MessageCode::HANDS_SOURCE, std::move(message)});
         });
-    if (!thrown.empty()) messages.push_back(failureOf(thrown));
+    if (!thrown.empty()) _trouble.thrown = thrown;
     return messages;
+}
+
+std::vector<Message> HandTracker::troubles() const
+{
+    std::vector<Message> all;
+    const bool isAny = active() != nullptr;
+    if (!_source && !_retry.failed.empty())
+        all.emplace_back(MessageCode::HANDS_OPEN, _retry.failed);
+    if (isAny && !_trouble.thrown.empty()) all.push_back(failureOf(_trouble.thrown));
+    if (isAny && !_trouble.impossible.empty())
+        all.emplace_back(MessageCode::HANDS_SOURCE, _trouble.impossible);
+    if (isAny && _later.answer == Later::NO)
+        all.emplace_back(MessageCode::HANDS_PREDICTION,
+                         "prediction is left to the tracker, and the hand source tells no hands "
+                         "of a later time: they are felt late. prediction=kalman predicts them");
+    return all;
 }
 
 Message HandTracker::failureOf(const std::string& thrown) const
@@ -137,9 +146,7 @@ void HandTracker::askAhead(HandSource& source)
         return;
     }
     if (_later.answer == Later::NO) return;
-    const bool can = source.setHorizon(horizon_s());
-    _later.isTold = can;
-    _later.answer = can ? Later::YES : Later::NO;
+    _later.answer = source.setHorizon(horizon_s()) ? Later::YES : Later::NO;
 }
 
 // Another source follows. What this one throws is of no interest any more.
@@ -169,7 +176,6 @@ void HandTracker::locate(double time_s, const Eigen::Isometry3d& worldToArray)
         const std::string wrong = leaveOutImpossible(hand);
         if (_trouble.impossible.empty()) _trouble.impossible = wrong;
     }
-    if (_trouble.impossible.empty()) _trouble.isImpossibleTold = false;
     // With no hands, too: those that were known are lost.
     if (!leavesToTracker() || _later.answer == Later::YES) _predictor.predict(_frame, horizon_s());
 }

@@ -47,8 +47,11 @@ public:
     /// From the time of the hands that locate() gives to the sound, s; 0: they are predicted to it.
     double late_s() const { return predicts() ? 0.0 : horizon_s(); }
 
-    /// Returns the messages of the source since the last call.
+    /// Returns what has happened since the last call: what the source says, and hands that could
+    /// not be predicted.
     std::vector<base::Message> takeMessages();
+    /// Returns what is wrong with the source, and its hands, now.
+    std::vector<base::Message> troubles() const;
 
     /// Finds the hands at \a time_s, or where they will be when sound that is made for them
     /// arrives. \a worldToArray: transform from the world of the sources, in metres, to the array.
@@ -76,7 +79,8 @@ private:
     {
         double at_s = 0.0;    ///< steady clock
         double pause_s = 0.0; ///< before it; 0: never
-        std::string failed;   ///< the last of these tries; empty: none since the last message
+        std::string failed;   ///< why the last try has; empty: it has not
+        bool isTold = true;   ///< \c failed, of a try after the first
     };
 
     /// What a source said when it was asked for hands of a later time.
@@ -89,7 +93,6 @@ private:
             NO
         };
         Answer answer = NOT_ASKED;
-        bool isTold = true; ///< that a source has none
     };
 
     /// What is told of hands that can't be.
@@ -97,7 +100,6 @@ private:
     {
         std::string thrown;     ///< by the source, in words; empty: nothing
         std::string impossible; ///< what is wrong with a joint; empty: nothing
-        bool isImpossibleTold = false;
     };
 
     std::string openNamed();

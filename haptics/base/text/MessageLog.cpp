@@ -32,10 +32,16 @@ std::size_t endOfNumber(const std::string& text, std::size_t i)
     }
 }
 
-std::uint64_t nextSaid()
+/// Of the program: rises with each message that a log is told, and with each that ends.
+std::atomic<std::uint64_t>& changesOfAll()
 {
-    static std::atomic<std::uint64_t> said{0};
-    return ++said;
+    static std::atomic<std::uint64_t> changes{0};
+    return changes;
+}
+
+bool contains(const std::vector<std::string>& keys, const std::string& key)
+{
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
 bool areAlike(const Message& a, const Message& b)
@@ -65,70 +71,72 @@ const std::vector<MessageKind>& messageKinds()
 {
     using C = MessageCode;
     using S = Severity;
+    using L = Lasts;
     static const std::vector<MessageKind> all = {
-        {C::AIR_TEMPERATURE, "air.temperature", S::WARNING, false},
-        {C::ARRAY_DEAD, "array.dead", S::FAULT, true},
-        {C::ARRAY_INVALID, "array.invalid", S::FAULT, false},
-        {C::ARRAY_READ_AGAIN, "array.reread", S::NOTICE, true},
-        {C::ARRAY_REFUSED, "array.refused", S::FAULT, true},
-        {C::CALLBACK_THREW, "callback.threw", S::WARNING, false},
-        {C::CAP_EARS, "cap.ears", S::NOTICE, true},
-        {C::CAP_PRESSURE, "cap.pressure", S::NOTICE, true},
-        {C::DEVICE_CAP, "device.cap", S::FAULT, true},
-        {C::DEVICE_FAULT, "device.fault", S::FAULT, true},
-        {C::DEVICE_HANGS, "device.hangs", S::FAULT, true},
-        {C::DEVICE_LOST, "device.lost", S::FAULT, true},
-        {C::DEVICE_MUTED, "device.muted", S::NOTICE, true},
-        {C::DEVICE_OPEN, "device.open", S::FAULT, true},
-        {C::DEVICE_OPENED, "device.opened", S::NOTICE, true},
-        {C::DEVICE_REFUSED, "device.refused", S::FAULT, true},
-        {C::DEVICE_SLOW, "device.slow", S::NOTICE, true},
-        {C::FIELD_FAILED, "field.failed", S::FAULT, false},
-        {C::FIELD_REST, "field.rest", S::WARNING, false},
-        {C::FIELD_SILENCED, "field.silenced", S::FAULT, true},
-        {C::FIELD_UNEVEN, "field.uneven", S::NOTICE, true},
-        {C::GRANTS_FILE, "grants.file", S::WARNING, false},
-        {C::GRANTS_REFUSED, "grants.refused", S::WARNING, false},
-        {C::GRANTS_TRUST, "grants.trust", S::NOTICE, false},
-        {C::HANDS_OPEN, "hands.open", S::WARNING, false},
-        {C::HANDS_PREDICTION, "hands.prediction", S::WARNING, false},
-        {C::HANDS_SOURCE, "hands.source", S::WARNING, false},
-        {C::HANDS_THREW, "hands.threw", S::WARNING, false},
-        {C::MODULATION_FREQUENCY, "modulation.frequency", S::WARNING, true},
-        {C::MODULATION_OVERRIDDEN, "modulation.overridden", S::WARNING, true},
-        {C::MODULATION_SUBSETS, "modulation.subsets", S::WARNING, true},
-        {C::MONITOR_FAILED, "monitor.failed", S::WARNING, false},
-        {C::OBJECT_CAMERA, "object.camera", S::WARNING, true},
-        {C::OBJECT_GEOMETRY, "object.geometry", S::WARNING, false},
-        {C::OBJECT_HIDDEN, "object.hidden", S::NOTICE, true},
-        {C::OBJECT_INVALID, "object.invalid", S::WARNING, false},
-        {C::OBJECT_LARGE, "object.large", S::WARNING, true},
-        {C::OBJECT_SIDE, "object.side", S::NOTICE, true},
-        {C::OBJECT_SMALL, "object.small", S::WARNING, true},
-        {C::OBJECT_UNFELT, "object.unfelt", S::WARNING, true},
-        {C::OBJECT_UNITS, "object.units", S::WARNING, true},
-        {C::OBJECT_UNREACHABLE, "object.unreachable", S::WARNING, true},
-        {C::OBJECT_UNTURNED, "object.unturned", S::NOTICE, true},
-        {C::OBSTACLE_IDLE, "obstacle.idle", S::NOTICE, true},
-        {C::OBSTACLE_INVALID, "obstacle.invalid", S::WARNING, false},
-        {C::POINTS_BUDGET, "points.budget", S::WARNING, true},
-        {C::POINTS_INVALID, "points.invalid", S::WARNING, false},
-        {C::PROPERTY_INVALID, "property.invalid", S::WARNING, false},
-        {C::PROPERTY_SILENCED, "property.silenced", S::FAULT, false},
-        {C::SCENE_CLOSED, "scene.closed", S::FAULT, true},
-        {C::SCENE_EMPTY, "scene.empty", S::WARNING, true},
-        {C::SCENE_INCOMPLETE, "scene.incomplete", S::WARNING, true},
-        {C::SCENE_INSIDE, "scene.inside", S::NOTICE, false},
-        {C::SCENE_LIMIT, "scene.limit", S::FAULT, false},
-        {C::SCENE_UNMARKED, "scene.unmarked", S::NOTICE, true},
-        {C::SETTINGS_CALIBRATION, "settings.calibration", S::FAULT, true},
-        {C::SETTINGS_INVALID, "settings.invalid", S::WARNING, false},
-        {C::SETTINGS_LIMITED, "settings.limited", S::WARNING, false},
-        {C::SETTINGS_SILENCED, "settings.silenced", S::FAULT, false},
-        {C::SOLVER_REFUSED, "solver.refused", S::FAULT, false},
-        {C::SOLVER_REPORT, "solver.report", S::NOTICE, false},
-        {C::SOLVER_SLOW, "solver.slow", S::WARNING, true},
-        {C::VIEWER_SILENT, "viewer.silent", S::FAULT, true},
+        {C::AIR_TEMPERATURE, "air.temperature", S::WARNING, L::STATE, false},
+        {C::ARRAY_DEAD, "array.dead", S::FAULT, L::STATE, true},
+        {C::ARRAY_INVALID, "array.invalid", S::FAULT, L::STATE, false},
+        {C::ARRAY_READ_AGAIN, "array.reread", S::NOTICE, L::MOMENT, true},
+        {C::ARRAY_REFUSED, "array.refused", S::FAULT, L::STATE, true},
+        {C::CALLBACK_THREW, "callback.threw", S::WARNING, L::MOMENT, false},
+        {C::CAP_EARS, "cap.ears", S::NOTICE, L::FIELD, true},
+        {C::CAP_PRESSURE, "cap.pressure", S::NOTICE, L::FIELD, true},
+        {C::DEVICE_CAP, "device.cap", S::FAULT, L::STATE, true},
+        {C::DEVICE_FAULT, "device.fault", S::FAULT, L::STATE, true},
+        {C::DEVICE_HANGS, "device.hangs", S::FAULT, L::STATE, true},
+        {C::DEVICE_LOST, "device.lost", S::FAULT, L::STATE, true},
+        {C::DEVICE_MUTED, "device.muted", S::NOTICE, L::STATE, true},
+        {C::DEVICE_OPEN, "device.open", S::FAULT, L::STATE, true},
+        {C::DEVICE_OPENED, "device.opened", S::NOTICE, L::MOMENT, true},
+        {C::DEVICE_REFUSED, "device.refused", S::FAULT, L::STATE, true},
+        {C::DEVICE_SLOW, "device.slow", S::NOTICE, L::FIELD, true},
+        {C::FIELD_FAILED, "field.failed", S::FAULT, L::FIELD, false},
+        {C::FIELD_REST, "field.rest", S::WARNING, L::FIELD, false},
+        {C::FIELD_SILENCED, "field.silenced", S::FAULT, L::FIELD, true},
+        {C::FIELD_UNEVEN, "field.uneven", S::NOTICE, L::FIELD, true},
+        {C::GRANTS_FILE, "grants.file", S::WARNING, L::STATE, false},
+        {C::GRANTS_REFUSED, "grants.refused", S::WARNING, L::STATE, false},
+        {C::GRANTS_TRUST, "grants.trust", S::NOTICE, L::STATE, false},
+        {C::HANDS_OPEN, "hands.open", S::WARNING, L::STATE, false},
+        {C::HANDS_PREDICTION, "hands.prediction", S::WARNING, L::MOMENT, false},
+        {C::HANDS_SOURCE, "hands.source", S::WARNING, L::STATE, false},
+        {C::HANDS_THREW, "hands.threw", S::WARNING, L::STATE, false},
+        {C::MODULATION_FREQUENCY, "modulation.frequency", S::WARNING, L::FIELD, true},
+        {C::MODULATION_OVERRIDDEN, "modulation.overridden", S::WARNING, L::FIELD, true},
+        {C::MODULATION_SUBSETS, "modulation.subsets", S::WARNING, L::FIELD, true},
+        {C::MONITOR_FAILED, "monitor.failed", S::WARNING, L::STATE, false},
+        {C::OBJECT_CAMERA, "object.camera", S::WARNING, L::STATE, true},
+        {C::OBJECT_GEOMETRY, "object.geometry", S::WARNING, L::STATE, false},
+        {C::OBJECT_HIDDEN, "object.hidden", S::NOTICE, L::STATE, true},
+        {C::OBJECT_INVALID, "object.invalid", S::WARNING, L::STATE, false},
+        {C::OBJECT_LARGE, "object.large", S::WARNING, L::STATE, true},
+        {C::OBJECT_SIDE, "object.side", S::NOTICE, L::STATE, true},
+        {C::OBJECT_SMALL, "object.small", S::WARNING, L::STATE, true},
+        {C::OBJECT_UNFELT, "object.unfelt", S::WARNING, L::STATE, true},
+        {C::OBJECT_UNITS, "object.units", S::WARNING, L::STATE, true},
+        {C::OBJECT_UNREACHABLE, "object.unreachable", S::WARNING, L::STATE, true},
+        {C::OBJECT_UNTURNED, "object.unturned", S::NOTICE, L::STATE, true},
+        {C::OBSTACLE_IDLE, "obstacle.idle", S::NOTICE, L::STATE, true},
+        {C::OBSTACLE_INVALID, "obstacle.invalid", S::WARNING, L::STATE, false},
+        {C::POINTS_BUDGET, "points.budget", S::WARNING, L::STATE, true},
+        {C::POINTS_INVALID, "points.invalid", S::WARNING, L::STATE, false},
+        {C::PROPERTY_INVALID, "property.invalid", S::WARNING, L::STATE, false},
+        {C::PROPERTY_SILENCED, "property.silenced", S::FAULT, L::STATE, false},
+        {C::SCENE_CLOSED, "scene.closed", S::FAULT, L::FIELD, true},
+        {C::SCENE_EMPTY, "scene.empty", S::WARNING, L::STATE, true},
+        {C::SCENE_INCOMPLETE, "scene.incomplete", S::WARNING, L::STATE, true},
+        {C::SCENE_INSIDE, "scene.inside", S::NOTICE, L::STATE, false},
+        {C::SCENE_LIMIT, "scene.limit", S::FAULT, L::STATE, false},
+        {C::SCENE_UNMARKED, "scene.unmarked", S::NOTICE, L::STATE, true},
+        {C::SETTINGS_CALIBRATION, "settings.calibration", S::FAULT, L::STATE, true},
+        {C::SETTINGS_INVALID, "settings.invalid", S::WARNING, L::STATE, false},
+        {C::SETTINGS_LIMITED, "settings.limited", S::WARNING, L::STATE, false},
+        {C::SETTINGS_SILENCED, "settings.silenced", S::FAULT, L::STATE, false},
+        {C::SOLVER_REFUSED, "solver.refused", S::FAULT, L::FIELD, false},
+        {C::SOLVER_REPORT, "solver.report", S::NOTICE, L::FIELD, false},
+        {C::SOLVER_SLOW, "solver.slow", S::WARNING, L::STATE, true},
+        {C::SOLVER_UNKNOWN, "solver.unknown", S::FAULT, L::FIELD, true},
+        {C::VIEWER_SILENT, "viewer.silent", S::FAULT, L::STATE, true},
     };
     return all;
 }
@@ -233,29 +241,42 @@ void MessageLog::add(std::string key, Message message, bool isCounted)
     }
     else if (!makeRoom(message))
         return;
+    message.number = _added;
     _keys.push_back(std::move(key));
     _all.push_back(std::move(message));
+}
+
+void MessageLog::makePrintable(Message& message) const
+{
+    if (!_isForUser) return; // may contain text from a file
+    message.text = printable(message.text);
+    message.path = printable(message.path);
 }
 
 // \a isCounted: it is said once more; else it is one that another log has counted.
 bool MessageLog::keep(Message message, bool isCounted)
 {
-    if (_isForUser) // may contain text from a file
+    makePrintable(message);
+    message.changed = ++changesOfAll();
+    if (isCounted)
     {
-        message.text = printable(message.text);
-        message.path = printable(message.path);
+        message.said = message.changed;
+        message.isActive = message.isActive || kindOf(message.code).lasts != Lasts::MOMENT;
+        message.since_s = _clock.now_s();
+        message.until_s = 0.0;
     }
-    if (isCounted) message.said = nextSaid();
     std::string key = keyOf(message);
     std::optional<Line> line;
     {
         const Lock lock(_mutex);
         if (Message* known = find(key))
         {
-            if (message.said > known->said) known->text = std::move(message.text);
-            known->said = std::max(known->said, message.said);
-            known->count =
+            message.count =
                 isCounted ? known->count + message.count : std::max(known->count, message.count);
+            if (message.said <= known->said)
+                known->count = message.count;
+            else
+                renew(*known, std::move(message));
             return false;
         }
         if (_print) line = lineOf(message);
@@ -265,36 +286,194 @@ bool MessageLog::keep(Message message, bool isCounted)
     return true;
 }
 
-void MessageLog::sayOfAll(MessageCode code,
-                          const std::vector<std::string>& paths,
-                          const std::string& what)
+// A newer text alone is no change.
+void MessageLog::renew(Message& known, Message message)
 {
-    if (paths.empty()) return;
-    const std::string more =
-        paths.size() > 1 ? "; so it is with " + std::to_string(paths.size() - 1) + " more" : "";
-    say(about(code, paths.front(), what + more));
+    if (known.isActive && message.isActive) message.since_s = known.since_s;
+    if (known.isActive == message.isActive && known.count == message.count)
+        message.changed = known.changed;
+    message.number = known.number;
+    known = std::move(message);
 }
 
 // What was taken before may be gone from this log, which has a limit, and isn't new for that.
 void MessageLog::takeNew(const std::vector<Message>& all)
 {
-    std::uint64_t newest = 0;
+    Taken before;
     {
         const Lock lock(_mutex);
-        newest = _takenUpTo;
+        before.said = _taken.said;
+        before.changed = _taken.changed;
+        _taken.changed = 0;
         for (const Message& message : all)
-            _takenUpTo = std::max(_takenUpTo, message.said);
+        {
+            _taken.said = std::max(_taken.said, message.said);
+            _taken.changed = std::max(_taken.changed, message.changed);
+        }
     }
     for (const Message& message : all)
-        if (message.said == 0 || message.said > newest) take(message);
+        if (message.said == 0 || message.said > before.said) take(message);
+    const Lock lock(_mutex);
+    if (_taken.changed != before.changed || _taken.changed == 0) takeEnds(all);
+}
+
+void MessageLog::takeEnds(const std::vector<Message>& all)
+{
+    std::set<std::string> active;
+    for (Message message : all)
+    {
+        makePrintable(message);
+        if (message.isActive || message.said == 0) active.insert(keyOf(message));
+    }
+    std::vector<std::string> ended;
+    std::set_difference(_taken.keys.begin(),
+                        _taken.keys.end(),
+                        active.begin(),
+                        active.end(),
+                        std::back_inserter(ended));
+    _taken.keys = std::move(active);
+    endUnheld(ended);
+}
+
+// --- What lasts ----------------------------------------------------------------------------------
+
+void MessageLog::end(Message& message)
+{
+    if (!message.isActive) return;
+    message.isActive = false;
+    message.until_s = _clock.now_s();
+    message.changed = ++changesOfAll();
+}
+
+// A topic holds it, or the other log has it.
+bool MessageLog::isHeld(const std::string& key) const
+{
+    const auto holds = [&key](const Topics& topics)
+    {
+        return std::any_of(topics.begin(),
+                           topics.end(),
+                           [&](const Topics::value_type& one)
+                           { return contains(one.second, key); });
+    };
+    return holds(_states.lasting) || holds(_states.noted) || holds(_states.fresh) ||
+           _taken.keys.count(key) > 0;
+}
+
+void MessageLog::endUnheld(const std::vector<std::string>& keys)
+{
+    for (const std::string& key : keys)
+        if (Message* known = isHeld(key) ? nullptr : find(key)) end(*known);
+}
+
+void MessageLog::erase(Topics& topics, const Topic& topic)
+{
+    const auto found = topics.find(topic);
+    if (found == topics.end()) return;
+    const std::vector<std::string> keys = std::move(found->second);
+    topics.erase(found);
+    endUnheld(keys);
 }
 
 bool MessageLog::begins(const Topic& topic, bool holds)
 {
     const Lock lock(_mutex);
-    if (holds) return _states.lasting.insert(topic).second;
-    _states.lasting.erase(topic);
+    if (holds) return _states.lasting.try_emplace(topic).second;
+    erase(_states.lasting, topic);
     return false;
+}
+
+void MessageLog::endsOf(std::uint64_t object)
+{
+    const Lock lock(_mutex);
+    std::vector<Topic> ended;
+    for (const auto& [topic, keys] : _states.lasting)
+        if (topic.object == object) ended.push_back(topic);
+    for (const Topic& topic : ended)
+        erase(_states.lasting, topic);
+}
+
+void MessageLog::link(const Topic& topic, const std::string& key)
+{
+    const auto isNoted = _states.noted.find(topic);
+    std::vector<std::string>& keys = isNoted != _states.noted.end() ? isNoted->second
+                                     : _states.now.count(topic) > 0 ? _states.fresh[topic]
+                                                                    : _states.lasting[topic];
+    if (!contains(keys, key)) keys.push_back(key);
+}
+
+bool MessageLog::say(const Topic& topic, Message message)
+{
+    makePrintable(message);
+    message.isActive = true;
+    {
+        const Lock lock(_mutex);
+        link(topic, keyOf(message));
+    }
+    return keep(std::move(message), true);
+}
+
+void MessageLog::sayOfAll(const std::vector<Topic>& topics, Message first)
+{
+    if (topics.size() > 1)
+        first.text += "; so it is with " + std::to_string(topics.size() - 1) + " more";
+    makePrintable(first);
+    {
+        const Lock lock(_mutex);
+        for (const Topic& topic : topics)
+            link(topic, keyOf(first));
+    }
+    if (!topics.empty()) say(topics.front(), std::move(first));
+}
+
+void MessageLog::sayNow(const Topic& topic, const std::vector<Message>& all)
+{
+    std::vector<std::string> before;
+    {
+        const Lock lock(_mutex);
+        const auto found = _states.lasting.find(topic);
+        if (found != _states.lasting.end()) before = std::move(found->second);
+        if (found != _states.lasting.end()) _states.lasting.erase(found);
+    }
+    for (const Message& message : all)
+    {
+        Message clean = message;
+        makePrintable(clean);
+        const std::string key = keyOf(clean);
+        if (!contains(before, key))
+        {
+            say(topic, message);
+            continue;
+        }
+        const Lock lock(_mutex);
+        link(topic, key);
+        Message* const known = find(key);
+        if (!known || known->text == clean.text) continue;
+        known->text = std::move(clean.text);
+        known->said = ++changesOfAll();
+    }
+    const Lock lock(_mutex);
+    endUnheld(before);
+}
+
+void MessageLog::end(MessageCode code)
+{
+    const Lock lock(_mutex);
+    for (std::size_t i = 0; i < _all.size(); ++i)
+        if (_all[i].code == code && !isHeld(_keys[i])) end(_all[i]);
+}
+
+void MessageLog::endField(std::uint64_t before)
+{
+    const Lock lock(_mutex);
+    for (std::size_t i = 0; i < _all.size(); ++i)
+        if (_all[i].said <= before && kindOf(_all[i].code).lasts == Lasts::FIELD &&
+            !isHeld(_keys[i]))
+            end(_all[i]);
+}
+
+std::uint64_t MessageLog::saidNow()
+{
+    return changesOfAll();
 }
 
 void MessageLog::beginLook()
@@ -306,19 +485,31 @@ void MessageLog::beginLook()
 bool MessageLog::note(const Topic& topic)
 {
     const Lock lock(_mutex);
-    return _states.now.insert(topic).second && _states.before.count(topic) == 0;
+    return _states.now.insert(topic).second && _states.noted.count(topic) == 0;
 }
 
 void MessageLog::keepNoted(const Topic& topic)
 {
     const Lock lock(_mutex);
-    if (_states.before.count(topic) > 0) _states.now.insert(topic);
+    if (_states.noted.count(topic) > 0) _states.now.insert(topic);
 }
 
 void MessageLog::endLook()
 {
     const Lock lock(_mutex);
-    _states.before.swap(_states.now);
+    std::vector<std::string> ended;
+    const Topics before = std::exchange(_states.noted, {});
+    const Topics fresh = std::exchange(_states.fresh, {});
+    for (const Topic& topic : _states.now)
+        _states.noted[topic];
+    for (const Topics* topics : {&before, &fresh})
+        for (const auto& [topic, keys] : *topics)
+        {
+            const auto goesOn = _states.noted.find(topic);
+            std::vector<std::string>& to = goesOn == _states.noted.end() ? ended : goesOn->second;
+            to.insert(to.end(), keys.begin(), keys.end());
+        }
+    endUnheld(ended);
 }
 
 std::vector<Message> MessageLog::messages() const
@@ -342,6 +533,36 @@ std::vector<std::string> MessageLog::newTexts(std::size_t& told) const
     for (std::size_t i = _all.size() - fresh; i < _all.size(); ++i)
         texts.push_back(_all[i].text);
     return texts;
+}
+
+std::uint64_t MessageLog::changes() const
+{
+    const Lock lock(_mutex);
+    std::uint64_t newest = 0;
+    for (const Message& message : _all)
+        newest = std::max(newest, message.changed);
+    return newest;
+}
+
+std::vector<Message> MessageLog::changedSince(std::uint64_t& seen) const
+{
+    const Lock lock(_mutex);
+    std::vector<Message> fresh;
+    const std::uint64_t before = seen;
+    for (const Message& message : _all)
+        if (message.changed > before)
+        {
+            fresh.push_back(message);
+            seen = std::max(seen, message.changed);
+        }
+    return fresh;
+}
+
+void MessageLog::forgetEnded()
+{
+    const Lock lock(_mutex);
+    for (std::size_t i = _all.size(); i-- > 0;)
+        if (!_all[i].isActive) erase(i);
 }
 
 std::size_t MessageLog::added() const

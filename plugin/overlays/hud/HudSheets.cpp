@@ -118,13 +118,13 @@ std::string causeFirst(const HapticMessage& message)
     return message.text.substr(path.size()) + " (" + node + ")";
 }
 
-/// Returns the newest message of \a severity, its cause first; empty: none.
+/// Returns the newest active message of \a severity, its cause first; empty: none.
 std::string newest(const HapticStatistics& statistics, HapticMessage::Severity severity)
 {
-    const auto found =
-        std::find_if(statistics.told.rbegin(),
-                     statistics.told.rend(),
-                     [&](const HapticMessage& message) { return message.severity == severity; });
+    const auto found = std::find_if(statistics.told.rbegin(),
+                                    statistics.told.rend(),
+                                    [&](const HapticMessage& message)
+                                    { return message.isActive && message.severity == severity; });
     return found == statistics.told.rend() ? std::string() : causeFirst(*found);
 }
 
@@ -302,26 +302,21 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
 
 std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm)
 {
-    // While the array plays, what kept it from playing is over.
-    const bool plays = news.statistics.state == ArrayState::PLAYING;
-    const auto rank = [&](const HapticMessage& message)
-    {
-        if (message.severity == HapticMessage::FAULT) return plays ? 3 : 0;
-        return message.severity == HapticMessage::WARNING ? 1 : 2;
-    };
+    // What has happened stays; what has ended doesn't.
     std::vector<const HapticMessage*> order;
     for (auto message = news.statistics.told.rbegin(); message != news.statistics.told.rend();
          ++message)
-        order.push_back(&*message);
+        if (message->until_s == 0.0) order.push_back(&*message);
     std::stable_sort(order.begin(),
                      order.end(),
-                     [&](const HapticMessage* a, const HapticMessage* b)
-                     { return rank(*a) < rank(*b); });
+                     [](const HapticMessage* a, const HapticMessage* b) {
+                         return std::make_pair(a->isActive, a->severity) >
+                                std::make_pair(b->isActive, b->severity);
+                     });
     std::vector<std::string> texts;
     for (const HapticMessage* message : order)
     {
         std::string text = causeFirst(*message);
-        if (rank(*message) == 3) text.insert(0, "before: ");
         const bool isSaid = text == alarm.reason || message->text == alarm.reason ||
                             message->code == "device.muted" ||
                             (alarm.word == "CAPPED" &&

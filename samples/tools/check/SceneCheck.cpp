@@ -31,9 +31,14 @@ constexpr double kWeakShare = 0.9;
 /// A relative pressure above it was perhaps meant in Pa.
 constexpr double kLargeRelative = 20.0;
 
+bool isOver(const HapticMessage& message)
+{
+    return message.until_s > 0.0;
+}
+
 bool isBad(const CheckedMessage& one)
 {
-    return one.message.severity != HapticMessage::NOTICE;
+    return one.message.severity != HapticMessage::NOTICE && !isOver(one.message);
 }
 
 std::string points(unsigned int count, const char* why)
@@ -52,6 +57,7 @@ std::vector<std::string> toldOf(const CheckedObject& object,
     for (const CheckedMessage& one : scene.messages)
     {
         const std::string& text = one.message.text;
+        if (isOver(one.message)) continue;
         const bool isMeant =
             codes.empty() ? isBad(one)
                           : std::find(codes.begin(), codes.end(), one.message.code) != codes.end();

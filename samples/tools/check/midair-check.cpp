@@ -97,6 +97,7 @@ void printMessage(Out out, const CheckedMessage& one)
     fmt::format_to(
         out, "  {:<7} {}: {}", severityName(message.severity), message.code, message.text);
     if (message.count > 1) fmt::format_to(out, " ({} times)", message.count);
+    if (message.until_s > 0.0) fmt::format_to(out, " (over)");
     if (one.line > 0) fmt::format_to(out, " [{}:{}]", one.file, one.line);
     fmt::format_to(out, "\n");
 }
@@ -162,7 +163,8 @@ Json messageJson(const CheckedMessage& one)
                  {"code", message.code},
                  {"path", message.path},
                  {"text", message.text},
-                 {"count", message.count}};
+                 {"count", message.count},
+                 {"active", message.isActive}};
     if (one.line == 0) return json;
     json["file"] = one.file;
     json["line"] = one.line;

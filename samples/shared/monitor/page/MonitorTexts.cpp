@@ -133,14 +133,20 @@ void addReading(Json& json, const MonitorState& state)
     std::vector<osgMidair::HapticMessage> gravestFirst = s.told;
     std::stable_sort(gravestFirst.begin(),
                      gravestFirst.end(),
-                     [](const auto& a, const auto& b) { return a.severity > b.severity; });
+                     [](const auto& a, const auto& b) {
+                         return std::make_pair(a.isActive, a.severity) >
+                                std::make_pair(b.isActive, b.severity);
+                     });
     json["messages"] = Json::array();
     for (const osgMidair::HapticMessage& message : gravestFirst)
         json["messages"].push_back({{"severity", kSeverityNames.at(message.severity)},
                                     {"code", message.code},
                                     {"path", message.path},
                                     {"text", message.text},
-                                    {"count", message.count}});
+                                    {"count", message.count},
+                                    {"active", message.isActive},
+                                    {"since_s", message.since_s},
+                                    {"until_s", message.until_s}});
 }
 
 /// Writes metrics, each with its two lines of comment before it.
