@@ -24,9 +24,10 @@ int main(int argc, char** argv)
     scene->addChild(point);
 
     Frames frames(*scene);
-    const osg::ref_ptr<const osgMidair::HapticField> field = frames.untilPlayed();
+    if (!frames.untilPlayed()) return 1;
+    frames.run(0.2); // the ramp is over
+    const osg::ref_ptr<const osgMidair::HapticField> field = scene->getField();
     if (!field) return 1;
-    frames.run(0.2);
     float most = 0.0F;
     for (const std::complex<float>& q : field->getActivations())
         most = std::max(most, std::abs(q));

@@ -26,7 +26,7 @@ with midair.Scene("octagon") as scene:
         for contact in scene.contacts:
             rows.append((now, *contact["centre"], contact["depth_m"], contact["pressure_Pa"], contact["object"] == plate.number))
         time.sleep(0.01)
-    print(scene.state["played"], "fields played;", scene.messages or "nothing to tell")
+    print(scene.state["played"], "fields played;", *(message.text for message in scene.active_messages))
 
 rows = np.array(rows)
 print(f"{len(rows)} contacts seen, {100 * rows[:, 6].mean():.0f} % with the plate; deepest {1e3 * rows[:, 4].max():.1f} mm")

@@ -53,7 +53,8 @@ class Caps(unittest.TestCase):
             with self.assertRaisesRegex(midair.Error, f'{variable} is "{value}", should be '):
                 updates_until(scene, lambda: False)
             self.assertNotEqual(scene.state["state"], "playing")
-            self.assertIn(f'{variable} is "{value}", should be ', str(scene.messages))
+            texts = [message.text for message in scene.active_messages]
+            self.assertTrue(any(f'{variable} is "{value}", should be ' in text for text in texts), texts)
         finally:
             del os.environ[variable]
         self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), variable)
@@ -90,7 +91,8 @@ class Bytes(unittest.TestCase):
             scene = midair.Scene("octagon")
             scene.add_file(STAR, size=size)
             levels[size] = scene.solve().figures["level_Pa"]
-            self.assertEqual("under half a wavelength" in scene.messages, size < 0.01)
+            told = any("under half a wavelength" in message.text for message in scene.messages)
+            self.assertEqual(told, size < 0.01)
         self.assertLess(levels[4e-5], levels[0.1])
         self.assertGreater(levels[4e-5], 100)
 
@@ -269,6 +271,61 @@ class Extending(unittest.TestCase):
         fields = [one for one in played if one]
         self.assertLess(fields[0][0].max(), 32)
         self.assertIsNone(played[-1])  # silent at the end
+
+
+class Messages(unittest.TestCase):
+    """A message is active until what it says has ended."""
+
+    def test_of_mistakes_that_are_mended(self):
+        def far(z):
+            pose = np.eye(4)
+            pose[2, 3] = z
+            return pose
+
+        for code, make, mend in (
+            ("settings.silenced", lambda s, p: s.__setitem__("maxPressure", "loud"), lambda s, p: s.__setitem__("maxPressure", 0)),
+            ("property.silenced", lambda s, p: p.__setitem__("pressure", "loud"), lambda s, p: p.__setitem__("pressure", 1)),
+            ("object.unreachable", lambda s, p: p.set_pose(far(40.0)), lambda s, p: p.set_pose(far(0.0))),
+            ("solver.unknown", lambda s, p: s.__setitem__("solver", "nosuch"), lambda s, p: s.__setitem__("solver", "greedy+refine")),
+        ):
+            with self.subTest(code), focus()[0] as scene:
+                points = scene.add_points([0.0, 0.0, 0.01])
+                told = {}
+                scene.on_message(lambda message, told=told: told.__setitem__(message.code, message.active))
+                scene.play("sim:")
+                plays = lambda: scene.state["state"] == "playing"
+                self.assertTrue(updates_until(scene, plays), scene.messages)
+                self.assertEqual(scene.active_messages, [])
+                try:
+                    make(scene, points)
+                except midair.Error:
+                    pass
+                self.assertTrue(self.updates_until(scene, lambda: told.get(code) is True), scene.messages)
+                self.assertEqual([message.code for message in scene.active_messages], [code])
+                mend(scene, points)
+                self.assertTrue(updates_until(scene, lambda: told[code] is False and plays()))
+                self.assertEqual(scene.active_messages, [])
+                kept = [message for message in scene.messages if message.code == code]
+                self.assertEqual(len(kept), 1)
+                self.assertFalse(kept[0].active)
+                self.assertLessEqual(kept[0].since, kept[0].until)
+                self.assertLessEqual(kept[0].until, time.monotonic())
+                self.assertIn(code, repr(kept[0]))
+                scene.clear_messages()
+                self.assertEqual(scene.messages, [])
+                scene.on_message(None)
+
+    def updates_until(self, scene, reached):
+        """As updates_until(), where an update may fail."""
+        for _ in range(4000):
+            try:
+                scene.update(time.monotonic() - BEGIN)
+            except midair.Error as error:
+                self.assertIn("loud", str(error))
+            if reached():
+                return True
+            time.sleep(0.005)
+        return False
 
 
 class Forces(unittest.TestCase):
