@@ -459,15 +459,15 @@ void MessageLog::end(MessageCode code)
 {
     const Lock lock(_mutex);
     for (std::size_t i = 0; i < _all.size(); ++i)
-        if (_all[i].code == code && !isHeld(_keys[i])) end(_all[i]);
+        if (_all[i].isActive && _all[i].code == code && !isHeld(_keys[i])) end(_all[i]);
 }
 
 void MessageLog::endField(std::uint64_t before)
 {
     const Lock lock(_mutex);
     for (std::size_t i = 0; i < _all.size(); ++i)
-        if (_all[i].said <= before && kindOf(_all[i].code).lasts == Lasts::FIELD &&
-            !isHeld(_keys[i]))
+        if (_all[i].isActive && _all[i].said <= before &&
+            kindOf(_all[i].code).lasts == Lasts::FIELD && !isHeld(_keys[i]))
             end(_all[i]);
 }
 
