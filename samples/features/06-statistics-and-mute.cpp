@@ -33,7 +33,7 @@ int main()
                 now.level_Pa,
                 100.0 * now.rms,
                 now.latencyP50_ms);
-    for (const osgMidair::HapticMessage& message : now.told)
+    for (const osgMidair::HapticMessage& message : scene->getActiveMessages())
         std::printf("%s (%llu x): %s\n",
                     message.code.c_str(),
                     static_cast<unsigned long long>(message.count),

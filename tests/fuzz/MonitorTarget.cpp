@@ -88,7 +88,9 @@ void requireTexts(const std::string& text)
     s.device = text;
     s.stop = text;
     s.figures = {{"rms", 1.0}};
-    s.told = {{osgMidair::HapticMessage::FAULT, text, text, text, 2}};
+    osgMidair::HapticMessage& told = s.told.emplace_back();
+    told.severity = osgMidair::HapticMessage::FAULT;
+    told.code = told.path = told.text = text;
     state.view.reading.array = text;
     state.view.messages[text] = {osgMidair::HapticMessage::FAULT, 1, 1};
     state.view.events.push_back({0.5, text, 1});

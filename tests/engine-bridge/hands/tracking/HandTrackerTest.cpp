@@ -60,11 +60,11 @@ TEST(HandTracker, ASourceThatThrowsIsToldAndHasNoHands)
     const auto source = std::make_shared<OneHand>();
     tracker.setSource(source);
     tracker.locate(0.0, Eigen::Isometry3d::Identity());
-    EXPECT_TRUE(tracker.takeMessages().empty());
+    EXPECT_TRUE(tracker.troubles().empty());
     source->fails = true;
     tracker.locate(1.0, Eigen::Isometry3d::Identity());
     EXPECT_TRUE(tracker.frame().hands.empty());
-    const std::vector<Message> told = tracker.takeMessages();
+    const std::vector<Message> told = tracker.troubles();
     ASSERT_EQ(told.size(), 1U);
     EXPECT_EQ(told[0].code, MessageCode::HANDS_THREW);
     EXPECT_EQ(told[0].text,
@@ -73,6 +73,7 @@ TEST(HandTracker, ASourceThatThrowsIsToldAndHasNoHands)
     source->fails = false;
     tracker.locate(2.0, Eigen::Isometry3d::Identity());
     EXPECT_EQ(tracker.frame().hands.size(), 1U);
+    EXPECT_TRUE(tracker.troubles().empty());
 }
 
 TEST(HandTracker, TheProgramsSourceComesBeforeTheNamedOne)

@@ -23,6 +23,7 @@ message(HapticMessage::Severity severity, const std::string& text, const std::st
     made.severity = severity;
     made.path = path;
     made.text = path.empty() ? text : path + ": " + text;
+    made.isActive = true;
     return made;
 }
 
@@ -80,6 +81,8 @@ TEST(HudContent, SilenceHasAReason)
     EXPECT_EQ(alarmOf(closed, nullptr).word, "") << "before the first field nothing is wrong";
     closed.statistics.told = {message(HapticMessage::FAULT, "no such device")};
     EXPECT_EQ(silent(closed, nullptr), "no such device");
+    closed.statistics.told[0].isActive = false;
+    EXPECT_EQ(alarmOf(closed, nullptr).word, "") << "it is over";
 }
 
 TEST(HudContent, MessagesBeginWithTheWorstAndWithTheirCause)
@@ -95,8 +98,12 @@ TEST(HudContent, MessagesBeginWithTheWorstAndWithTheirCause)
     EXPECT_EQ(messagesOf(news, {"SILENT", "no such device"}),
               std::vector<std::string>(wanted.begin() + 1, wanted.end()))
         << "what is said in large letters isn't said again";
-    news.statistics.state = ArrayState::PLAYING; // it was found in the end
-    EXPECT_EQ(messagesOf(news, {}).back(), "before: no such device");
+    news.statistics.told[0].isActive = false; // it was found in the end
+    news.statistics.told[0].until_s = 1.0;
+    news.statistics.told[3].isActive = false; // it has happened
+    EXPECT_EQ(
+        messagesOf(news, {}),
+        (std::vector<std::string>{"is left out (Group)", "is played otherwise", "is unpainted"}));
 }
 
 TEST(HudContent, WhatMattersComesFirst)
