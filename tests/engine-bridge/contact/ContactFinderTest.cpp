@@ -71,6 +71,28 @@ TEST(ContactFinder, ABallInAPlaneHasTheClosedFormsPatch)
     }
 }
 
+// 10 mN presses it 1 mm in (ContactForceOptions), wherever a physics engine keeps the plane.
+TEST(ContactFinder, ABallThatPushesThePlaneHasThePatchOfItsForce)
+{
+    for (const double gap : {0.5e-3, 0.0, -0.4e-3})
+    {
+        ContactFinder finder;
+        HandFrame frame = test::ball(Vector3d(0.4e-3, 0.3e-3, kR + gap));
+        finder.update({test::object(test::sheet())}, frame);
+        EXPECT_EQ(finder.patches().size(), gap < 0.0 ? 1u : 0u);
+        const int bone = handCapsules(frame)[0].bone;
+        frame.presses = {{frame.hands[0].id, bone, Vector3d(0.4e-3, 0.3e-3, 0.2e-3), 0.01}};
+        finder.update({test::object(test::sheet())}, frame);
+        ASSERT_EQ(finder.patches().size(), 1u) << gap;
+        EXPECT_TRUE(finder.nearby().empty());
+        EXPECT_NEAR(finder.patches()[0].depth_m, kDepth, 0.02 * kDepth) << gap;
+        EXPECT_NEAR(finder.patches()[0].semiMajor_m, kA, 0.1 * kA) << gap; // of a larger ball
+        frame.presses[0].place.z() = 5e-3;
+        finder.update({test::object(test::sheet())}, frame);
+        EXPECT_EQ(finder.patches().size(), gap < 0.0 ? 1u : 0u) << "it pushes something else";
+    }
+}
+
 TEST(ContactFinder, ACapsuleThatLiesInAPlaneHasTheClosedFormsPatch)
 {
     constexpr double kLength = 0.02;
