@@ -1,6 +1,8 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
+#include "engine-bridge/contact/ContactForce.h"
 #include "engine-bridge/hands/MeshDistance.h"
+#include "engine-bridge/hands/PressedSkin.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
@@ -91,6 +93,20 @@ TEST(ContactFinder, ABallThatPushesThePlaneHasThePatchOfItsForce)
         finder.update({test::object(test::sheet())}, frame);
         EXPECT_EQ(finder.patches().size(), gap < 0.0 ? 1u : 0u) << "it pushes something else";
     }
+}
+
+TEST(ContactFinder, APushIsAsDeepAsAContactOfItsForce)
+{
+    const ContactForceOptions pad;
+    const MeshDistance plane(test::sheet());
+    const auto force_N = [&](double pushed_N)
+    {
+        const std::vector<HandPress> presses = {{1, 8, Vector3d::Zero(), pushed_N}};
+        return pad.stiffness_N_m *
+               pressedDepth_m(presses, 1, 8, plane, Eigen::Isometry3d::Identity()).value();
+    };
+    EXPECT_NEAR(force_N(0.005), 0.005, 1e-12);
+    EXPECT_NEAR(force_N(1.0), pad.mostForce_N, 1e-12);
 }
 
 TEST(ContactFinder, ACapsuleThatLiesInAPlaneHasTheClosedFormsPatch)
