@@ -1,12 +1,17 @@
 #include "engine-bridge/bodies/HandBodies.h"
 
 #include "haptics/base/SmallMatrices.h"
+#include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btMotionState.h>
@@ -119,9 +124,116 @@ struct HandBodies::Body
     double seen_s = 0.0;
 };
 
-HandBodies::HandBodies(btDiscreteDynamicsWorld& world) : _world(world) {}
+/// Sums what the hands' bodies push at the end of each step of the world: the impulses by which
+/// Bullet keeps bodies ahead of them.
+class HandBodies::Pushes final : public btActionInterface
+{
+public:
+    Pushes(btDiscreteDynamicsWorld& world, const HandBodies& hands) : _world(world), _hands(hands)
+    {
+        _world.addAction(this);
+    }
+    ~Pushes() override { _world.removeAction(this); }
+    Pushes(const Pushes&) = delete;
+    Pushes& operator=(const Pushes&) = delete;
+
+    void updateAction(btCollisionWorld* world, btScalar step_s) override
+    {
+        const base::Lock lock(_mutex);
+        if (std::exchange(_isRead, false))
+        {
+            _pushes.clear();
+            _time_s = 0.0;
+        }
+        _time_s += static_cast<double>(step_s);
+        btDispatcher& dispatcher = *world->getDispatcher();
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+            add(*dispatcher.getManifoldByIndexInternal(i));
+        // An application may have deleted what was pushed in a step before.
+        const btCollisionObjectArray& all = world->getCollisionObjectArray();
+        for (Push& push : _pushes)
+            if (all.findLinearSearch(const_cast<btCollisionObject*>(push.body)) < all.size())
+                push.place = push.body->getWorldTransform() * push.inBody;
+    }
+    void debugDraw(btIDebugDraw*) override {}
+
+    std::vector<HandPress> read()
+    {
+        const base::Lock lock(_mutex);
+        _isRead = true;
+        std::vector<HandPress> presses;
+        for (const Push& push : _pushes)
+            presses.push_back({push.bone.first,
+                               push.bone.second,
+                               Eigen::Vector3d(push.place.x(), push.place.y(), push.place.z()),
+                               _time_s > 0.0 ? push.impulse_Ns / _time_s : 0.0});
+        return presses;
+    }
+
+private:
+    /// One bone on one body.
+    struct Push
+    {
+        Key bone;
+        const btCollisionObject* body = nullptr; ///< to be looked for before it is used
+        btVector3 inBody;                        ///< of the newest step, in the body's frame
+        btVector3 place;                         ///< m, in the world
+        double impulse_Ns = 0.0;
+    };
+
+    void add(const btPersistentManifold& contact) MIDAIR_REQUIRES(_mutex)
+    {
+        const bool isFirst = contact.getBody0()->isKinematicObject();
+        const btCollisionObject* hand = isFirst ? contact.getBody0() : contact.getBody1();
+        const btCollisionObject* body = isFirst ? contact.getBody1() : contact.getBody0();
+        Key bone;
+        if (!hand->isKinematicObject() || body->isStaticOrKinematicObject() ||
+            !_hands.find(*hand, bone.first, bone.second))
+            return;
+        double sum_Ns = 0.0;
+        btVector3 place(0, 0, 0);
+        for (int i = 0; i < contact.getNumContacts(); ++i)
+        {
+            const btManifoldPoint& point = contact.getContactPoint(i);
+            if (!(point.m_appliedImpulse > 0)) continue;
+            sum_Ns += static_cast<double>(point.m_appliedImpulse);
+            place += point.m_appliedImpulse * (isFirst ? point.m_localPointB : point.m_localPointA);
+        }
+        if (!(sum_Ns > 0.0)) return;
+        auto push =
+            std::find_if(_pushes.begin(),
+                         _pushes.end(),
+                         [&](const Push& one) { return one.bone == bone && one.body == body; });
+        if (push == _pushes.end())
+        {
+            push = _pushes.insert(push, Push());
+            push->bone = bone;
+            push->body = body;
+        }
+        push->inBody = place / static_cast<btScalar>(sum_Ns);
+        push->impulse_Ns += sum_Ns;
+    }
+
+    btDiscreteDynamicsWorld& _world;
+    const HandBodies& _hands;
+    base::Mutex _mutex;
+    bool _isRead MIDAIR_GUARDED_BY(_mutex) = false;
+    double _time_s MIDAIR_GUARDED_BY(_mutex) = 0.0; ///< of the steps that are summed
+    std::vector<Push> _pushes MIDAIR_GUARDED_BY(_mutex);
+};
+
+HandBodies::HandBodies(btDiscreteDynamicsWorld& world) :
+    _world(world),
+    _pushes(std::make_unique<Pushes>(world, *this))
+{
+}
 
 HandBodies::~HandBodies() = default;
+
+std::vector<HandPress> HandBodies::presses()
+{
+    return _pushes->read();
+}
 
 void HandBodies::place(const HandCapsule& capsule, double time_s, int steps)
 {

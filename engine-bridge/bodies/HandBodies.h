@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <utility>
+#include <vector>
 
 class btCollisionObject;
 class btDiscreteDynamicsWorld;
@@ -34,6 +35,11 @@ public:
 
     int count() const { return static_cast<int>(_bodies.size()); }
 
+    /// What the hands have pushed in the world's steps since the last call, or in those before if
+    /// there was none: each bone with each body that may move, and the place on it, where the body
+    /// is now. Any thread.
+    std::vector<HandPress> presses();
+
     /// Returns true for one of these bodies, with its Hand::id and its bone (see handCapsules()).
     bool find(const btCollisionObject& object, int& hand, int& bone) const;
 
@@ -44,11 +50,13 @@ public:
 
 private:
     struct Body;
+    class Pushes;
     using Key = std::pair<int, int>; ///< hand and bone
 
     void place(const HandCapsule& capsule, double time_s, int steps);
 
     btDiscreteDynamicsWorld& _world;
+    std::unique_ptr<Pushes> _pushes;
     std::map<Key, std::unique_ptr<Body>> _bodies;
     double _time_s = 0.0;
 };

@@ -1,5 +1,6 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
+#include "engine-bridge/hands/PressedSkin.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/SmallMatrices.h"
@@ -183,6 +184,7 @@ void ContactFinder::update(const std::vector<HapticObject>& objects, const HandF
     _parts.clear();
     _patches.clear();
     const std::vector<HandCapsule> capsules = usableCapsules(hands);
+    _presses = hands.presses;
     _meshes.beginUpdate();
     for (const HapticObject& object : objects)
     {
@@ -229,12 +231,16 @@ void ContactFinder::update(const std::vector<HapticObject>& objects, const HandF
 
 void ContactFinder::touch(const HapticObject& object,
                           const std::shared_ptr<const MeshDistance>& mesh,
-                          const HandCapsule& capsule)
+                          HandCapsule capsule)
 {
-    const Capsule shape = moved(capsule.shape, object.pose.inverse());
-    const NearestSpot spot = mesh->nearest(shape, _options.leave_m);
+    const Eigen::Isometry3d toMesh = object.pose.inverse();
+    const NearestSpot spot = mesh->nearest(moved(capsule.shape, toMesh), _options.leave_m);
     if (spot.triangle < 0) return;
-    if (spot.distance_m >= 0.0)
+    const std::optional<double> depth_m =
+        pressedDepth_m(_presses, capsule.hand, capsule.bone, *mesh, toMesh);
+    const double out_m = depth_m ? pressedOut_m(spot.distance_m, *depth_m) : 0.0;
+    capsule.shape.radius_m += out_m;
+    if (spot.distance_m - out_m >= 0.0)
     {
         if (!isClipped(object.clips, object.pose * spot.onSurface))
             _nearby.push_back({object.touchId(), capsule.hand, capsule.bone, spot.distance_m});

@@ -84,7 +84,8 @@ struct NearBone
 /// A bone has one patch for each object. Where the triangles' normals contradict each other (the
 /// length of their mean is under 0.5: a thin plate, a sharp edge) it is split by them. Outside of a
 /// closed mesh of one winding is where that says; of any other it is where the bone's axis is, and
-/// of a contact that goes on where it was before.
+/// of a contact that goes on where it was before. A bone that pushes an object (HandFrame::presses)
+/// touches it as deep as its force presses it flat (PressedSkin.h), if it doesn't reach deeper.
 class ContactFinder
 {
 public:
@@ -122,7 +123,7 @@ private:
     std::vector<HandCapsule> usableCapsules(const HandFrame& hands);
     void touch(const HapticObject& object,
                const std::shared_ptr<const MeshDistance>& mesh,
-               const HandCapsule& capsule);
+               HandCapsule capsule);
     void addParts(Part part, const PatchMoments& all, const std::vector<PatchMoments>& sides);
     /// Sums over what of the surface is inside \a capsules; of a split part on its own side alone.
     void addSurface(const Part& part,
@@ -139,6 +140,7 @@ private:
     TouchMeshes _meshes;
     std::unordered_map<std::uint64_t, Winding> _windings; ///< by topologyId, else meshId
     std::uint64_t _updates = 0;
+    std::vector<HandPress> _presses; ///< of the hands being looked at
     std::vector<Part> _parts;
     std::vector<std::pair<Key, Eigen::Vector3d>> _normals; ///< of the update before
     std::vector<std::pair<Key, Key>> _joined;              ///< in the update before

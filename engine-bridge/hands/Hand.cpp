@@ -162,6 +162,8 @@ HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion)
             joint.position = motion * joint.position;
             joint.orientation = turn * joint.orientation;
         }
+    for (HandPress& press : result.presses)
+        press.place = motion * press.place;
     return result;
 }
 

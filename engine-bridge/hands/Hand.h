@@ -66,11 +66,21 @@ struct Hand
     double age_s = 0.0; ///< >= 0; how long before the frame's time the tracker saw it
 };
 
+/// A bone that pushes a body of a simulated world.
+struct HandPress
+{
+    int hand = 0;                                    ///< Hand::id
+    int bone = 0;                                    ///< 0 .. kHandBones - 1
+    Eigen::Vector3d place = Eigen::Vector3d::Zero(); ///< m, on the body
+    double force_N = 0.0;                            ///< >= 0; mean since the frame before
+};
+
 /// The hands at one time, in one frame of reference.
 struct HandFrame
 {
     double time_s = 0.0;
     std::vector<Hand> hands;
+    std::vector<HandPress> presses; ///< what HandBodies knows of these hands
 };
 
 /// All points within radius_m of the segment from a to b: a bone of a hand with its flesh, or a
@@ -130,7 +140,7 @@ std::string leaveOutImpossible(Hand& hand);
 /// radius is the mean of theirs.
 std::vector<HandCapsule> handCapsules(const HandFrame& frame);
 
-/// \a frame with all joints moved by \a motion; radii stay.
+/// \a frame with all joints and presses moved by \a motion; radii stay.
 HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion);
 
 /// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back

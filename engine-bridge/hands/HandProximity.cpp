@@ -1,5 +1,6 @@
 #include "engine-bridge/hands/HandProximity.h"
 
+#include "engine-bridge/hands/PressedSkin.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/propagation/PressureField.h"
 
@@ -105,17 +106,23 @@ void HandProximity::measure(const HapticObject& object,
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
     for (const Bone& bone : _bones)
     {
+        const std::optional<double> depth_m =
+            pressedDepth_m(_presses, hand, bone.bone, mesh, toMesh);
         const double range = std::min(kRange_m, contact.distance_m);
-        const NearestSpot spot = mesh.nearest(bone.shape, std::max(range, 0.0));
+        const NearestSpot spot =
+            mesh.nearest(bone.shape, std::max(range, depth_m ? kPressReach_m : 0.0));
         if (spot.triangle >= 0 && isClipped(object.clips, object.pose * spot.onSurface)) continue;
-        if (spot.triangle >= 0 && spot.distance_m < 0.0) _overlapping.push_back(bone.shape);
+        contact.pushing = contact.pushing || depth_m;
+        const double out_m = depth_m ? pressedOut_m(spot.distance_m, *depth_m) : 0.0;
+        if (spot.triangle >= 0 && spot.distance_m < out_m)
+            _overlapping.push_back({bone.shape.a, bone.shape.b, bone.shape.radius_m + out_m});
         if (spot.triangle < 0 || spot.distance_m >= contact.distance_m) continue;
         contact.distance_m = spot.distance_m;
         contact.bone = bone.bone;
         contact.position = object.pose * spot.onSurface;
     }
     if (contact.distance_m > kRange_m) return;
-    if (contact.distance_m < 0.0) estimateForce(object, mesh, contact);
+    if (!_overlapping.empty()) estimateForce(object, mesh, contact);
     add(contact);
 }
 
@@ -131,6 +138,7 @@ void HandProximity::add(const HandContact& contact)
         if (contact.distance_m <= before.distance_m) other = contact;
         other.overlap_m2 = before.overlap_m2 + contact.overlap_m2;
         other.force_N = before.force_N + contact.force_N;
+        other.pushing = before.pushing || contact.pushing;
         return;
     }
     _contacts.push_back(contact);
@@ -150,19 +158,23 @@ void HandProximity::compare(const std::vector<HapticObject>& objects, double tim
     for (HandContact& contact : _contacts)
     {
         Touch* touch = touchOf(contact);
-        contact.touching = touch ? contact.distance_m <= kLeave_m : contact.distance_m < 0.0;
+        contact.touching = contact.pushing || (touch ? contact.distance_m <= kLeave_m ||
+                                                           time_s - touch->lastPushed_s <= kHold_s
+                                                     : contact.distance_m < 0.0);
         if (!contact.touching) continue;
+        const double pushed_s = contact.pushing ? time_s : touch ? touch->lastPushed_s : kNever_s;
         if (!touch)
         {
             const HapticObject* object = find(objects, contact.object);
             const std::string path = object ? object->path : std::string();
-            _touches.push_back({contact, path, time_s, _updates});
+            _touches.push_back({contact, path, time_s, _updates, pushed_s});
             _events.push_back({TouchEvent::ENTER, contact.object, path, time_s, contact});
             continue;
         }
         touch->contact = contact;
         touch->lastSeen_s = time_s;
         touch->lastUpdate = _updates;
+        touch->lastPushed_s = pushed_s;
         _ongoing.push_back({TouchEvent::STAY, contact.object, touch->path, time_s, contact});
     }
 }
@@ -201,6 +213,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
     ++_updates;
     clear();
     _meshes.beginUpdate();
+    _presses = hands.presses;
     const std::vector<HandCapsule> capsules = handCapsules(hands);
     const Ball ball = ballRound(capsules);
     for (const HapticObject& object : objects)

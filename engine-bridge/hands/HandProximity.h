@@ -25,6 +25,7 @@ struct HandContact
     /// the nearest point on the object, in the objects' frame (array)
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     bool touching = false;
+    bool pushing = false;    ///< it pushes a body whose surface this is
     double overlap_m2 = 0.0; ///< area of the object's surface within the hand
     double force_N = 0.0;    ///< an estimate, see HandProximity
 };
@@ -59,7 +60,9 @@ struct PlayedPressure
 /// where none is. Where it is not known what is played, p is the pressure that is wanted of the
 /// object. A is the area of its surface within the finger, for lines and points (kFelt_m / 2)^2,
 /// about a focus, for each point played within it. It is an upper estimate: it assumes the pressure
-/// of the points on the whole area, while the field is weaker between them.
+/// of the points on the whole area, while the field is weaker between them. A finger that pushes a
+/// body (HandFrame::presses) has its skin pressed flat on it (PressedSkin.h), for A alone: the
+/// distance stays that of the skin as it is tracked.
 /// Everything is in metres and in the objects' frame. Only one thread at a time may use an
 /// instance. Of a large mesh (TouchMeshes) the newest that is prepared is measured, with the
 /// object's newest pose: one that is new is not touched for some frames, one that deforms is
@@ -69,17 +72,18 @@ class HandProximity
 public:
     /// Hands farther than this from an object are not measured.
     static constexpr double kRange_m = 0.05;
-    /// A touch begins when skin and surface overlap, and ends when they are farther apart than
-    /// this, so that tremor makes no events.
+    /// A touch begins when skin and surface overlap or the finger pushes the object, and ends when
+    /// they are farther apart than this, so that tremor makes no events.
     static constexpr double kLeave_m = 4e-3;
-    /// A hand that the tracker lost goes on touching for this time.
+    /// A hand that the tracker lost goes on touching for this time, and so does one from which a
+    /// body runs away that it has pushed.
     static constexpr double kHold_s = 0.1;
     /// Reflection by skin: total (the paper's equation 1).
     static constexpr double kAlpha = 2.0;
 
     /// Measures the distances of \a hands (in the objects' frame) to \a objects at \a time_s, which
-    /// must not decrease. Touches end when the skin is farther than kLeave_m, when their object is
-    /// gone, or when their hand is gone for longer than kHold_s.
+    /// must not decrease. Touches end when the skin is farther than kLeave_m and has pushed nothing
+    /// for kHold_s, when their object is gone, or when their hand is gone for longer than kHold_s.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
     /// Hands within kRange_m of objects at the last update.
@@ -107,6 +111,8 @@ public:
     static constexpr double kFelt_m = 8.6e-3;
 
 private:
+    static constexpr double kNever_s = -1e9;
+
     /// A touch that has begun and not ended.
     struct Touch
     {
@@ -114,6 +120,7 @@ private:
         std::string path;
         double lastSeen_s = 0.0;
         std::uint64_t lastUpdate = 0;
+        double lastPushed_s = kNever_s;
     };
 
     /// A bone of the hand being measured.
@@ -141,6 +148,7 @@ private:
     TouchMeshes _meshes;
     std::uint64_t _updates = 0;
     std::vector<Bone> _bones;
+    std::vector<HandPress> _presses;   ///< objects' frame
     std::vector<Capsule> _overlapping; ///< of the finger being measured, in the mesh's frame
     std::shared_ptr<const PlayedPressure> _played; ///< null: not known
     std::vector<HandContact> _contacts;

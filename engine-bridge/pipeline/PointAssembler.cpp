@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 
+#include "engine-bridge/calibration/PointPairs.h"
 #include "haptics/base/Limits.h"
 #include "haptics/points/FittingSize.h"
 #include "haptics/sequence/FocusShare.h"
@@ -69,6 +70,22 @@ Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
 std::string fitting(double size_m)
 {
     return size_m > 0.0 ? fmt::format("size={:g} fits", size_m) : "";
+}
+
+/// Asks for the unit that a model \a width_m wide at \a metresPerUnit is probably made in: the
+/// longest of metres, centimetres and millimetres with which it is at most \a most_m wide, else the
+/// shortest with which it is at least \a least_m wide. Empty: none is better than what it is.
+std::string askForUnit(double width_m, double metresPerUnit, double least_m, double most_m)
+{
+    double found_m = 0.0;
+    for (const double unit_m : {1e-3, 1e-2, 1.0})
+    {
+        const double its_m = width_m / metresPerUnit * unit_m;
+        if (its_m >= least_m && (found_m == 0.0 || its_m <= most_m)) found_m = unit_m;
+    }
+    if (found_m == 0.0 || (found_m < metresPerUnit) != (width_m > most_m)) return "";
+    return fmt::format(
+        "should metresPerUnit be {:g} ({}), not {:g}?", found_m, unitName(found_m), metresPerUnit);
 }
 
 } // namespace
@@ -380,22 +397,22 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
               : known->second;
     const base::Topic topic{base::MessageCode::OBJECT_SMALL, object.touchId()};
     if (!_messages.note(topic) || !isNew) return;
-    std::string ask;
-    if (size_m > 0.0)
-        ask = fmt::format("; should metresPerUnit be {:g}, not {:g}? size={:g} fits",
-                          snapshot.metresPerUnit *
-                              std::pow(10.0, std::floor(std::log10(size_m / width_m) + 1e-9)),
-                          snapshot.metresPerUnit,
-                          size_m);
+    const std::string unit = askForUnit(width_m, snapshot.metresPerUnit, limit_m, size_m);
+    const std::string fits = fitting(size_m);
     _messages.say(topic,
                   base::about(topic.code,
                               object.path,
                               fmt::format("is {:.3g} m wide, under half a wavelength ({:.2g} m): "
                                           "it is one focus, and no louder than one point of "
-                                          "something larger{}",
+                                          "something larger{}{}{}{}",
                                           width_m,
                                           limit_m,
-                                          ask),
+                                          unit.empty() ? "" : "; ",
+                                          unit,
+                                          fits.empty()   ? ""
+                                          : unit.empty() ? "; "
+                                                         : " ",
+                                          fits),
                               object.origin));
 }
 
@@ -430,19 +447,21 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     if (!(width_m > kWide * array_m) || !(array_m > 0.0)) return;
     const base::Topic topic{base::MessageCode::OBJECT_UNITS, object.touchId()};
     if (!_messages.note(topic)) return;
-    // A power of ten with which it is no wider than the array.
-    const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
-    const std::string fits = fitting(fittingSize_m(object, width_m));
+    const double size_m = fittingSize_m(object, width_m);
+    const std::string unit = askForUnit(
+        width_m, metresPerUnit, 0.5 * _options.wavelength_m, size_m > 0.0 ? size_m : array_m);
+    const std::string fits = fitting(size_m);
     _messages.say(topic,
                   base::about(topic.code,
                               object.path,
-                              fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
-                                          "metresPerUnit be {:g}, not {:g}?{}{}",
+                              fmt::format("is {:.3g} m wide, the array {:.3g} m{}{}{}{}",
                                           width_m,
                                           array_m,
-                                          metresPerUnit * factor,
-                                          metresPerUnit,
-                                          fits.empty() ? "" : " ",
+                                          unit.empty() ? "" : ": ",
+                                          unit,
+                                          fits.empty()   ? ""
+                                          : unit.empty() ? "; "
+                                                         : " ",
                                           fits),
                               object.origin));
 }

@@ -173,6 +173,8 @@ public:
     std::string openHands(const std::string& uri);
     /// As HandTracker::setSource().
     void setHandSource(std::shared_ptr<HandSource> source);
+    /// As HandTracker::setPresses(), for the next play().
+    void setPresses(std::vector<HandPress> presses) { _hands.setPresses(std::move(presses)); }
     const HandTracker& hands() const { return _hands; }
     base::MessageLog& log() { return _log; }
     const base::MessageLog& log() const { return _log; }

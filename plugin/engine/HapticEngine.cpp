@@ -4,6 +4,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "device/opening/DeviceRegistry.h"
 #include "device/opening/MultiDevice.h"
+#include "engine-bridge/bodies/HandBodies.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/ThrownBy.h"
@@ -26,6 +27,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -116,7 +118,7 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
     _root(&root),
     _ownership{
         SceneOwner(root, kind, *this), JoinedScene(*this), PlayingPlace(), kind, std::string()},
-    _given{&settings, nullptr, {}},
+    _given{&settings, nullptr, {}, {}},
     _player({notify, openSceneHands}),
     _collector(kind == OwnerKind::SCENE ? &root : nullptr, _player.log())
 {
@@ -202,6 +204,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     fillSnapshot(frame, start_s - age_s, simulationTime_s);
     attachMouse();
     listenAtCamera();
+    takePresses();
     const bool isHead = _player.snapshot().ears.cols() > 0;
     const int beingRead = mayPlay() ? _collector.beingRead() : 0;
     if (_player.play(_places.worldToArray, isFresh))
@@ -310,6 +313,22 @@ void HapticEngine::attachMouse()
     if (!mouse || !_followed.view.valid()) return;
     const Eigen::Vector3d middle = _places.toArray.inverse().topRightCorner<3, 1>();
     mouse->attach(*_followed.view, settings().metresPerUnit, midair::bridge::toOsg(middle));
+}
+
+// What the hands' bodies push is touched, wherever Bullet keeps it.
+void HapticEngine::takePresses()
+{
+    std::vector<midair::bridge::HandPress> presses;
+    auto& all = _given.bodies;
+    for (auto one = all.begin(); one != all.end();)
+    {
+        const std::shared_ptr<midair::bridge::HandBodies> bodies = one->lock();
+        one = bodies ? std::next(one) : all.erase(one);
+        if (!bodies) continue;
+        const std::vector<midair::bridge::HandPress> its = bodies->presses();
+        presses.insert(presses.end(), its.begin(), its.end());
+    }
+    _player.setPresses(std::move(presses));
 }
 
 // The camera's frame is the scene's world in its units, as that of the hands is.

@@ -23,8 +23,13 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+namespace midair::bridge
+{
+class HandBodies;
+} // namespace midair::bridge
 namespace osgGA
 {
 class GUIActionAdapter;
@@ -174,6 +179,12 @@ public:
     /// \{ As of HapticScene.
     void setHandSource(HandSource* source);
     HandSource* handSource() const { return _given.hands; }
+    /// The hands of \a bodies are those of this scene, for as long as it lives: what they push is
+    /// touched.
+    void addBodies(std::weak_ptr<midair::bridge::HandBodies> bodies)
+    {
+        _given.bodies.push_back(std::move(bodies));
+    }
     void setTouchCallback(TouchCallback* callback) { _touches.setCallback(callback); }
     TouchCallback* touchCallback() const { return _touches.callback(); }
     void setObstacles(const std::vector<Obstacle>& obstacles) { _given.obstacles = obstacles; }
@@ -254,6 +265,7 @@ private:
         const HapticSettings* const settings; ///< valid while the root is
         osg::ref_ptr<HandSource> hands;
         std::vector<Obstacle> obstacles;
+        std::vector<std::weak_ptr<midair::bridge::HandBodies>> bodies;
     };
     /// The state as it was told last.
     struct Told
@@ -332,6 +344,7 @@ private:
     bool takePlace(bool isEnabled);
     void openHands(const HapticSettings& settings);
     void attachMouse();
+    void takePresses();
     void listenAtCamera();
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);

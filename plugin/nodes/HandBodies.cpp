@@ -34,7 +34,7 @@ constexpr double kStep_s = 1.0 / 240.0; // as a RigidBodyWorld's
 struct HandBodies::Part
 {
     Part(btDiscreteDynamicsWorld& world, double length_s) :
-        bodies(world),
+        bodies(std::make_shared<midair::bridge::HandBodies>(world)),
         step_s(isStep(length_s) ? length_s : kStep_s)
     {
     }
@@ -86,7 +86,7 @@ struct HandBodies::Part
         return source;
     }
 
-    midair::bridge::HandBodies bodies;
+    const std::shared_ptr<midair::bridge::HandBodies> bodies;
     const double step_s;
     std::shared_ptr<midair::bridge::HandSource> source;
     osg::observer_ptr<HapticScene> scene;
@@ -106,6 +106,7 @@ HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HapticScene* scene, doubl
     _part(std::make_unique<Part>(world, step_s))
 {
     _part->scene = scene;
+    if (scene) SceneAccess::engine(*scene).addBodies(_part->bodies);
     _part->check(step_s);
 }
 
@@ -119,7 +120,8 @@ void HandBodies::update(double time)
     constexpr double kMost = 240.0; // steps of a frame, among which a way is divided
     const double steps = _part->step_s > 0.0 ? (time - _part->time_s) / _part->step_s : 1.0;
     _part->time_s = time;
-    _part->bodies.update(_part->frame, static_cast<int>(std::clamp(std::round(steps), 1.0, kMost)));
+    _part->bodies->update(_part->frame,
+                          static_cast<int>(std::clamp(std::round(steps), 1.0, kMost)));
 }
 
 void HandBodies::operator()(osg::Node* node, osg::NodeVisitor* visitor)
@@ -130,12 +132,12 @@ void HandBodies::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 
 int HandBodies::getNumBodies() const
 {
-    return _part->bodies.count();
+    return _part->bodies->count();
 }
 
 bool HandBodies::getBone(const btCollisionObject& object, int& hand, int& bone) const
 {
-    return _part->bodies.find(object, hand, bone);
+    return _part->bodies->find(object, hand, bone);
 }
 
 struct RigidBodyWorld::Stepper

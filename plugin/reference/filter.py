@@ -32,5 +32,5 @@ for index, line in enumerate(lines):
         setter = found[1]
     elif getter:
         setter = None
-    out.append(line.replace(".. ", "..\\ ") if text.startswith("///") else line)
+    out.append(re.sub(r"\.\.( |$)", r"..\\ ", line) if text.startswith("///") else line)
 print("\n".join(out))

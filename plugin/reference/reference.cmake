@@ -1,4 +1,5 @@
 # `ninja doc`: the reference of all installed headers, by Doxygen, into doc/html of the build's folder. A warning fails it.
+# It is installed beside the documents where it was made.
 # Of the kit and of the C interface each member has to have a comment, which a first pass looks at.
 find_program(DOXYGEN_PROGRAM doxygen)
 set(MIDAIR_REFERENCE_KIT "")
@@ -29,3 +30,4 @@ else()
     add_custom_target(doc COMMAND ${CMAKE_COMMAND} -E echo "doxygen isn't installed; Debian: apt-get install doxygen"
                           COMMAND ${CMAKE_COMMAND} -E false)
 endif()
+install(DIRECTORY ${CMAKE_BINARY_DIR}/doc/html DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT kit OPTIONAL)

@@ -11,9 +11,10 @@ find_program(GZIP gzip REQUIRED)
 set(STAGE ${CPACK_TEMPORARY_DIRECTORY}/everything)
 set(SORTED ${CPACK_TEMPORARY_DIRECTORY}/sorted) # cpack goes on after an error here: then it has to find no package
 file(REMOVE_RECURSE ${STAGE} ${SORTED})
-unset(ENV{DESTDIR}) # cpack's own, for a single package
-execute_process(COMMAND ${CMAKE_COMMAND} --install ${CPACK_MIDAIR_BUILD} --strip --prefix ${STAGE}/usr
+set(ENV{DESTDIR} ${STAGE}) # not cpack's own, which is for a single package
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${CPACK_MIDAIR_BUILD} --strip --prefix /usr
                 OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+unset(ENV{DESTDIR})
 
 # The files, each to its package.
 file(STRINGS ${HERE}/contents.txt LINES REGEX "^[^#]")

@@ -1,5 +1,5 @@
 // Rigid bodies: a box of Bullet's drifts through the array, is felt where it is, and is pushed by
-// a hand, whose bones are bodies of that world, too.
+// a hand, whose bones are bodies of that world, too. What they push is touched.
 
 #include "Frames.h"
 
@@ -37,8 +37,10 @@ int main()
     const osg::ref_ptr<osg::MatrixTransform> carried = new osg::MatrixTransform;
     carried->setUpdateCallback(
         new osgMidair::RigidBodyCallback(new osgMidair::RigidBodyWorld(world), body));
-    carried->addChild(new osgMidair::HapticSurface(
-        new osg::ShapeDrawable(new osg::Box(osg::Vec3(), static_cast<float>(2.0 * kHalfEdge_m)))));
+    const osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(
+        new osg::ShapeDrawable(new osg::Box(osg::Vec3(), static_cast<float>(2.0 * kHalfEdge_m))));
+    surface->setTouchEvents(true);
+    carried->addChild(surface);
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->addChild(carried);
     const osg::ref_ptr<osgMidair::InjectedHands> hands = new osgMidair::InjectedHands;
@@ -59,10 +61,11 @@ int main()
     {
         frames.run(0.5, push);
         const osg::Vec3d place = carried->getMatrix().getTrans();
-        std::printf("box at x = %+.1f mm, z = %+.1f mm, %d points\n",
+        std::printf("box at x = %+.1f mm, z = %+.1f mm, %d points, %s\n",
                     1e3 * place.x(),
                     1e3 * place.z(),
-                    scene->getStatistics().points);
+                    scene->getStatistics().points,
+                    scene->getTouches().empty() ? "not touched" : "touched");
     }
     std::printf("%s\n", body.getLinearVelocity().z() < 0 ? "pushed down" : "not pushed");
     world.removeRigidBody(&body);

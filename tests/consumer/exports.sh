@@ -11,7 +11,9 @@ fail()
     echo "$*" >&2
     exit 1
 }
-for component in c kit tools; do cmake --install "$build" --component $component --prefix "$folder" >/dev/null; done
+for component in c kit tools; do # with the symbols that a release is installed without
+    cmake -DCMAKE_INSTALL_DO_STRIP=OFF -DCMAKE_INSTALL_PREFIX="$folder" -DCMAKE_INSTALL_COMPONENT=$component -P "$build/cmake_install.cmake" >/dev/null
+done
 
 # names FILE: names that it exports, without arguments: "osgMidair::HapticScene::update".
 names()

@@ -1,13 +1,17 @@
 #!/usr/bin/env bash
 # tests/consumer/prefix.sh BUILD: installs everything of that build into a temporary prefix, moves the prefix, and uses it from
-# there: the tools, arrays beside them, a scene file without OSG_LIBRARY_PATH. Then it uninstalls.
+# there: the tools, arrays beside them, a scene file without OSG_LIBRARY_PATH. Then it uninstalls. What is installed is stripped, if
+# it is a release; the unit of systemd names the prefix that it was installed to; the reference is there where it was made.
 set -euo pipefail
 build=$(cd "$1" && pwd)
 folder=$(mktemp -d)
 # The build folder keeps one list of what was installed, which is the user's again when this ends.
 mkdir "$folder/lists" "$folder/kept"
 find "$build" -maxdepth 1 -name 'install_manifest*.txt' -exec mv {} "$folder/kept" \;
-trap 'rm -f "$build"/install_manifest*.txt; find "$folder/kept" -type f -exec mv {} "$build" \;; rm -rf "$folder"' EXIT
+reference=$build/doc/html
+[ -e "$reference" ] || { mkdir -p "$reference.made" "$reference"; touch "$reference/index.html"; } # as if it had been made
+trap '[ ! -d "$reference.made" ] || rm -r "$reference" "$reference.made"
+    rm -f "$build"/install_manifest*.txt; find "$folder/kept" -type f -exec mv {} "$build" \;; rm -rf "$folder"' EXIT
 fail()
 {
     echo "$*" >&2
@@ -19,6 +23,33 @@ mkdir -p "$HOME"
 
 for component in c kit libraries tools; do cmake --install "$build" --component $component --prefix "$folder/first" >/dev/null; done
 mv "$build"/install_manifest*.txt "$folder/lists"
+[ -s "$folder/first/share/doc/osgMidair/html/index.html" ] || [ -d "$reference.made" ] || fail "the reference that was made isn't installed"
+[ -e "$folder/first/share/doc/osgMidair/html/index.html" ] || fail "no reference is installed"
+
+# The unit names the prefix, not that of the build; a package's the one that it will have.
+unit=lib/systemd/system/midair-installation@.service
+named() { grep -q "^ExecStart=$2/bin/midair-%i " "$1/$unit" && grep -q "^Documentation=file:$2/share/doc/" "$1/$unit" || fail "the unit names $(grep ^ExecStart "$1/$unit")"; }
+named "$folder/first" "$folder/first"
+DESTDIR=$folder/staged cmake --install "$build" --component tools --prefix /opt/midair >/dev/null
+named "$folder/staged/opt/midair" /opt/midair
+! grep -rq '@MIDAIR' "$folder/first/$unit" || fail "the unit has names without values"
+rm -f "$build"/install_manifest*.txt
+
+# A release is installed without symbols, unless they are asked for.
+symbols() { readelf -SW "$1" | grep -q ' \.symtab '; }
+if grep -qE '^CMAKE_BUILD_TYPE:[A-Z]*=(Release|MinSizeRel)$' "$build/CMakeCache.txt" && ! grep -qE '^MIDAIR_SANITIZE:[A-Z]*=.' "$build/CMakeCache.txt"; then
+    looked=0
+    while read -r file; do
+        ! symbols "$file" || fail "${file#"$folder/first/"} isn't stripped"
+        looked=$((looked + 1))
+    done < <(find "$folder/first" -type f \( -name '*.so*' -o -path '*/bin/*' \))
+    [ $looked -ge 15 ] || fail "only $looked libraries and programs are installed"
+    cmake -DCMAKE_INSTALL_DO_STRIP=OFF -DCMAKE_INSTALL_PREFIX="$folder/whole" -DCMAKE_INSTALL_COMPONENT=c -P "$build/cmake_install.cmake" >/dev/null
+    symbols "$(readlink -f "$(find "$folder/whole" -name libmidair.so)")" || fail "symbols that were asked for aren't installed"
+    rm -f "$build"/install_manifest*.txt
+    echo "$looked libraries and programs are stripped: $(du -sh "$folder/first" | cut -f1) in all"
+fi
+
 mv "$folder/first" "$folder/moved"
 prefix=$folder/moved
 library=$(readlink -f "$(find "$prefix" -name libosgMidair.so)")

@@ -169,6 +169,7 @@ void HandTracker::locate(double time_s, const Eigen::Isometry3d& worldToArray)
     tryAgain();
     if (!ask(time_s)) _frame.hands.clear();
     _frame.time_s = time_s;
+    _frame.presses = std::exchange(_presses, {});
     if (!_frame.hands.empty()) _frame = transformed(_frame, worldToArray);
     _trouble.impossible.clear();
     for (Hand& hand : _frame.hands)

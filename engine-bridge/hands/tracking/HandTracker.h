@@ -57,6 +57,9 @@ public:
     /// arrives. \a worldToArray: transform from the world of the sources, in metres, to the array.
     void locate(double time_s, const Eigen::Isometry3d& worldToArray);
 
+    /// Sets what the hands of the next locate() push; in the world of the sources, metres.
+    void setPresses(std::vector<HandPress> presses) { _presses = std::move(presses); }
+
     /// Finds which \a objects the hands touch. \a played: what is played at this moment, for their
     /// forces.
     void touch(const std::vector<HapticObject>& objects,
@@ -120,8 +123,9 @@ private:
     Later _later;
     Trouble _trouble;
     double _trackerDelay_s = 0.0;
-    double _latency_s = 0.0; ///< from locate() to the drive signal
-    HandFrame _frame;        ///< array frame
+    double _latency_s = 0.0;         ///< from locate() to the drive signal
+    std::vector<HandPress> _presses; ///< world of the sources
+    HandFrame _frame;                ///< array frame
     std::unique_ptr<HandProximity> _proximity = std::make_unique<HandProximity>();
     std::vector<HapticObject> _touchable; ///< objects with touch events on
 };

@@ -81,6 +81,38 @@ TEST(HandBodies, AFingerPushesABallAtItsOwnSpeed)
     }
 }
 
+TEST(HandBodies, WhatAFingerPushesIsToldWithItsForce)
+{
+    World world;
+    constexpr double kDamping = 0.9; // of the speed in a second
+    constexpr double kSpeed_mps = 0.1;
+    world.ball.setDamping(btScalar(kDamping), 0);
+    HandBodies bodies(world.world);
+    EXPECT_TRUE(bodies.presses().empty());
+    for (int frame = 0; frame < 30; ++frame)
+    {
+        bodies.presses();
+        bodies.update(bone(-0.025 + kSpeed_mps * frame / 60.0, frame / 60.0), 4);
+        for (int step = 0; step < 4; ++step)
+            world.world.stepSimulation(btScalar(1.0 / 240.0), 0);
+    }
+    const std::vector<HandPress> presses = bodies.presses();
+    ASSERT_EQ(presses.size(), 1u);
+    EXPECT_EQ(presses[0].hand, 1);
+    EXPECT_EQ(boneName(presses[0].bone), "index distal to index tip");
+    // The body loses m v ln(1 / (1 - d)) a second.
+    const double wanted_N = 0.01 * kSpeed_mps * -std::log(1.0 - kDamping);
+    EXPECT_NEAR(presses[0].force_N, wanted_N, 0.1 * wanted_N);
+    const btVector3 ball = world.ball.getWorldTransform().getOrigin();
+    EXPECT_NEAR(presses[0].place.x(), ball.x() - 0.01, 1e-3);
+    EXPECT_NEAR(presses[0].place.z(), 0.0, 1e-3);
+    EXPECT_EQ(bodies.presses().size(), 1u) << "as long as no step has come";
+    world.world.removeRigidBody(&world.ball);
+    world.world.stepSimulation(btScalar(1.0 / 240.0), 0);
+    EXPECT_TRUE(bodies.presses().empty());
+    world.world.addRigidBody(&world.ball);
+}
+
 TEST(HandBodies, ABodyIsWhereItsBoneIsAndIsFound)
 {
     World world;

@@ -1,6 +1,8 @@
 #include "engine-bridge/contact/ContactFinder.h"
 
+#include "engine-bridge/contact/ContactForce.h"
 #include "engine-bridge/hands/MeshDistance.h"
+#include "engine-bridge/hands/PressedSkin.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
@@ -69,6 +71,42 @@ TEST(ContactFinder, ABallInAPlaneHasTheClosedFormsPatch)
         EXPECT_FALSE(patch.isExit);
         EXPECT_TRUE(finder.notes().empty());
     }
+}
+
+// 10 mN presses it 1 mm in (ContactForceOptions), wherever a physics engine keeps the plane.
+TEST(ContactFinder, ABallThatPushesThePlaneHasThePatchOfItsForce)
+{
+    for (const double gap : {0.5e-3, 0.0, -0.4e-3})
+    {
+        ContactFinder finder;
+        HandFrame frame = test::ball(Vector3d(0.4e-3, 0.3e-3, kR + gap));
+        finder.update({test::object(test::sheet())}, frame);
+        EXPECT_EQ(finder.patches().size(), gap < 0.0 ? 1u : 0u);
+        const int bone = handCapsules(frame)[0].bone;
+        frame.presses = {{frame.hands[0].id, bone, Vector3d(0.4e-3, 0.3e-3, 0.2e-3), 0.01}};
+        finder.update({test::object(test::sheet())}, frame);
+        ASSERT_EQ(finder.patches().size(), 1u) << gap;
+        EXPECT_TRUE(finder.nearby().empty());
+        EXPECT_NEAR(finder.patches()[0].depth_m, kDepth, 0.02 * kDepth) << gap;
+        EXPECT_NEAR(finder.patches()[0].semiMajor_m, kA, 0.1 * kA) << gap; // of a larger ball
+        frame.presses[0].place.z() = 5e-3;
+        finder.update({test::object(test::sheet())}, frame);
+        EXPECT_EQ(finder.patches().size(), gap < 0.0 ? 1u : 0u) << "it pushes something else";
+    }
+}
+
+TEST(ContactFinder, APushIsAsDeepAsAContactOfItsForce)
+{
+    const ContactForceOptions pad;
+    const MeshDistance plane(test::sheet());
+    const auto force_N = [&](double pushed_N)
+    {
+        const std::vector<HandPress> presses = {{1, 8, Vector3d::Zero(), pushed_N}};
+        return pad.stiffness_N_m *
+               pressedDepth_m(presses, 1, 8, plane, Eigen::Isometry3d::Identity()).value();
+    };
+    EXPECT_NEAR(force_N(0.005), 0.005, 1e-12);
+    EXPECT_NEAR(force_N(1.0), pad.mostForce_N, 1e-12);
 }
 
 TEST(ContactFinder, ACapsuleThatLiesInAPlaneHasTheClosedFormsPatch)

@@ -278,6 +278,76 @@ TEST(HandProximity, ForceFollowsWhatIsPlayed)
     EXPECT_EQ(proximity.contacts()[0].force_N, 0.0) << "nothing is played";
 }
 
+/// The finger of finger(\a gap), which pushes with \a force_N at \a place.
+HandFrame pushing(double gap, double force_N, const Vector3d& place = Vector3d::Zero())
+{
+    HandFrame frame = finger(gap);
+    frame.presses = {{1, handCapsules(frame)[0].bone, place, force_N}};
+    return frame;
+}
+
+// A ball of r = 8 mm + gap + d that is d deep in a plane cuts out a disc of pi (2 r d - d^2).
+TEST(HandProximity, WhatAFingerPushesIsTouchedAndPresses)
+{
+    HandProximity proximity;
+    auto played = std::make_shared<PlayedPressure>();
+    played->positions = Vector3d(0.001, 0.0, 0.0);
+    played->pressure_Pa.setConstant(1, 5000.0f);
+    proximity.setPlayed(played);
+    proximity.update({object(7)}, pushing(0.0005, 0.01), 0.0);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].kind, TouchEvent::ENTER);
+    const HandContact contact = proximity.contacts()[0];
+    EXPECT_NEAR(contact.distance_m, 0.0005, 1e-12) << "of the skin as it is tracked";
+    EXPECT_NEAR(contact.overlap_m2, 18e-6 * M_PI, 0.02 * 18e-6 * M_PI);
+    EXPECT_GT(contact.force_N, 0.0);
+    // As deep as the force asks for, but for 2 mm at most; and not where the skin is far.
+    proximity.update({object(7)}, pushing(0.0005, 1.0), 0.1);
+    EXPECT_NEAR(proximity.contacts()[0].overlap_m2, 38e-6 * M_PI, 0.02 * 38e-6 * M_PI);
+    proximity.update({object(7)}, pushing(0.006, 0.01), 0.2);
+    EXPECT_EQ(proximity.contacts()[0].force_N, 0.0);
+    EXPECT_TRUE(proximity.contacts()[0].touching);
+}
+
+TEST(HandProximity, APushOfAnotherFingerOrElsewhereIsNoTouch)
+{
+    HandFrame other = pushing(0.0005, 0.01);
+    other.presses[0].hand = 0;
+    HandFrame bone = pushing(0.0005, 0.01);
+    bone.presses[0].bone = 0;
+    for (const HandFrame& frame : {other, bone, pushing(0.0005, 0.01, Vector3d(0, 0, 0.005))})
+    {
+        HandProximity proximity;
+        proximity.update({object(7)}, frame, 0.0);
+        EXPECT_TRUE(proximity.events().empty());
+    }
+}
+
+TEST(HandProximity, ABodyThatRunsAheadIsNotTouchedAnewEachTime)
+{
+    HandProximity proximity;
+    std::string said;
+    double time = 0.0;
+    const auto update = [&](const HandFrame& frame, int times)
+    {
+        for (int i = 0; i < times; ++i)
+        {
+            proximity.update({object(7)}, frame, time += 0.024);
+            for (const TouchEvent& event : proximity.events())
+                said += event.kind == TouchEvent::ENTER ? "E" : "L";
+            said += ".";
+        }
+    };
+    for (int i = 0; i < 3; ++i)
+    {
+        update(pushing(0.0005, 0.01), 1);
+        update(finger(0.02), 4); // 96 ms
+    }
+    EXPECT_EQ(said, "E...............");
+    update(finger(0.02), 2); // 144 ms
+    EXPECT_EQ(said, "E...............L..");
+}
+
 TEST(HandProximity, LinesAndPointsAreTouchedAndPress)
 {
     HapticObject line = object(7);

@@ -107,10 +107,39 @@ TEST_F(Assembler, AModelInOtherUnitsIsAskedAboutOnce)
     const std::vector<std::string> said = messages.all();
     ASSERT_EQ(std::count_if(said.begin(), said.end(), asked), 1);
     const std::string wanted = fmt::format(
-        "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.0005, not 0.5? "
-        "size=0.2 fits",
+        "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.001 "
+        "(millimetres), not 0.5? size=0.2 fits",
         (array.positions.rowwise().maxCoeff() - array.positions.rowwise().minCoeff()).maxCoeff());
     EXPECT_EQ(*std::find_if(said.begin(), said.end(), asked), wanted);
+}
+
+// What fits has a size of 0.2 m.
+TEST_F(Assembler, TheUnitThatIsAskedForIsOneThatModelsAreMadeIn)
+{
+    std::uint64_t id = 100;
+    const auto unitOf = [&](double units, double metresPerUnit)
+    {
+        SceneSnapshot snapshot = facing();
+        auto mesh = std::make_shared<haptics::TriangleMesh>(*snapshot.objects[0].mesh);
+        mesh->vertices *= units * metresPerUnit / mesh->extent().maxCoeff();
+        snapshot.objects[0].mesh = mesh;
+        snapshot.objects[0].id = snapshot.objects[0].meshId = ++id;
+        snapshot.metresPerUnit = metresPerUnit;
+        assembler->assemble(snapshot);
+        std::string said;
+        for (const std::string& one : messages.all())
+            if (one.find("m wide, the array") != one.npos) said = one;
+        const std::size_t found = said.find("be ");
+        return found == said.npos ? said.substr(said.find_last_of('m') + 1)
+                                  : said.substr(found + 3, said.find(", not") - found - 3);
+    };
+    for (const double millimetres : {25.0, 30.0, 80.0, 120.0, 300.0, 2000.0})
+        EXPECT_EQ(unitOf(millimetres, 1.0), "0.001 (millimetres)") << millimetres;
+    for (const double centimetres : {6.0, 8.0, 15.0})
+        EXPECT_EQ(unitOf(centimetres, 1.0), "0.01 (centimetres)") << centimetres;
+    EXPECT_EQ(unitOf(2000.0, 0.01), "0.001 (millimetres)");
+    // It is in millimetres already, and just large.
+    EXPECT_EQ(unitOf(20000.0, 0.001), "; size=0.2 fits");
 }
 
 TEST_F(Assembler, WhatIsLargerThanTheWorkspaceIsToldAsThatAlone)

@@ -66,11 +66,22 @@ TEST_F(SmallObject, IsAskedAboutOnceWithTheSizeThatFits)
     ASSERT_EQ(asked(), 1);
     EXPECT_EQ(messages.messages()[0].text,
               "Scene/square: is 4e-05 m wide, under half a wavelength (0.0043 m): it is one focus, "
-              "and no louder than one point of something larger; should metresPerUnit be 500, not "
-              "0.5? size=0.2 fits");
+              "and no louder than one point of something larger; size=0.2 fits");
     assembler->assemble(square(0.0044, 8));
     assembler->assemble(square(0.04, 9));
     EXPECT_EQ(messages.messages().size(), 1u);
+}
+
+TEST_F(SmallObject, InMetresThatIsTakenForMillimetresIsAskedAbout)
+{
+    SceneSnapshot snapshot = square(8e-5);
+    snapshot.metresPerUnit = 1e-3;
+    assembler->assemble(snapshot);
+    ASSERT_EQ(asked(), 1);
+    EXPECT_NE(messages.messages()[0].text.find(
+                  "larger; should metresPerUnit be 1 (metres), not 0.001? size=0.2 fits"),
+              std::string::npos)
+        << messages.messages()[0].text;
 }
 
 TEST_F(SmallObject, IsNoLouderThanAPointOfTheWhole)

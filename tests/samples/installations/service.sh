@@ -15,7 +15,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 chmod 755 "$folder"
 # The unit as it is installed, but for the programs' folder.
-sed "s#^ExecStart=[^ ]*/midair-#ExecStart=$bin/midair-#" "$unit" >"$folder/midair-installation@.service"
+sed "s#@MIDAIR_PROGRAMS@#$bin#; s#@MIDAIR_DOCUMENTS@#/usr/share/doc/osgMidair#" "$unit" >"$folder/midair-installation@.service"
 for name in toybox piano gallery water desk paper-scenes; do
     systemd-analyze verify "$folder/midair-installation@$name.service" || fail "the unit of $name"
 done
