@@ -375,13 +375,13 @@ bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
 void HapticEngine::close()
 {
     _settings.isRead = false;
-    if (_player.close())
+    if (_player->close())
     {
         _collector.forget();
         tellTouches();
         tellState();
     }
-    if (_player.isClosed()) _ownership.place.leave();
+    if (_player->isClosed()) _ownership.place.leave();
 }
 
 } // namespace osgMidair
