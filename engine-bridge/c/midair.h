@@ -19,6 +19,9 @@
 /// given; no call waits for a solve of another thread, but for those of one midair_solver. Fields
 /// and arrays never change. Callbacks (midair_extend.h) say on which threads they run.
 ///
+/// In the child of a fork() all scenes and solvers of the parent are closed, and its devices are
+/// not written to; fields and arrays stay, scenes can be solved, and new ones be made (C.md).
+///
 /// Every function that can fail returns a midair_status; midair_last_error() then has a sentence.
 /// No C++ exception leaves a function, and what a function returns with an error it leaves
 /// untouched, but for a count that says how much room there must be.

@@ -121,6 +121,41 @@ extern "C"
     /// The newest field that was played; MIDAIR_NOT_YET: none so far. Each call gives a handle of
     /// its own.
     MIDAIR_API midair_status midair_newest_field(midair_scene* scene, midair_field** field);
+    /// The same once the field of the newest midair_update() is there, for which it waits at most
+    /// \a timeout_s (>= 0). It may be called by the thread that updates, too, and keeps no other
+    /// call waiting. MIDAIR_NOT_YET: it isn't there by then, or none comes, at once, as after
+    /// midair_stop(); MIDAIR_SILENCED, at once, as of midair_update().
+    MIDAIR_API midair_status midair_wait_field(midair_scene* scene,
+                                               double timeout_s,
+                                               midair_field** field);
+
+    // --- Ears ------------------------------------------------------------------------------------
+
+    /// Sets where ears are, from the next midair_update() or midair_solve() on: \a positions x, y,
+    /// z of each of \a count, 0 .. 64, which replace those before. They are listened at besides the
+    /// places around the array and the setting "earPoints", and the ear limit holds there as well.
+    /// A place that isn't finite is an error, and nothing is played until all are right.
+    MIDAIR_API midair_status midair_set_ears(midair_scene* scene,
+                                             const double* positions,
+                                             size_t count);
+
+    /// How loud it is at an ear, as of now: levels in dB re 20 uPa, rms, as those of
+    /// haptics/EARS.md.
+    typedef struct midair_ear
+    {
+        double position[3]; ///< m, array frame
+        double level_dB;    ///< of what is played now; 0: silence
+        double eq_dB;       ///< mean since there are as many places as now
+        double max_dB;      ///< highest mean over 1 s
+    } midair_ear;
+
+    /// Copies what is heard at each ear of midair_set_ears(), in their order, then at each place of
+    /// "earPoints"; \a count: how many these are, also where \a capacity is too small. 0 before
+    /// the first field.
+    MIDAIR_API midair_status midair_ears(midair_scene* scene,
+                                         midair_ear* ears,
+                                         size_t capacity,
+                                         size_t* count);
 
     // --- Hands -----------------------------------------------------------------------------------
 

@@ -127,11 +127,22 @@ PressureCap::Where CappedOutput::where(const haptics::TransducerArray& array,
             _ears.bound()};
 }
 
+// Of what is played, whose bytes stay as they are.
+bool CappedOutput::keepsToEars()
+{
+    static const Eigen::Matrix3Xd kNoPoints(3, 0);
+    if (_isForEars || !_context.last) return false;
+    const bool isModulated = _context.last->sequence.modulation.amplitudeRate_Hz > 0.0;
+    return _pressure.cap->keepsToEars(where(_context.options.array, kNoPoints, isModulated),
+                                      _output->drives());
+}
+
 void CappedOutput::cap(const haptics::TransducerArray& array,
                        haptics::FieldSequence& sequence,
                        HologramResult& result)
 {
     _proven = {};
+    _isForEars = false;
     if (sequence.isHeld() && sequence.achieved_Pa.size() > 0)
         _proven.held = {1.0, sequence.fields.front(), sequence.achieved_Pa};
     if (!_pressure.isSet && !(_ears.limit_dB() > 0.0)) return;
@@ -146,9 +157,12 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
     if (!_output->ability().part.empty()) _proven.held = {};
     if (sequence.report.capFactor >= 1.0) return;
     ++_context.counters.capped;
+    // Of silence nobody knows which of the two it keeps to.
+    _isForEars = _ears.limit_dB() > 0.0 && (sequence.report.capFactor <= 0.0 || !_pressure.isSet ||
+                                            _pressure.cap->isForEars(place, sequence.fields));
     if (sequence.report.capFactor <= 0.0)
         tellOfSilence(place, wanted, sequence.report);
-    else if (!_pressure.isSet || _pressure.cap->isForEars(place, sequence.fields))
+    else if (_isForEars)
         _told.emplace_back(
             base::MessageCode::CAP_EARS,
             fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB()));

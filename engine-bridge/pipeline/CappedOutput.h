@@ -34,6 +34,9 @@ public:
     /// may exceed them. Any thread.
     bool isStricter(const HologramOptions& options) const;
     const haptics::LineRate& line() const { return _line; }
+    /// Returns true if what is played keeps to the ear limit where the ears are now, and wasn't
+    /// held down for where they were.
+    bool keepsToEars();
 
     /// Lowers \a sequence to the caps, which hold with the transducers of \a array, and plays it.
     void play(const haptics::TransducerArray& array,
@@ -88,6 +91,7 @@ private:
     PressureLimit _pressure;
     std::atomic<double> _cap_Pa{0.0}; // that of _pressure, for any thread; 0: none
     std::vector<base::Message> _told; // of what is played: how caps and device change it
+    bool _isForEars = false;          // the last field was held down to the ear limit
     CappedDrives _proven; // by the last cap(), which send() sends; without drives: not capped
 };
 

@@ -35,6 +35,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _refiner(_context, _assembler, _composer, _hands),
     _monitor(_context, _hands, _refiner)
 {
+    _ears.setKeeps([this] { return _output.keepsToEars(); });
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,

@@ -85,6 +85,8 @@ public:
     /// isn't. Any thread.
     double solvingSince_s() const { return _composer.busySince_s(); }
     haptics::ExposureFigures exposure() const { return _ears.reading(); } ///< any thread
+    /// As EarWatch::each(); any thread.
+    std::vector<haptics::PlaceExposure> ears() const { return _ears.each(); }
     std::vector<std::string> messages() const { return _context.messages.all(); }
 
 private:

@@ -36,6 +36,7 @@ HologramThread::HologramThread(PipelineFactory makePipeline,
 
 HologramThread::~HologramThread()
 {
+    _progress->end();
     _slot.close([this] { _stop.request(); });
     silenceNow();
     _thread.join();
@@ -146,6 +147,41 @@ haptics::ExposureFigures HologramThread::exposure() const
     return result ? result->exposure : haptics::ExposureFigures();
 }
 
+std::vector<haptics::PlaceExposure> HologramThread::ears() const
+{
+    const base::Lock lock(_atWorkMutex);
+    return _atWork ? _atWork->ears() : std::vector<haptics::PlaceExposure>();
+}
+
+bool HologramThread::Progress::await(std::uint64_t snapshots, double timeout_s)
+{
+    const double until_s = base::steadySeconds() + timeout_s;
+    base::Lock lock(_mutex);
+    while (processed < snapshots && !_isEnded && base::steadySeconds() < until_s)
+        _changed.waitUntil_s(lock, until_s);
+    return processed >= snapshots;
+}
+
+bool HologramThread::Progress::isEnded() const
+{
+    const base::Lock lock(_mutex);
+    return _isEnded;
+}
+
+void HologramThread::Progress::advance(std::uint64_t snapshots)
+{
+    const base::Lock lock(_mutex);
+    processed += snapshots;
+    _changed.notifyAll();
+}
+
+void HologramThread::Progress::end()
+{
+    const base::Lock lock(_mutex);
+    _isEnded = true;
+    _changed.notifyAll();
+}
+
 double HologramThread::solvesFor_s() const
 {
     double since_s = 0.0;
@@ -250,7 +286,7 @@ void HologramThread::run()
             const auto result = pipeline->process(snapshot, dropped - droppedBefore);
             publish(result, pipeline->counters());
         }
-        _processed += 1 + dropped - droppedBefore;
+        _progress->advance(1 + dropped - droppedBefore);
         droppedBefore = dropped;
     }
 }

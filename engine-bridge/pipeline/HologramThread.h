@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace midair::bridge
 {
@@ -86,6 +87,9 @@ public:
     std::shared_ptr<const PlayedPressure> playedNow() const;
     /// How loud it is at ears, as of now; nothing while there is no pipeline. Any thread.
     haptics::ExposureFigures exposure() const;
+    /// How loud it is at each ear, then at each of the options' earPoints; nothing before the first
+    /// sound. Any thread.
+    std::vector<haptics::PlaceExposure> ears() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none
     /// is open. Any thread.
     PlayedDrives playedOfLate(double duration_s) const;
@@ -107,7 +111,30 @@ public:
 
     /// The number of snapshots whose result is there, those that a newer one replaced included:
     /// once it is that of all submitted ones, nothing is waited for. Without a pipeline, too.
-    std::uint64_t processed() const { return _processed; }
+    std::uint64_t processed() const { return _progress->processed; }
+
+    /// The same for who waits, perhaps beyond this object's end. Any thread.
+    class Progress
+    {
+    public:
+        /// Waits, at most \a timeout_s, until processed is \a snapshots or more. Returns false if
+        /// it isn't; at once when the thread ends.
+        bool await(std::uint64_t snapshots, double timeout_s);
+        bool isEnded() const;
+
+    private:
+        friend class HologramThread;
+        void advance(std::uint64_t snapshots);
+        void end();
+
+        std::atomic<std::uint64_t> processed{0};
+        mutable base::Mutex _mutex;
+        base::Condition _changed;
+        bool _isEnded MIDAIR_GUARDED_BY(_mutex) = false;
+    };
+    std::shared_ptr<Progress> progress() const { return _progress; }
+    /// The number of snapshots handed over so far.
+    std::uint64_t submitted() const { return _slot.puts(); }
 
     /// The pipeline's counters as of the last processed snapshot; newer than the result's own if
     /// that snapshot was skipped.
@@ -154,7 +181,7 @@ private:
     Wanted _wanted MIDAIR_GUARDED_BY(_mutex);
     Published _published MIDAIR_GUARDED_BY(_mutex);
     std::atomic<std::uint64_t> _results{0};
-    std::atomic<std::uint64_t> _processed{0};
+    const std::shared_ptr<Progress> _progress = std::make_shared<Progress>();
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
     std::atomic<bool> _opening{true};
 

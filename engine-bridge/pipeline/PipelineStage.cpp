@@ -18,7 +18,7 @@ bool EarStage::arrive(const SceneSnapshot*& snapshot)
     _isMoved = false;
     if (_watch.isUnmoved(snapshot->ears)) return true;
     _watch.setEars(snapshot->ears);
-    _isMoved = limit_dB() > 0.0;
+    _isMoved = limit_dB() > 0.0 && !(_keeps && _keeps());
     const HologramResult* last = _context.last.get();
     if (!_isMoved && last && last->state == ArrayState::PLAYING)
         _watch.play(last->sequence.fields, _context.clock.now_s());

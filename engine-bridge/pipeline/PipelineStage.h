@@ -7,8 +7,11 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "haptics/base/text/MessageLog.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 namespace midair::bridge
 {
@@ -97,12 +100,16 @@ public:
     virtual void report(HologramResult& /*result*/, bool /*isOtherField*/) {}
 };
 
-/// Listens to what is played. With a limit, a field is held down for where the ears are now; else
-/// they just hear another one when they move.
+/// Listens to what is played. With a limit, a field is held down for where the ears are now; where
+/// what is played keeps to it there as well, and without one, they just hear another one when they
+/// move.
 class EarStage final : public PipelineStage
 {
 public:
     explicit EarStage(const PipelineContext& context) : _context(context) { setOptions(); }
+
+    /// \a keeps returns true if what is played may go on where the ears are now.
+    void setKeeps(std::function<bool()> keeps) { _keeps = std::move(keeps); }
 
     void setOptions() override;
     bool arrive(const SceneSnapshot*& snapshot) override;
@@ -113,11 +120,14 @@ public:
     /// The limit for the fields; null: there is none.
     const EarBound* bound() { return _watch.bound(); }
     haptics::ExposureFigures reading() const; ///< as of now; any thread
+    /// As EarWatch::each(), as of now; any thread.
+    std::vector<haptics::PlaceExposure> each() const { return _watch.each(_context.clock.now_s()); }
 
 private:
     const PipelineContext& _context;
     EarWatch _watch;
-    bool _isMoved = false; // by the newest snapshot, where a limit holds
+    std::function<bool()> _keeps;
+    bool _isMoved = false; // by the newest snapshot, to where the limit asks for another field
 };
 
 /// The hands and props of the snapshot that is solved for: which points are near enough, and which

@@ -34,7 +34,10 @@ std::string readAgain(const haptics::TransducerArray& array)
            std::to_string(array.size()) + " transducers are driven";
 }
 
-haptics::TransducerArray read(const PlayedOn& on, const std::string& dead, const std::string& weak)
+} // namespace
+
+haptics::TransducerArray
+arrayOn(const PlayedOn& on, const std::string& dead, const std::string& weak)
 {
     try
     {
@@ -52,8 +55,6 @@ haptics::TransducerArray read(const PlayedOn& on, const std::string& dead, const
                                std::string(error.what()) + "; nothing is played");
     }
 }
-
-} // namespace
 
 void PipelineMaker::begin(const PlayedOn& on, const std::string& dead, const std::string& weak)
 {
@@ -77,7 +78,7 @@ HologramThread::PipelineFactory PipelineMaker::factory(const HologramOptions& gi
         // Also after it could not be read; a setting may ask for a new pipeline, too.
         const bool isAnother = loaded->watch.wasChanged();
         if (!on.array.empty()) loaded->watch = haptics::ArrayFileWatch(on.array);
-        options.array = read(on, dead, weak);
+        options.array = arrayOn(on, dead, weak);
         {
             const base::Lock lock(loaded->mutex);
             if (isAnother)

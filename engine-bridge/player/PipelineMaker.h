@@ -30,6 +30,11 @@ struct PlayedOn
     }
 };
 
+/// Reads that array, with the transducers that the settings call \a dead and \a weak. Throws
+/// base::CodedError.
+haptics::TransducerArray
+arrayOn(const PlayedOn& on, const std::string& dead, const std::string& weak);
+
 /// Makes the pipelines of one scene in its hologram thread, so that no frame waits for a file:
 /// reads the array, watches its file, and goes on with recordings that it has begun.
 class PipelineMaker

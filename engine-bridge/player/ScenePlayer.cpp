@@ -110,6 +110,7 @@ void ScenePlayer::configure(std::shared_ptr<const SceneSettings> settings,
     const std::string& source = _wanted.settings->temperatureSource;
     _air.setSource(mayPlay() || source.empty() ? source : _air.source());
     refresh();
+    noteSilence();
 }
 
 SceneSettings ScenePlayer::playedSettings() const
@@ -250,14 +251,16 @@ void ScenePlayer::setHandSource(std::shared_ptr<HandSource> source)
 bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
 {
     const double start_s = base::steadySeconds();
-    if (!mayPlay()) _snapshot.objects.clear();
+    noteSilence();
+    const bool mayBeHeard = mayPlay() && mayListen();
+    if (!mayBeHeard) _snapshot.objects.clear();
     locateHands(handsToArray);
     takeResult();
     _hands.touch(_snapshot.objects, playedNow());
     const bool isRefused =
         _taken.newest && !_taken.newest->playing && start_s - _submitted.since_s() > kRetry_s;
     const bool isIdle = _submitted.isAny() && !isRefused && !mayTouch() &&
-                        !_submitted.differs(_snapshot, isChanged || !mayPlay());
+                        !_submitted.differs(_snapshot, isChanged || !mayBeHeard);
     const bool isHandedOver = !isIdle && submit();
     rest();
     tellSlowSolver(start_s);
@@ -270,6 +273,44 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     counts.predicted_ms = 1e3 * _hands.predictedBy_s();
     counts.temperature_C = _wanted.air_C;
     return isHandedOver;
+}
+
+// A limit holds at all ears, so nothing is played while one of them can't be listened at.
+bool ScenePlayer::mayListen()
+{
+    constexpr Eigen::Index kMostEars = 66; // of the program, and two of a camera
+    Eigen::Matrix3Xd& ears = _snapshot.ears;
+    if (ears.allFinite() && ears.cols() <= kMostEars) return true;
+    const std::string why =
+        ears.allFinite()
+            ? fmt::format("there are {} ears, should be at most {}; nothing is played",
+                          ears.cols(),
+                          kMostEars - 2)
+            : std::string("an ear is at a place that is not finite; nothing is played");
+    ears.resize(3, 0);
+    _log.say({MessageCode::SETTINGS_SILENCED, why});
+    const base::Lock lock(_shared.mutex);
+    _shared.whySilent = why;
+    return false;
+}
+
+// For whoever waits for a field.
+void ScenePlayer::noteSilence()
+{
+    std::string why;
+    if (!_caps.wrong.empty())
+        why = _caps.wrong.front();
+    else if (!_wanted.settings->enabled)
+    {
+        why = "the scene is disabled";
+        for (const base::Message& message : _log.messages())
+            for (const MessageCode code : {MessageCode::SETTINGS_SILENCED,
+                                           MessageCode::SETTINGS_CALIBRATION,
+                                           MessageCode::SCENE_LIMIT})
+                if (message.code == code) why = message.text;
+    }
+    const base::Lock lock(_shared.mutex);
+    _shared.whySilent = std::move(why);
 }
 
 void ScenePlayer::rest()
@@ -437,6 +478,34 @@ std::shared_ptr<const HologramResult> ScenePlayer::latestResult() const
     return _shared.thread ? _shared.thread->latestResult() : _shared.closed;
 }
 
+std::string ScenePlayer::awaitField(double timeout_s) const
+{
+    std::shared_ptr<HologramThread::Progress> progress;
+    std::uint64_t snapshots = 0;
+    {
+        const base::Lock lock(_shared.mutex);
+        if (!_shared.whySilent.empty()) return "nothing is played: " + _shared.whySilent;
+        if (!_shared.thread) return "nothing is played: it is closed, or has not begun";
+        progress = _shared.thread->progress();
+        snapshots = _shared.thread->submitted();
+    }
+    if (snapshots == 0) return "nothing is played: there was no frame so far";
+    if (!progress->await(snapshots, timeout_s > 0.0 ? timeout_s : 0.0))
+        return progress->isEnded() ? "nothing is played: it was closed meanwhile"
+                                   : fmt::format("there is no field after {:g} s", timeout_s);
+    const auto result = latestResult();
+    if (result && result->array && !result->sequence.fields.empty()) return {};
+    return "nothing is played: " + (result && !result->report().message.empty()
+                                        ? result->report().message
+                                        : std::string("it is closed"));
+}
+
+std::vector<haptics::PlaceExposure> ScenePlayer::ears() const
+{
+    const base::Lock lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->ears() : std::vector<haptics::PlaceExposure>();
+}
+
 SceneStatistics ScenePlayer::statistics() const
 {
     const base::Lock lock(_shared.mutex);
@@ -453,6 +522,7 @@ SceneStatistics ScenePlayer::statistics() const
     all.fields = reading.fields;
     all.device = std::move(reading.status);
     all.exposure = _shared.thread->exposure();
+    all.ears = _shared.thread->ears();
     if (const auto result = _shared.thread->latestResult()) addFigures(*result, all);
     return all;
 }

@@ -195,7 +195,14 @@ public:
 
     /// \{ Any thread.
     std::shared_ptr<const HologramResult> latestResult() const;
+    /// Waits, at most \a timeout_s, for the field of the newest frame that was handed over: the
+    /// result is then that of this frame, or of a newer one. Returns why there is none; empty:
+    /// there is. At once where none comes: nothing is played, or it may not be. It may be called
+    /// on the thread that plays the frames as well.
+    std::string awaitField(double timeout_s) const;
     SceneStatistics statistics() const;
+    /// As SceneStatistics::ears.
+    std::vector<haptics::PlaceExposure> ears() const;
     ArrayState state() const; ///< CLOSED while there is no thread
     ArrayReading reading() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
@@ -249,6 +256,8 @@ private:
         /// that of a thread that ended
         std::shared_ptr<const HologramResult> closed MIDAIR_GUARDED_BY(mutex);
         haptics::Medium medium MIDAIR_GUARDED_BY(mutex);
+        /// why nothing may be played, as of the last frame; empty: it may
+        std::string whySilent MIDAIR_GUARDED_BY(mutex);
         SceneStatistics counts MIDAIR_GUARDED_BY(mutex);      ///< those of the player's own
         LatencyStatistics latencies MIDAIR_GUARDED_BY(mutex); ///< ms, of the newest fields
     };
@@ -258,6 +267,8 @@ private:
     void start(const HologramOptions& options);
     bool submit();
     bool mayTouch() const;
+    bool mayListen();
+    void noteSilence();
     void tellSlowSolver(double now_s);
 
     Host _host;

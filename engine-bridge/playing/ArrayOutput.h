@@ -146,6 +146,8 @@ public:
     /// back, silenced by its watchdog, a lost packet). Throws base::Stopped as play() does.
     Attention attend(const base::StopToken& stop);
 
+    /// What play() was given last; none after silence().
+    const std::vector<device::DriveSignal>& drives() const { return _given.drives; }
     /// What the device would play of \a signal, as activations (m).
     Eigen::VectorXcf wouldPlay(const device::DriveSignal& signal) const;
     /// The fields of the last play() as the device should play them (quantised); none after

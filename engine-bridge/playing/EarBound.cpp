@@ -150,16 +150,22 @@ void EarWatch::setEars(const Eigen::Matrix3Xd& ears)
         _bound.reset();
     }
     if (!_exposure) return;
-    const Eigen::Index first = _exposure->size() - _ears.cols();
+    const Eigen::Index first = unnamed();
     for (Eigen::Index l = 0; l < _ears.cols(); ++l)
         _exposure->move(first + l, _ears.col(l));
 }
 
+// The places around come first, then the ears, then the user's places.
 void EarWatch::listen()
 {
     if (_exposure) return;
-    const Eigen::Matrix3Xd around = joined(haptics::placesAround(_array, kAround), _places);
-    _exposure = std::make_shared<haptics::Exposure>(_array, _medium, joined(around, _ears));
+    const Eigen::Matrix3Xd around = joined(haptics::placesAround(_array, kAround), _ears);
+    _exposure = std::make_shared<haptics::Exposure>(_array, _medium, joined(around, _places));
+}
+
+Eigen::Index EarWatch::unnamed() const
+{
+    return _exposure->size() - _ears.cols() - _places.cols();
 }
 
 const EarBound* EarWatch::bound()
@@ -179,7 +185,8 @@ void EarWatch::play(const std::vector<Eigen::VectorXcf>& fields, double now_s)
     _meter.play(now_s,
                 _exposure->places(),
                 isNothing ? Eigen::VectorXd::Zero(_exposure->size()).eval()
-                          : _exposure->heard_Pa2(fields));
+                          : _exposure->heard_Pa2(fields),
+                unnamed());
 }
 
 haptics::ExposureFigures EarWatch::reading(double now_s) const

@@ -86,9 +86,13 @@ public:
 
     /// The figures at \a now_s. Any thread.
     haptics::ExposureFigures reading(double now_s) const;
+    /// What each of the ears, then each of the user's places hears; nothing before the first sound.
+    /// Any thread.
+    std::vector<haptics::PlaceExposure> each(double now_s) const { return _meter.readEach(now_s); }
 
 private:
     void listen();
+    Eigen::Index unnamed() const; ///< how many places nobody has named; after listen()
 
     haptics::TransducerArray _array;
     haptics::Medium _medium;

@@ -398,6 +398,17 @@ bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorX
     return atEars >= atPoints;
 }
 
+bool PressureCap::keepsToEars(const Where& where,
+                              const std::vector<device::DriveSignal>& signals) const
+{
+    if (!where.ears || signals.empty()) return true;
+    std::vector<double> most_Pa;
+    std::vector<double> ears;
+    playedOf(FieldBounds(where, _ability), signals, most_Pa, &ears);
+    // NaN is none of these.
+    return std::all_of(ears.begin(), ears.end(), [](double excess) { return excess <= 1.0; });
+}
+
 std::string PressureCap::message() const
 {
     return fmt::format("the field is held down to the cap of {:g} Pa at any control point",

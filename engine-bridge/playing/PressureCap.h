@@ -116,6 +116,9 @@ public:
                 CappedDrives* capped = nullptr) const;
     /// Returns true if \a fields are nearer to the ear limit of \a where than to this cap.
     bool isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
+    /// Returns true if \a signals, which are played in turn as they are, keep to the ear limit of
+    /// \a where, as hold() has it.
+    bool keepsToEars(const Where& where, const std::vector<device::DriveSignal>& signals) const;
     /// The message for the user when all amplitudes were lowered by a factor < 1 that isn't 0.
     std::string message() const;
 

@@ -85,6 +85,19 @@ PyField newest(const OwnedScene& scene)
     return {std::make_shared<OwnedField>(field), false, {}};
 }
 
+PyField waitField(const OwnedScene& scene, double timeout)
+{
+    midair_field* field = nullptr;
+    checked(midair_wait_field, scene.get(), timeout, &field);
+    return {std::make_shared<OwnedField>(field), false, {}};
+}
+
+void setEars(const OwnedScene& scene, const Doubles& positions)
+{
+    const std::size_t count = positions.size() == 0 ? 0 : rowsOf(positions, "positions");
+    checked(midair_set_ears, scene.get(), positions.data(), count);
+}
+
 PyObjectOfScene addMesh(const std::shared_ptr<OwnedScene>& scene,
                         const Doubles& vertices,
                         const Indices& triangles,
@@ -251,6 +264,7 @@ void addHands(py::module_& module)
                          share);
     PYBIND11_NUMPY_DTYPE(
         midair_touch, object, hand, finger, touching, reserved, position, distance_m, force_N);
+    PYBIND11_NUMPY_DTYPE(midair_ear, position, level_dB, eq_dB, max_dB);
     module.attr("hand_dtype") = py::dtype::of<midair_hand>();
     module.def(
         "hand",
@@ -311,6 +325,25 @@ void addScenes(py::module_& module)
             [](const OwnedScene& s, bool muted) { checked(midair_mute, s.get(), muted ? 1 : 0); },
             py::arg("muted"))
         .def("newest_field", &newest, "The newest field that was played.")
+        .def(
+            "wait_field",
+            &waitField,
+            py::arg("timeout") = 5.0,
+            "Waits, at most timeout seconds, for the field of the newest update(), and returns it. "
+            "Raises midair.Error with status \"not yet\" if it isn't there by then, and at once if "
+            "none comes.")
+        .def(
+            "set_ears",
+            &setEars,
+            py::arg("positions"),
+            "Sets where ears are: (n, 3) in metres, the array's frame; n is 0 to 64. The ear limit "
+            "holds there as well.")
+        .def_property_readonly(
+            "ears",
+            [](const OwnedScene& s) { return all(s, midair_ears); },
+            "How loud it is at each ear of set_ears(), then at each of \"earPoints\": (n,) with "
+            "the "
+            "fields position in m, level_dB now, eq_dB on average, max_dB over a second.")
         .def("set_hands", &setHands, py::arg("hands"), "An array of hand_dtype; for 0.2 s.")
         .def(
             "open_hands",

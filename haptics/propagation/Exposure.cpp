@@ -381,6 +381,7 @@ void ExposureMeter::closeBin(State& state)
         second += one;
     Eigen::Index at = 0;
     if (second.size() == 0) return;
+    state.mostEach_Pa2 = state.mostEach_Pa2.cwiseMax(second / (kBins * kBin_s));
     const double most_Pa2 = second.maxCoeff(&at) / (kBins * kBin_s);
     if (!(most_Pa2 > state.most_Pa2)) return;
     state.most_Pa2 = most_Pa2;
@@ -407,20 +408,23 @@ void ExposureMeter::advance(State& state, double now_s)
 
 void ExposureMeter::play(double now_s,
                          const Eigen::Matrix3Xd& places,
-                         const Eigen::VectorXd& square_Pa2)
+                         const Eigen::VectorXd& square_Pa2,
+                         Eigen::Index unnamed)
 {
     const base::Lock lock(_mutex);
     if (_state.places.cols() != places.cols())
     {
         _state = State();
         _state.start_s = _state.now_s = now_s;
-        for (Eigen::VectorXd* one : {&_state.square_Pa2, &_state.sum, &_state.bin})
+        for (Eigen::VectorXd* one :
+             {&_state.square_Pa2, &_state.sum, &_state.bin, &_state.mostEach_Pa2})
             one->setZero(places.cols());
         for (Eigen::VectorXd& one : _state.bins)
             one.setZero(places.cols());
     }
     advance(_state, now_s);
     _state.places = places;
+    _state.unnamed = unnamed;
     _state.square_Pa2 = square_Pa2.unaryExpr(
         [](double one) { return one >= 0.0 ? one : std::numeric_limits<double>::infinity(); });
 }
@@ -454,6 +458,33 @@ ExposureFigures ExposureMeter::read(double now_s) const
     figures.y_m = state.mostAt.y();
     figures.z_m = state.mostAt.z();
     return figures;
+}
+
+std::vector<PlaceExposure> ExposureMeter::readEach(double now_s) const
+{
+    State state;
+    {
+        const base::Lock lock(_mutex);
+        state = _state;
+    }
+    if (state.places.cols() == 0) return {};
+    advance(state, now_s);
+    const double time_s = state.now_s - state.start_s;
+    std::vector<PlaceExposure> each;
+    for (Eigen::Index l = state.unnamed; l < state.places.cols(); ++l)
+    {
+        const double mean_Pa2 = time_s > 0.0 ? state.sum[l] / time_s : 0.0;
+        // As of all places: the first second's mean so far is the highest.
+        const double most_Pa2 = time_s < kBins * kBin_s ? std::max(mean_Pa2, state.mostEach_Pa2[l])
+                                                        : state.mostEach_Pa2[l];
+        each.push_back({state.places(0, l),
+                        state.places(1, l),
+                        state.places(2, l),
+                        soundLevel_dB(state.square_Pa2[l]),
+                        soundLevel_dB(mean_Pa2),
+                        soundLevel_dB(most_Pa2)});
+    }
+    return each;
 }
 
 } // namespace midair::haptics

@@ -150,11 +150,18 @@ class ExposureMeter
 {
 public:
     /// From \a now_s (steady clock) on the \a places (3 x n) hear \a square_Pa2 (n, mean squares;
-    /// all 0: silence). Another number of places begins anew. NaN counts as infinite.
-    void play(double now_s, const Eigen::Matrix3Xd& places, const Eigen::VectorXd& square_Pa2);
+    /// all 0: silence). Another number of places begins anew. NaN counts as infinite. \a unnamed:
+    /// how many of the places, the first ones, nobody has named.
+    void play(double now_s,
+              const Eigen::Matrix3Xd& places,
+              const Eigen::VectorXd& square_Pa2,
+              Eigen::Index unnamed = 0);
 
     /// Returns the figures at \a now_s, but for the limit.
     ExposureFigures read(double now_s) const;
+    /// Returns what each of the named places hears at \a now_s, in their order; nothing before the
+    /// first play().
+    std::vector<PlaceExposure> readEach(double now_s) const;
 
 private:
     // Seconds begin every 0.1 s; a shorter sound counts with the silence around it.
@@ -169,6 +176,8 @@ private:
         Eigen::VectorXd sum;                     ///< n, Pa^2 s since the start
         std::array<Eigen::VectorXd, kBins> bins; ///< n each, Pa^2 s in the last full tenths
         Eigen::VectorXd bin;                     ///< n, Pa^2 s in the tenth that runs
+        Eigen::VectorXd mostEach_Pa2;            ///< n, the highest mean over a second
+        Eigen::Index unnamed = 0;                ///< of the places, the first ones
         int next = 0;                            ///< of bins, the oldest one
         double inBin_s = 0.0;                    ///< how much of it has passed
         double start_s = 0.0;

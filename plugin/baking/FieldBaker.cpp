@@ -11,6 +11,7 @@
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/ManyStarts.h"
 #include "plugin/engine/SceneAccess.h"
@@ -265,9 +266,20 @@ void addSteps(const std::vector<DriveSignal>& signals,
 struct FieldBaker::Part
 {
     Part(HapticScene& baked, int wantedThreads) : scene(&baked), threads(wantedThreads) {}
+    ~Part() { leaveParents(); }
+    Part(const Part&) = delete;
+    Part& operator=(const Part&) = delete;
+
+    // In the child of a fork its solver's threads are the parent's.
+    void leaveParents()
+    {
+        if (!isOurs) static_cast<void>(pipeline.release());
+        isOurs = {};
+    }
 
     void collect(const osg::FrameStamp& stamp, const osg::Matrixd& world)
     {
+        leaveParents();
         HapticEngine& engine = SceneAccess::engine(*scene);
         collected = engine.collectForBaking(
             {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
@@ -374,6 +386,7 @@ struct FieldBaker::Part
     BakedLimits limits;
     std::string arrayText; ///< JSON of the array; empty: not read yet
     unsigned int transducers = 0;
+    midair::base::MadeHere isOurs; ///< the pipeline
     std::unique_ptr<HologramPipeline> pipeline;
     std::vector<midair::base::Message> told; ///< of pipelines
 };

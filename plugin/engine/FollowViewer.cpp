@@ -352,9 +352,9 @@ bool HapticEngine::isPlayedByOuterOwner()
     const bool isNew = outer != _ownership.outer;
     _ownership.outer = std::move(outer);
     const midair::base::Topic inside{midair::base::MessageCode::SCENE_INSIDE};
-    if (isNew) _player.log().ends(inside);
-    if (isNew && !_ownership.outer.empty() && _player.log().begins(inside))
-        _player.log().say(
+    if (isNew) _player->log().ends(inside);
+    if (isNew && !_ownership.outer.empty() && _player->log().begins(inside))
+        _player->log().say(
             inside,
             {inside.code,
              name() + (beside ? " is joined with " : " is inside ") + _ownership.outer +
@@ -379,13 +379,13 @@ bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
 void HapticEngine::close()
 {
     _settings.isRead = false;
-    if (_player.close())
+    if (_player->close())
     {
         _collector.forget();
         tellTouches();
         tellState();
     }
-    if (_player.isClosed()) _ownership.place.leave();
+    if (_player->isClosed()) _ownership.place.leave();
 }
 
 } // namespace osgMidair

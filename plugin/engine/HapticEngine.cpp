@@ -68,6 +68,17 @@ void notify(const midair::base::MessageLog::Line& line)
     osg::notify(isNotice ? osg::NOTICE : osg::WARN) << "osgMidair: " << line.text << std::endl;
 }
 
+/// \a isFirst: false: for the child of a fork, in which nothing is opened.
+std::unique_ptr<midair::bridge::ScenePlayer> makePlayer(bool isFirst)
+{
+    auto player = std::make_unique<midair::bridge::ScenePlayer>(
+        midair::bridge::ScenePlayer::Host{notify, openSceneHands});
+    if (isFirst) return player;
+    player->keepClosed();
+    player->log().say({MessageCode::SCENE_CLOSED, midair::base::kForked});
+    return player;
+}
+
 /// Replaces what is real in \a settings: devices by the simulated one, tracked hands by none.
 /// Returns what is wrong with the names of these, as nobody tries to open them.
 std::vector<Message> rehearse(HapticSettings& settings)
@@ -118,20 +129,24 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
     _root(&root),
     _ownership{
         SceneOwner(root, kind, *this), JoinedScene(*this), PlayingPlace(), kind, std::string()},
-    _given{&settings, nullptr, {}, {}},
-    _player({notify, openSceneHands}),
-    _collector(kind == OwnerKind::SCENE ? &root : nullptr, _player.log())
+    _given{&settings, nullptr, {}, {}, {}},
+    _collector(kind == OwnerKind::SCENE ? &root : nullptr,
+               [this]() -> midair::base::MessageLog& { return _player->log(); }),
+    _shown([](bool) { return std::make_unique<Shown>(); }),
+    _newest([](bool) { return std::make_unique<Newest>(); }),
+    _player(makePlayer)
 {
     collectDeviceLines();
 }
 
 HapticEngine::~HapticEngine()
 {
-    _player.takeResult();
-    _player.log().printDue(midair::base::steadySeconds() + midair::base::MessageLog::kLinePause_s);
+    if (!_isOurs) return; // the parent plays on
+    _player->takeResult();
+    _player->log().printDue(midair::base::steadySeconds() + midair::base::MessageLog::kLinePause_s);
     const ReportedScene last{
         statistics(), _settings.used ? *_settings.used : HapticSettings(), field()};
-    _player.end().reset(); // waits for the device
+    _player->end().reset(); // waits for the device
     tellDeviceLines();
     if (_settings.isReported) writeReport(this, last);
 }
@@ -147,9 +162,9 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
 // says nothing of that: it is an older one once another has been handed over.
 bool HapticEngine::collect(const std::vector<SceneRoot>& roots)
 {
-    if (mayPlay()) return _collector.collect(roots, _player.snapshot().objects);
+    if (mayPlay()) return _collector.collect(roots, _player->snapshot().objects);
     _collector.forget();
-    _player.snapshot().objects.clear();
+    _player->snapshot().objects.clear();
     return true;
 }
 
@@ -163,17 +178,24 @@ bool HapticEngine::rests(const osg::Node& root)
         now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
         return false;
     ++_rest.frames;
-    _player.rest();
+    _player->rest();
     return true;
 }
 
 void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simulationTime_s)
 {
-    midair::bridge::SceneSnapshot& snapshot = _player.snapshot();
+    midair::bridge::SceneSnapshot& snapshot = _player->snapshot();
     snapshot.frame = frame;
     snapshot.time_s = time_s;
-    snapshot.metresPerUnit = settings().metresPerUnit;
     snapshot.simulationTime_s = simulationTime_s;
+    fillSnapshot(snapshot, settings().metresPerUnit);
+    if (mayPlay()) _collector.addObstacles(snapshot.around.props);
+}
+
+// What of it depends on where things are; without hands and ears.
+void HapticEngine::fillSnapshot(midair::bridge::SceneSnapshot& snapshot, double metresPerUnit) const
+{
+    snapshot.metresPerUnit = metresPerUnit;
     snapshot.worldToArray = _places.toArray;
     std::vector<midair::bridge::Capsule>& props = snapshot.around.props;
     props.clear();
@@ -181,7 +203,6 @@ void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simula
         props.push_back({_places.worldToArray * midair::bridge::toEigen(obstacle.a),
                          _places.worldToArray * midair::bridge::toEigen(obstacle.b),
                          obstacle.radius});
-    if (mayPlay()) _collector.addObstacles(props);
 }
 
 void HapticEngine::update(const std::vector<SceneRoot>& roots,
@@ -189,12 +210,14 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
                           double age_s,
                           double simulationTime_s)
 {
+    if (!_isOurs) return;                         // the child of a fork: the parent plays on
+    const osg::ref_ptr<HapticEngine> keep = this; // whatever a callback does
     const double start_s = midair::base::steadySeconds();
     _rest.lookTime_s = start_s;
     _rest.boundsSeen = _rest.bounds;
     _rest.changesSeen = propertyChanges();
     tellDeviceLines();
-    _player.log().printDue(start_s);
+    _player->log().printDue(start_s);
     if (isPlayedByOuterOwner()) return tellState();
     if (_settings.isCrowded && _ownership.place.take())
         _settings.isRead = false; // there is one now
@@ -203,41 +226,42 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     keepInnerLimits();
     fillSnapshot(frame, start_s - age_s, simulationTime_s);
     attachMouse();
-    listenAtCamera();
     takePresses();
-    const bool isHead = _player.snapshot().ears.cols() > 0;
+    listen(_player->snapshot().ears, settings().earCamera);
+    const bool isHead = settings().earCamera;
     const int beingRead = mayPlay() ? _collector.beingRead() : 0;
-    if (_player.play(_places.worldToArray, isFresh))
+    if (_player->play(_places.worldToArray, isFresh))
         _collector.forget(); // the snapshot now holds the objects of an older one
-    _rest.submitTime_s = _player.submitted_s();
+    _rest.submitTime_s = _player->submitted_s();
     _rest.possible =
-        _player.hasSubmitted() && !_player.hands().active() && beingRead == 0 && !isHead;
+        _player->hasSubmitted() && !_player->hands().active() && beingRead == 0 && !isHead;
     countCollected(beingRead, start_s);
     if (_settings.isReported && isReportDue(this))
         keepReport(this, {statistics(), settings(), field()});
     tellTouches();
     tellState();
+    tellField();
 }
 
 void HapticEngine::countCollected(int beingRead, double start_s)
 {
-    const midair::base::Lock lock(_shown.mutex);
-    _shown.collected.meshesRead = _collector.extractions();
-    _shown.collected.objectsBeingRead = beingRead;
-    _shown.collected.objects = mayPlay() ? _collector.instances() : 0;
-    _shown.collected.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
+    const midair::base::Lock lock(_shown->mutex);
+    _shown->collected.meshesRead = _collector.extractions();
+    _shown->collected.objectsBeingRead = beingRead;
+    _shown->collected.objects = mayPlay() ? _collector.instances() : 0;
+    _shown->collected.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
 }
 
 void HapticEngine::tellTouches()
 {
-    const midair::bridge::HandProximity& touched = _player.hands().proximity();
+    const midair::bridge::HandProximity& touched = _player->hands().proximity();
     if (touched.events().empty() && touched.ongoing().empty()) return;
     const Eigen::Affine3d arrayToScene(Eigen::Matrix4d(_places.toArray.inverse()));
     const auto told = _touches.gather(
         touched, [this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
     {
-        const midair::base::Lock lock(_shown.mutex);
-        _shown.touches = _touches.current();
+        const midair::base::Lock lock(_shown->mutex);
+        _shown->touches = _touches.current();
     }
     for (Message& message : _touches.tell(told))
         say(std::move(message));
@@ -249,8 +273,8 @@ void HapticEngine::tellState()
     tellMessages();
     DeviceChange change;
     change.before = _told.state;
-    const midair::bridge::ArrayReading reading = _player.reading();
-    const bool isOpening = _player.state() == ArrayState::OPENING;
+    const midair::bridge::ArrayReading reading = _player->reading();
+    const bool isOpening = _player->state() == ArrayState::OPENING;
     change.now = isOpening ? ArrayState::OPENING : reading.state;
     if (change.now == change.before) return;
     _told.state = change.now;
@@ -275,14 +299,14 @@ void HapticEngine::tellMessages()
     const osg::ref_ptr<MessageCallback> keep = _told.messageCallback;
     if (!keep) return;
     bool hasThrown = false;
-    for (const Message& message : _player.log().changedSince(_told.messages))
+    for (const Message& message : _player->log().changedSince(_told.messages))
     {
         const std::string thrown = midair::base::thrownBy([&] { keep->told(toPublic(message)); });
         if (thrown.empty()) continue;
         hasThrown = true;
         say({MessageCode::CALLBACK_THREW, "the message callback has thrown " + thrown});
     }
-    if (hasThrown) _told.messages = _player.log().changes();
+    if (hasThrown) _told.messages = _player->log().changes();
 }
 
 void HapticEngine::setMessageCallback(MessageCallback* callback)
@@ -293,9 +317,9 @@ void HapticEngine::setMessageCallback(MessageCallback* callback)
 
 void HapticEngine::silence()
 {
-    if (_player.isClosed()) return;
+    if (_player->isClosed()) return;
     _collector.forget();
-    _player.silence();
+    _player->silence();
     tellTouches();
     tellState();
 }
@@ -303,13 +327,13 @@ void HapticEngine::silence()
 void HapticEngine::setHandSource(HandSource* source)
 {
     _given.hands = source;
-    _player.setHandSource(source ? std::make_shared<KitHands>(source) : nullptr);
+    _player->setHandSource(source ? std::make_shared<KitHands>(source) : nullptr);
 }
 
 // The hand begins in the middle of the workspace.
 void HapticEngine::attachMouse()
 {
-    auto* mouse = dynamic_cast<MouseSource*>(KitHands::of(_player.hands().active().get()));
+    auto* mouse = dynamic_cast<MouseSource*>(KitHands::of(_player->hands().active().get()));
     if (!mouse || !_followed.view.valid()) return;
     const Eigen::Vector3d middle = _places.toArray.inverse().topRightCorner<3, 1>();
     mouse->attach(*_followed.view, settings().metresPerUnit, midair::bridge::toOsg(middle));
@@ -328,25 +352,28 @@ void HapticEngine::takePresses()
         const std::vector<midair::bridge::HandPress> its = bodies->presses();
         presses.insert(presses.end(), its.begin(), its.end());
     }
-    _player.setPresses(std::move(presses));
+    _player->setPresses(std::move(presses));
 }
 
-// The camera's frame is the scene's world in its units, as that of the hands is.
-void HapticEngine::listenAtCamera()
+// The camera's frame is the scene's world in its units, as that of the hands and the ears is.
+void HapticEngine::listen(Eigen::Matrix3Xd& ears, bool hasCamera) const
 {
     constexpr double kEar_m = 0.08;
-    Eigen::Matrix3Xd& ears = _player.snapshot().ears;
-    ears.resize(3, 0);
-    const osg::Camera* camera = _followed.view.valid() ? _followed.view->getCamera() : nullptr;
-    if (!settings().earCamera || !camera) return;
-    const osg::Matrixd toWorld = camera->getInverseViewMatrix();
     const Eigen::Affine3d toArray(_places.toArray);
+    const auto given = static_cast<Eigen::Index>(_given.ears.size());
+    ears.resize(3, given);
+    for (Eigen::Index l = 0; l < given; ++l)
+        ears.col(l) = toArray * midair::bridge::toEigen(_given.ears[static_cast<std::size_t>(l)]);
+    const osg::Camera* camera = _followed.view.valid() ? _followed.view->getCamera() : nullptr;
+    if (!hasCamera || !camera) return;
+    const osg::Matrixd toWorld = camera->getInverseViewMatrix();
     const Eigen::Vector3d eye = toArray * midair::bridge::toEigen(toWorld.getTrans());
     const osg::Vec3d right(toWorld(0, 0), toWorld(0, 1), toWorld(0, 2));
     const Eigen::Vector3d aside =
         kEar_m * (toArray.linear() * midair::bridge::toEigen(right)).stableNormalized();
-    ears.resize(3, 2);
-    ears << eye - aside, eye + aside;
+    if (!eye.allFinite() || !aside.allFinite()) return; // a camera that is nowhere
+    ears.conservativeResize(3, given + 2);
+    ears.rightCols(2) << eye - aside, eye + aside;
 }
 
 std::string HapticEngine::name() const
@@ -367,11 +394,11 @@ std::vector<Touch> HapticEngine::touches() const
 {
     std::vector<Touch> touches;
     {
-        const midair::base::Lock lock(_shown.mutex);
-        touches = _shown.touches;
+        const midair::base::Lock lock(_shown->mutex);
+        touches = _shown->touches;
     }
     // It may have been muted or lost since the frame.
-    if (_player.reading().state != ArrayState::PLAYING)
+    if (_player->reading().state != ArrayState::PLAYING)
         for (Touch& touch : touches)
             touch.force = 0.0;
     return touches;
@@ -381,11 +408,11 @@ HapticStatistics HapticEngine::statistics() const
 {
     HapticStatistics all;
     {
-        const midair::base::Lock lock(_shown.mutex);
-        all = _shown.collected;
+        const midair::base::Lock lock(_shown->mutex);
+        all = _shown->collected;
     }
-    midair::base::assignPart<midair::bridge::SceneStatistics>(all, _player.statistics());
-    for (const Message& message : _player.log().messages())
+    midair::base::assignPart<midair::bridge::SceneStatistics>(all, _player->statistics());
+    for (const Message& message : _player->log().messages())
         all.told.push_back(toPublic(message));
     all.restingFrames = _rest.frames;
     all.frames += all.restingFrames;
@@ -476,8 +503,8 @@ std::vector<FoundObject> HapticEngine::found() const
 void HapticEngine::openHands(const HapticSettings& settings)
 {
     const bool isOpen =
-        !_settings.isBaked && (mayPlay() || settings.hands == _player.hands().named());
-    _player.openHands(isOpen ? settings.hands : ""); // what is wrong is told with the hands
+        !_settings.isBaked && (mayPlay() || settings.hands == _player->hands().named());
+    _player->openHands(isOpen ? settings.hands : ""); // what is wrong is told with the hands
 }
 
 midair::bridge::PlayedOn HapticEngine::playedOn(const HapticSettings& settings) const
@@ -492,25 +519,36 @@ midair::bridge::PlayedOn HapticEngine::playedOn(const HapticSettings& settings) 
     return on;
 }
 
+// Returns false if the calibration is none.
+bool HapticEngine::setPlaces(const HapticSettings& settings)
+{
+    midair::bridge::PoseAndStretch parts;
+    const bool isRigid =
+        midair::bridge::decompose(midair::bridge::toEigen(settings.calibration), parts) &&
+        parts.stretch.isIdentity(kCalibrationTolerance);
+    if (!isRigid) parts = {};
+    _places.worldToArray = parts.pose;
+    _places.toArray = parts.pose.matrix();
+    _places.toArray.topLeftCorner<3, 3>() *= settings.metresPerUnit;
+    return isRigid;
+}
+
 void HapticEngine::configure(const HapticSettings& given)
 {
     if (_settings.isRead && given == _settings.seen)
     {
-        _player.refresh();
+        _player->refresh();
         return;
     }
     _settings.seen = given;
     std::vector<Message> messages;
     auto used = std::make_shared<HapticSettings>(usable(messages));
-    midair::bridge::PoseAndStretch parts;
-    if (!midair::bridge::decompose(midair::bridge::toEigen(used->calibration), parts) ||
-        !parts.stretch.isIdentity(kCalibrationTolerance))
+    if (!setPlaces(*used))
     {
         messages.push_back(
             {MessageCode::SETTINGS_CALIBRATION,
              "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is "
              "played"});
-        parts = {};
         used->enabled = false;
     }
     if (!takePlace(used->enabled))
@@ -523,15 +561,12 @@ void HapticEngine::configure(const HapticSettings& given)
                          name(),
                          PlayingPlace::kMost)});
     }
-    _player.log().sayNow({MessageCode::SETTINGS_INVALID}, messages);
+    _player->log().sayNow({MessageCode::SETTINGS_INVALID}, messages);
     _settings.isReported = _settings.isReported || (given.enabled && !_settings.isBaked);
     _settings.used = used;
     _settings.isRead = true;
-    _places.worldToArray = parts.pose;
-    _places.toArray = parts.pose.matrix();
-    _places.toArray.topLeftCorner<3, 3>() *= used->metresPerUnit;
     _collector.configure(_places.toArray, used->shadows);
-    _player.configure(used, playedOn(*used), name());
+    _player->configure(used, playedOn(*used), name());
     openHands(*used);
 }
 
@@ -540,12 +575,17 @@ bool HapticEngine::takePlace(bool isEnabled)
 {
     const bool isWanted = isEnabled && !_settings.isBaked;
     _settings.isCrowded = isWanted && !_ownership.place.take();
-    if (!isWanted && _player.isClosed()) _ownership.place.leave();
+    if (!isWanted && _player->isClosed()) _ownership.place.leave();
     return !_settings.isCrowded;
 }
 
-// Scenes inside this one may lower its limits, never raise them.
 void HapticEngine::keepInnerLimits()
+{
+    _player->setInnerLimits(innerLimits());
+}
+
+// Scenes inside this one may lower its limits, never raise them.
+midair::device::UserCaps HapticEngine::innerLimits()
 {
     midair::device::UserCaps limits;
     std::vector<Message> told;
@@ -577,11 +617,23 @@ void HapticEngine::keepInnerLimits()
         limits = midair::device::stricter(limits, its);
     }
     if (limits.isSilencing) limits.maxAmplitude = 0.0;
-    _player.log().sayNow({MessageCode::SCENE_LIMIT}, told);
-    _player.setInnerLimits(limits);
+    _player->log().sayNow({MessageCode::SCENE_LIMIT}, told);
+    return limits;
 }
 
 // What a HapticEngine does for a FieldBaker, which solves its frames by itself.
+
+// Objects are read to their end.
+void HapticEngine::collectWhole(const SceneRoot& root,
+                                std::vector<midair::bridge::HapticObject>& objects)
+{
+    _collector.collect({root}, objects);
+    for (int more = 0; _collector.beingRead() > 0; ++more)
+    {
+        if (more > 0) std::this_thread::sleep_for(std::chrono::microseconds(100));
+        _collector.collect({root}, objects);
+    }
+}
 
 // Nothing that is real is opened. The pipeline that is made reads the array.
 HapticEngine::Baked
@@ -589,22 +641,20 @@ HapticEngine::collectForBaking(const SceneRoot& root, unsigned int frame, double
 {
     if (!_settings.isBaked) _settings.isRead = false; // without what was open
     _settings.isBaked = true;
-    _player.keepClosed();
+    _player->keepClosed();
     if (isPlayedByOuterOwner()) return {};
     configure(*_given.settings);
     // Tags are looked for in each frame, so that what is found doesn't depend on the first one.
     _collector.dirtyTags();
-    collect({root});
-    for (int more = 0; mayPlay() && _collector.beingRead() > 0; ++more)
-    {
-        if (more > 0) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    if (mayPlay())
+        collectWhole(root, _player->snapshot().objects);
+    else
         collect({root});
-    }
     keepInnerLimits();
     fillSnapshot(frame, midair::base::steadySeconds(), simulationTime_s);
-    _player.snapshot().ears.resize(3, 0);
-    _player.locateHands(_places.worldToArray);
-    return {&_player.snapshot(), _player.changes()};
+    listen(_player->snapshot().ears, false); // there is no camera
+    _player->locateHands(_places.worldToArray);
+    return {&_player->snapshot(), _player->changes()};
 }
 
 } // namespace osgMidair

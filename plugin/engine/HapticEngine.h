@@ -2,12 +2,15 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/player/ScenePlayer.h"
+#include "engine-bridge/player/SceneSolve.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "plugin/engine/SceneOwners.h"
 #include "plugin/hands/TouchTeller.h"
 #include "plugin/scene/SceneCollector.h"
 
 #include <osgMidair/DeviceCallback>
+#include <osgMidair/FieldCallback>
 #include <osgMidair/HandSource>
 #include <osgMidair/HapticField>
 #include <osgMidair/HapticMessage>
@@ -68,7 +71,7 @@ public:
     /// solver or device, or other limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
     {
-        _player.setFilter(std::move(filter));
+        _player->setFilter(std::move(filter));
     }
 
     /// From now on update() runs after each update traversal of the viewer behind \a adapter, once
@@ -155,16 +158,16 @@ public:
     Baked collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s);
     /// The options, and what makes a pipeline of these with the scene's array, as the last
     /// collectForBaking() found them. The function throws what is wrong with the array.
-    midair::bridge::HologramOptions optionsForBaking() const { return _player.options(); }
+    midair::bridge::HologramOptions optionsForBaking() const { return _player->options(); }
     std::unique_ptr<midair::bridge::HologramPipeline>
     makePipeline(const midair::bridge::HologramOptions& options) const
     {
-        return _player.pipelineMaker(options)();
+        return _player->pipelineMaker(options)();
     }
 
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
     /// code and path no more than a MessageLog prints.
-    void say(midair::base::Message message) { _player.log().say(std::move(message)); }
+    void say(midair::base::Message message) { _player->log().say(std::move(message)); }
 
     /// Returns the touches that have begun and not ended. From any thread.
     std::vector<Touch> touches() const;
@@ -189,8 +192,15 @@ public:
     TouchCallback* touchCallback() const { return _touches.callback(); }
     void setObstacles(const std::vector<Obstacle>& obstacles) { _given.obstacles = obstacles; }
     const std::vector<Obstacle>& obstacles() const { return _given.obstacles; }
+    void setEars(const std::vector<osg::Vec3d>& ears) { _given.ears = ears; }
+    const std::vector<osg::Vec3d>& ears() const { return _given.ears; }
+    void setFieldCallback(FieldCallback* callback);
+    FieldCallback* fieldCallback() const { return _told.fieldCallback.get(); }
     /// \}
-    const midair::bridge::HandTracker& hands() const { return _player.hands(); }
+
+    /// As HapticScene::solve().
+    osg::ref_ptr<const HapticField> solve(const SceneRoot& root, std::string& error);
+    const midair::bridge::HandTracker& hands() const { return _player->hands(); }
 
     /// The next frame looks at everything, even at rest.
     void lookNext() { _rest.lookTime_s = 0.0; }
@@ -204,8 +214,8 @@ public:
 
     /// Silences the array at once, with the device open and hands and touches going on, until
     /// setMuted(false). Any thread.
-    void setMuted(bool muted) { _player.setMuted(muted); }
-    bool isMuted() const { return _player.isMuted(); } ///< any thread
+    void setMuted(bool muted) { _player->setMuted(muted); }
+    bool isMuted() const { return _player->isMuted(); } ///< any thread
 
     /// Returns true if another owner, further out or beside it, plays the scene.
     bool isPlayedByAnother() const { return !_ownership.outer.empty(); }
@@ -216,33 +226,38 @@ public:
         return _settings.isRead ? *_settings.used : *_given.settings;
     }
     /// Returns false if the settings or the user's caps let nothing be played.
-    bool mayPlay() const { return _settings.isRead ? _player.mayPlay() : _given.settings->enabled; }
+    bool mayPlay() const
+    {
+        return _settings.isRead ? _player->mayPlay() : _given.settings->enabled;
+    }
 
     void setDeviceCallback(DeviceCallback* callback) { _told.callback = callback; }
     DeviceCallback* deviceCallback() const { return _told.callback.get(); }
     void setMessageCallback(MessageCallback* callback);
     MessageCallback* messageCallback() const { return _told.messageCallback.get(); }
-    void clearMessages() { _player.log().forgetEnded(); } ///< any thread
+    void clearMessages() { _player->log().forgetEnded(); } ///< any thread
 
     /// \{ Any thread.
     std::shared_ptr<const midair::bridge::HologramResult> latestResult() const
     {
-        return _player.latestResult();
+        return _player->latestResult();
     }
     /// The public form of the newest result; null before the first field.
     /// Those who ask for the same get the same.
     osg::ref_ptr<const HapticField> field() const;
+    /// As HapticScene::waitForField().
+    osg::ref_ptr<const HapticField> awaitField(double timeout_s, std::string& error) const;
     HapticStatistics statistics() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
     midair::bridge::PlayedDrives playedOfLate(double duration_s) const
     {
-        return _player.playedOfLate(duration_s);
+        return _player->playedOfLate(duration_s);
     }
     std::shared_ptr<const midair::haptics::TransducerArray> array() const
     {
-        return _player.array();
+        return _player->array();
     }
-    midair::haptics::Medium medium() const { return _player.medium(); }
+    midair::haptics::Medium medium() const { return _player->medium(); }
     /// \}
 
 protected:
@@ -266,14 +281,17 @@ private:
         osg::ref_ptr<HandSource> hands;
         std::vector<Obstacle> obstacles;
         std::vector<std::weak_ptr<midair::bridge::HandBodies>> bodies;
+        std::vector<osg::Vec3d> ears; ///< world frame, scene units
     };
-    /// The state as it was told last.
+    /// The state and the field as they were told last.
     struct Told
     {
         osg::ref_ptr<DeviceCallback> callback;
         osg::ref_ptr<MessageCallback> messageCallback;
         std::uint64_t messages = 0; ///< newest change of those that it was told
         ArrayState state = ArrayState::CLOSED;
+        osg::ref_ptr<FieldCallback> fieldCallback;
+        osg::ref_ptr<const HapticField> field;
     };
     /// By whom the scene is led.
     struct Lead
@@ -345,18 +363,27 @@ private:
     void openHands(const HapticSettings& settings);
     void attachMouse();
     void takePresses();
-    void listenAtCamera();
+    void listen(Eigen::Matrix3Xd& ears, bool hasCamera) const;
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);
+    void fillSnapshot(midair::bridge::SceneSnapshot& snapshot, double metresPerUnit) const;
     void fillSnapshot(unsigned int frame, double time_s, double simulationTime_s);
     void countCollected(int beingRead, double start_s);
     HapticSettings granted(std::vector<midair::base::Message>& messages) const;
     HapticSettings usable(std::vector<midair::base::Message>& messages);
+    HapticSettings solvable();
+    midair::bridge::SceneSolve solveInput(const SceneRoot& root);
+    bool setPlaces(const HapticSettings& settings);
+    void collectWhole(const SceneRoot& root, std::vector<midair::bridge::HapticObject>& objects);
+    midair::device::UserCaps innerLimits();
+    static osg::ref_ptr<const HapticField>
+    publicForm(std::shared_ptr<const midair::bridge::HologramResult> result);
     void configure(const HapticSettings& given);
     midair::bridge::PlayedOn playedOn(const HapticSettings& settings) const;
     void keepInnerLimits();
     void tellState();
     void tellMessages();
+    void tellField();
 
     osg::observer_ptr<osg::Node> _root;
     Ownership _ownership;
@@ -364,14 +391,16 @@ private:
     Given _given;
     Settings _settings;
     Followed _followed;
-    midair::bridge::ScenePlayer _player;
-    SceneCollector _collector; ///< tells the player's log
+    SceneCollector _collector;
     Places _places;
     TouchTeller _touches;
     Rest _rest;
     Told _told;
-    Shown _shown;
-    mutable Newest _newest;
+    const midair::base::MadeHere _isOurs;
+    midair::base::OfProcess<Shown> _shown;
+    midair::base::OfProcess<Newest> _newest;
+    /// last: its messages name what is above
+    midair::base::OfProcess<midair::bridge::ScenePlayer> _player;
 };
 
 } // namespace osgMidair

@@ -228,17 +228,23 @@ double HapticField::getReach() const
 }
 
 // The origins of a result are FeltNodes.
+osg::ref_ptr<const HapticField>
+HapticEngine::publicForm(std::shared_ptr<const HologramResult> result)
+{
+    return new HapticField(std::make_unique<const HapticField::Data>(std::move(result)));
+}
+
 osg::ref_ptr<const HapticField> HapticEngine::field() const
 {
     const auto result = latestResult();
     if (!result || !result->array || result->sequence.fields.empty()) return nullptr;
-    const midair::base::Lock lock(_newest.mutex);
-    if (_newest.result != result)
+    const midair::base::Lock lock(_newest->mutex);
+    if (_newest->result != result)
     {
-        _newest.field = new HapticField(std::make_unique<const HapticField::Data>(result));
-        _newest.result = result;
+        _newest->field = publicForm(result);
+        _newest->result = result;
     }
-    return _newest.field;
+    return _newest->field;
 }
 
 } // namespace osgMidair

@@ -8,6 +8,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/base/threads/Forks.h"
 #include "plugin/extending/ArrayConversion.h"
 
 #include <osgMidair/ArrayDescription>
@@ -17,10 +18,14 @@
 #include <osg/Notify>
 
 #include <algorithm>
+#include <cerrno>
 #include <optional>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace osgMidair
 {
@@ -64,11 +69,15 @@ bool readDead(std::vector<unsigned int> given,
 struct Recorder::Part : midair::device::RecordingDevice
 {
     using RecordingDevice::RecordingDevice;
+    const midair::base::MadeHere isOurs;
 };
 
 Recorder::Recorder(std::unique_ptr<Part> part) : osg::Referenced(true), _part(std::move(part)) {}
 
-Recorder::~Recorder() = default;
+Recorder::~Recorder()
+{
+    midair::base::dropOrLeave(_part->isOurs, _part);
+}
 
 osg::ref_ptr<Recorder> Recorder::open(const std::string& file,
                                       unsigned int transducers,
@@ -93,11 +102,12 @@ osg::ref_ptr<Recorder> Recorder::open(const std::string& file,
 bool Recorder::record(const std::vector<std::complex<float>>& activations)
 {
     DriveSignal signal;
-    return encode(activations, signal) && _part->send(signal);
+    return _part->isOurs && encode(activations, signal) && _part->send(signal);
 }
 
 bool Recorder::record(const HapticField& field)
 {
+    if (!_part->isOurs) return false;
     if (field.getNumFields() == 1) return record(field.getActivations());
     midair::device::DriveSequence sequence;
     sequence.rate_Hz = field.getFieldRate();
@@ -108,12 +118,85 @@ bool Recorder::record(const HapticField& field)
 
 void Recorder::silence()
 {
-    _part->silence();
+    if (_part->isOurs) _part->silence();
 }
 
 std::string Recorder::getStatus() const
 {
-    return _part->status();
+    return _part->isOurs ? _part->status() : midair::base::kForked;
+}
+
+struct RecordingWriter::Part
+{
+    explicit Part(int count) : transducers(count), writer(count)
+    {
+        add(writer.header(0)); // no clock, so that the same fields give the same bytes
+    }
+
+    void add(const std::vector<std::uint8_t>& more) { bytes.append(more.begin(), more.end()); }
+
+    const int transducers;
+    recording::Writer writer;
+    std::string bytes; ///< that weren't taken
+    std::uint64_t last_ns = 0;
+    bool isEnded = false;
+};
+
+static_assert(std::string_view(RecordingWriter::kBeginning) == recording::kMagic);
+
+RecordingWriter::RecordingWriter(unsigned int transducers) :
+    osg::Referenced(true),
+    _part(std::make_unique<Part>(static_cast<int>(
+        std::clamp(transducers, 1U, static_cast<unsigned int>(recording::kMostTransducers)))))
+{
+}
+
+RecordingWriter::~RecordingWriter() = default;
+
+bool RecordingWriter::record(const BakedField& field)
+{
+    const DriveSignal signal{field.phase, field.duty};
+    const bool isSilence = field.phase.empty() && field.duty.empty();
+    if (_part->isEnded || field.time_ns < _part->last_ns ||
+        (!isSilence && !signal.fits(_part->transducers)))
+        return false;
+    _part->last_ns = field.time_ns;
+    _part->add(isSilence ? _part->writer.mark(field.time_ns, recording::Kind::SILENCE)
+                         : _part->writer.field(field.time_ns, signal));
+    return true;
+}
+
+void RecordingWriter::end(std::uint64_t time_ns)
+{
+    if (_part->isEnded) return;
+    _part->isEnded = true;
+    _part->add(_part->writer.mark(std::max(time_ns, _part->last_ns), recording::Kind::END));
+}
+
+std::string RecordingWriter::take()
+{
+    return std::exchange(_part->bytes, {});
+}
+
+bool RecordingWriter::save(const std::string& file, std::string& error, bool overwrite)
+{
+    const auto write = [&]
+    {
+        const recording::OpenFile opened = recording::openForWriting(
+            file, overwrite ? recording::Before::OVERWRITTEN : recording::Before::REPLACED);
+        const std::string bytes = take();
+        for (std::size_t done = 0; done < bytes.size();)
+        {
+            const ssize_t count =
+                ::write(opened.descriptor(), bytes.data() + done, bytes.size() - done);
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0)
+                throw DeviceError("recording \"" + file +
+                                  "\": " + std::generic_category().message(errno));
+            done += static_cast<std::size_t>(count);
+        }
+    };
+    return succeeds(write, error);
 }
 
 struct RecordingReader::Part
@@ -123,6 +206,15 @@ struct RecordingReader::Part
         reader(bytes, file)
     {
     }
+    /// Reads the next entry; false: there is none.
+    bool next()
+    {
+        const recording::Stop stop = reader.next(entry);
+        if (stop == recording::Stop::TRUNCATED) error = "the recording breaks off";
+        if (stop == recording::Stop::CORRUPT) error = "the recording is damaged";
+        return stop == recording::Stop::MORE;
+    }
+
     const std::string bytes;
     recording::Reader reader;
     recording::Entry entry;
@@ -137,12 +229,21 @@ osg::ref_ptr<RecordingReader> RecordingReader::open(const std::string& file, std
 {
     try
     {
-        return new RecordingReader(
-            std::make_unique<Part>(midair::base::readRegularFile(file, kMostRecorded_bytes), file));
+        return read(midair::base::readRegularFile(file, kMostRecorded_bytes), file, error);
     }
     catch (const midair::base::FileError& wrong)
     {
         error = "recording \"" + file + "\" " + wrong.what();
+    }
+    return nullptr;
+}
+
+osg::ref_ptr<RecordingReader>
+RecordingReader::read(std::string bytes, const std::string& name, std::string& error)
+{
+    try
+    {
+        return new RecordingReader(std::make_unique<Part>(std::move(bytes), name));
     }
     catch (const DeviceError& wrong)
     {
@@ -158,15 +259,22 @@ unsigned int RecordingReader::getNumTransducers() const
 
 bool RecordingReader::next(RecordedField& field)
 {
-    const recording::Stop stop = _part->reader.next(_part->entry);
-    if (stop == recording::Stop::TRUNCATED) _part->error = "the recording breaks off";
-    if (stop == recording::Stop::CORRUPT) _part->error = "the recording is damaged";
-    if (stop != recording::Stop::MORE) return false;
+    if (!_part->next()) return false;
     field.time_s = static_cast<double>(_part->entry.time_ns) * 1e-9;
     if (_part->entry.kind == recording::Kind::FIELD)
         midair::device::decode(_part->entry.signal, field.activations);
     else
         field.activations.assign(static_cast<std::size_t>(_part->reader.transducers()), {});
+    return true;
+}
+
+bool RecordingReader::next(BakedField& field)
+{
+    if (!_part->next()) return false;
+    field = {_part->entry.time_ns, {}, {}};
+    if (_part->entry.kind != recording::Kind::FIELD) return true;
+    field.phase = std::move(_part->entry.signal.phase);
+    field.duty = std::move(_part->entry.signal.duty);
     return true;
 }
 
@@ -178,6 +286,7 @@ const std::string& RecordingReader::getError() const
 struct Player::Part : midair::device::PlayingDevice
 {
     using PlayingDevice::PlayingDevice;
+    const midair::base::MadeHere isOurs;
 };
 
 void PlayerOptions::useArray(const ArrayDescription& array)
@@ -191,7 +300,10 @@ void PlayerOptions::useArray(const ArrayDescription& array)
 
 Player::Player(std::unique_ptr<Part> part) : osg::Referenced(true), _part(std::move(part)) {}
 
-Player::~Player() = default;
+Player::~Player()
+{
+    midair::base::dropOrLeave(_part->isOurs, _part);
+}
 
 osg::ref_ptr<Player> Player::open(const std::string& file,
                                   const std::string& device,
@@ -240,33 +352,34 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
 
 bool Player::isFinished() const
 {
+    if (!_part->isOurs) return true;
     _part->keepAlive();
     return _part->finished();
 }
 
 void Player::keepAlive()
 {
-    _part->keepAlive();
+    if (_part->isOurs) _part->keepAlive();
 }
 
 void Player::stop()
 {
-    _part->silence();
+    if (_part->isOurs) _part->silence();
 }
 
 void Player::setMuted(bool muted)
 {
-    _part->setMuted(muted);
+    if (_part->isOurs) _part->setMuted(muted);
 }
 
 std::vector<std::complex<float>> Player::getActivations() const
 {
-    return _part->played();
+    return _part->isOurs ? _part->played() : std::vector<std::complex<float>>();
 }
 
 std::string Player::getStatus() const
 {
-    return _part->status();
+    return _part->isOurs ? _part->status() : midair::base::kForked;
 }
 
 } // namespace osgMidair

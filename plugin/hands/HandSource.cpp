@@ -1,5 +1,6 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/extending/ArrayConversion.h"
@@ -33,24 +34,32 @@ bool isMouse(const std::string& uri)
 class BridgedHands : public HandSource
 {
 public:
-    explicit BridgedHands(std::shared_ptr<bridge::HandSource> source) : _source(std::move(source))
+    explicit BridgedHands(std::shared_ptr<bridge::HandSource> source) :
+        _source(
+            [source = std::move(source)](bool isFirst)
+            {
+                // In the child of a fork there are none.
+                if (isFirst) return std::make_unique<bridge::FromItsBegin>(source);
+                return std::make_unique<bridge::FromItsBegin>(
+                    std::make_shared<bridge::InjectedHandSource>());
+            })
     {
     }
 
     bool getHands(double time, std::vector<Hand>& hands) override
     {
-        const bool any = _source.frameAt(time, _frame);
+        const bool any = _source->frameAt(time, _frame);
         hands.clear();
         for (const bridge::Hand& hand : _frame.hands)
             hands.push_back(fromBridge(hand));
         return any;
     }
-    bool setHorizon(double ahead) override { return _source.setHorizon(ahead); }
-    std::string getStatus() const override { return _source.status(); }
-    std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
+    bool setHorizon(double ahead) override { return _source->setHorizon(ahead); }
+    std::string getStatus() const override { return _source->status(); }
+    std::vector<std::string> takeMessages() override { return _source->takeMessages(); }
 
 private:
-    bridge::FromItsBegin _source;
+    midair::base::OfProcess<bridge::FromItsBegin> _source;
     bridge::HandFrame _frame;
 };
 

@@ -26,8 +26,10 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine->setHandSource(other.getHandSource());
     _engine->setTouchCallback(other.getTouchCallback());
     _engine->setObstacles(other.getObstacles());
+    _engine->setEars(other.getEars());
     _engine->setDeviceCallback(other.getDeviceCallback());
     _engine->setMessageCallback(other.getMessageCallback());
+    _engine->setFieldCallback(other.getFieldCallback());
     _engine->setJoined(other.getJoined());
     // The base class doesn't copy these counts.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
@@ -184,6 +186,17 @@ const std::vector<Obstacle>& HapticScene::getObstacles() const
     return _engine->obstacles();
 }
 
+void HapticScene::setEars(const std::vector<osg::Vec3d>& places)
+{
+    _engine->lookNext();
+    _engine->setEars(places);
+}
+
+const std::vector<osg::Vec3d>& HapticScene::getEars() const
+{
+    return _engine->ears();
+}
+
 void HapticScene::dirtyTags()
 {
     _engine->dirtyTags();
@@ -202,6 +215,32 @@ HapticStatistics HapticScene::getStatistics() const
 osg::ref_ptr<const HapticField> HapticScene::getField() const
 {
     return _engine->field();
+}
+
+osg::ref_ptr<const HapticField> HapticScene::waitForField(double timeout, std::string* why) const
+{
+    std::string error;
+    const osg::ref_ptr<const HapticField> field = _engine->awaitField(timeout, error);
+    if (why) *why = error;
+    return field;
+}
+
+void HapticScene::setFieldCallback(FieldCallback* callback)
+{
+    _engine->setFieldCallback(callback);
+}
+
+FieldCallback* HapticScene::getFieldCallback() const
+{
+    return _engine->fieldCallback();
+}
+
+osg::ref_ptr<const HapticField> HapticScene::solve(std::string* why, const osg::Matrixd& world)
+{
+    std::string error;
+    const osg::ref_ptr<const HapticField> field = _engine->solve({this, world}, error);
+    if (why) *why = error;
+    return field;
 }
 
 } // namespace osgMidair

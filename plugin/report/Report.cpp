@@ -1,6 +1,7 @@
 #include "plugin/report/Report.h"
 
 #include "device/DeviceLog.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"
@@ -159,12 +160,17 @@ class ReportFile
 public:
     static ReportFile& instance()
     {
-        static auto* const file = new ReportFile;
-        return *file;
+        static auto* const file = new midair::base::OfProcess<ReportFile>(
+            [](bool isFirst) { return std::make_unique<ReportFile>(isFirst); });
+        return **file;
     }
+
+    /// \a isWritten: false: the child of a fork, whose parent writes the file.
+    explicit ReportFile(bool isWritten) : _isOthers(!isWritten) {}
 
     bool isDue(const void* scene)
     {
+        if (_isOthers) return false;
         const double now_s = midair::base::steadySeconds();
         const midair::base::Lock lock(_mutex);
         const auto known = _live.find(scene);
@@ -226,7 +232,7 @@ private:
     {
         const midair::base::Lock writing(_writing);
         const std::string name = Environment::reportFile();
-        if (name.empty()) return;
+        if (name.empty() || _isOthers) return;
         std::map<const void*, Live> live;
         nlohmann::ordered_json scenes;
         {
@@ -256,6 +262,7 @@ private:
         _isWarned = _isWarned || !isWritten;
     }
 
+    const bool _isOthers;
     midair::base::Mutex _writing; ///< held while the file is written; taken before _mutex
     bool _isWarned MIDAIR_GUARDED_BY(_writing) = false;
     midair::base::Mutex _mutex;

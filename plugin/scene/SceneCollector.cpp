@@ -70,8 +70,8 @@ PaintOptions paintOf(const HapticProperty& property)
     return paint;
 }
 
-SceneCollector::SceneCollector(const osg::Node* owner, midair::base::MessageLog& log) :
-    _log(log),
+SceneCollector::SceneCollector(const osg::Node* owner, Log log) :
+    _log(std::move(log)),
     _visitor(owner)
 {
     _extract.skip = isOwnObject; // nested haptic nodes are separate objects
@@ -81,7 +81,7 @@ void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
 {
     _places.toArray = toArray;
     _places.shadows = shadows;
-    _log.ends({MessageCode::OBSTACLE_IDLE});
+    _log().ends({MessageCode::OBSTACLE_IDLE});
     forget();
 }
 
@@ -148,7 +148,7 @@ void SceneCollector::endGone()
     for (auto one = _told.obstacles.begin(); one != _told.obstacles.end();)
     {
         const bool isGone = one->second != _frames.now;
-        if (isGone) _log.endsOf(one->first);
+        if (isGone) _log().endsOf(one->first);
         one = isGone ? _told.obstacles.erase(one) : std::next(one);
     }
     const bool isAnyGone = _collected.known != _told.known || _collected.isAnyBack;
@@ -156,7 +156,7 @@ void SceneCollector::endGone()
     _collected.isAnyBack = false;
     if (!isAnyGone) return;
     for (auto& [id, known] : _known)
-        if (known.seen + 1 == _frames.now) _log.endsOf(id);
+        if (known.seen + 1 == _frames.now) _log().endsOf(id);
 }
 
 void SceneCollector::forgetUnseen()
@@ -186,11 +186,11 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
     if (!_places.shadows)
     {
         const Topic idle{MessageCode::OBSTACLE_IDLE};
-        if (_log.begins(idle))
-            _log.say(idle,
-                     about(idle.code,
-                           _visitor.path(instance),
-                           "is an obstacle, which counts only where the scene's shadows are on"));
+        if (_log().begins(idle))
+            _log().say(idle,
+                       about(idle.code,
+                             _visitor.path(instance),
+                             "is an obstacle, which counts only where the scene's shadows are on"));
         return;
     }
     _warnings.clear();
@@ -207,8 +207,8 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
     {
         const Topic topic{MessageCode::OBSTACLE_INVALID, instance.id, warning};
         _told.obstacles[instance.id] = _frames.now;
-        if (_log.begins(topic))
-            _log.say(topic, about(topic.code, _visitor.path(instance), warning));
+        if (_log().begins(topic))
+            _log().say(topic, about(topic.code, _visitor.path(instance), warning));
     }
 }
 
@@ -267,7 +267,7 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
     for (const std::string& what : why)
         told.push_back(about(MessageCode::PROPERTY_SILENCED, known.path, what, known.origin));
     known.isUnderstood = told.empty();
-    _log.sayNow({MessageCode::PROPERTY_INVALID, known.id}, told);
+    _log().sayNow({MessageCode::PROPERTY_INVALID, known.id}, told);
 }
 
 void SceneCollector::fill(const HapticInstance& instance)
@@ -287,7 +287,7 @@ void SceneCollector::fill(const HapticInstance& instance)
         if (shape != known.shape)
         {
             known.geometry.clear();
-            _log.ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
+            _log().ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
         }
         tellGeometry(known, fresh);
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_collected.beingRead;
@@ -370,7 +370,7 @@ void SceneCollector::tellLeftOut(const Known& known, const std::vector<std::stri
     std::vector<midair::base::Message> told;
     for (const std::string& what : leftOut)
         told.push_back(about(MessageCode::POINTS_INVALID, known.path, what, known.origin));
-    _log.sayNow({MessageCode::POINTS_INVALID, known.id}, told);
+    _log().sayNow({MessageCode::POINTS_INVALID, known.id}, told);
 }
 
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
@@ -436,7 +436,7 @@ void SceneCollector::tellMarks(const osg::Node& root)
                   path,
                   "how an object is felt is given for a scene in which nothing is marked; here "
                   "something is, so its own properties count"));
-    _log.sayNow({MessageCode::SCENE_EMPTY}, told);
+    _log().sayNow({MessageCode::SCENE_EMPTY}, told);
 }
 
 void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
@@ -446,18 +446,18 @@ void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
         _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
         std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
     const Topic hidden{MessageCode::OBJECT_HIDDEN};
-    if (_log.begins(hidden, isHidden))
-        _log.say(hidden,
-                 about(hidden.code,
-                       midair::bridge::quoted(*roots.front().node),
-                       "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
-                       "nothing is felt until it is shown"));
+    if (_log().begins(hidden, isHidden))
+        _log().say(hidden,
+                   about(hidden.code,
+                         midair::bridge::quoted(*roots.front().node),
+                         "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
+                         "nothing is felt until it is shown"));
 }
 
 void SceneCollector::tell(const Known& known, MessageCode code, const std::string& what)
 {
     const Topic topic{code, known.id, what};
-    if (_log.begins(topic)) _log.say(topic, about(code, known.path, what, known.origin));
+    if (_log().begins(topic)) _log().say(topic, about(code, known.path, what, known.origin));
 }
 
 // The warnings come when a mesh is read; one that is back says them again.
@@ -467,7 +467,7 @@ void SceneCollector::tellGeometry(Known& known, bool isBack)
     for (const std::string& warning : _warnings)
         known.geometry.push_back(
             about(MessageCode::OBJECT_GEOMETRY, known.path, warning, known.origin));
-    _log.sayNow({MessageCode::OBJECT_GEOMETRY, known.id, kMesh}, known.geometry);
+    _log().sayNow({MessageCode::OBJECT_GEOMETRY, known.id, kMesh}, known.geometry);
 }
 
 // Objects are filled in again whenever another one has changed; a cause is told once while it
@@ -478,7 +478,7 @@ void SceneCollector::tellCause(Known& known, MessageCode code, const std::string
     known.cause = cause;
     std::vector<midair::base::Message> told;
     if (!cause.empty()) told.push_back(about(code, known.path, cause, known.origin));
-    _log.sayNow({MessageCode::OBJECT_INVALID, known.id, kCause}, told);
+    _log().sayNow({MessageCode::OBJECT_INVALID, known.id, kCause}, told);
 }
 
 // What the states on the path to an object do to what is seen of it, when it is met first. What is

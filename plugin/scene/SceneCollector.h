@@ -19,6 +19,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -54,10 +55,12 @@ struct FeltNode
 class SceneCollector
 {
 public:
+    using Log = std::function<midair::base::MessageLog&()>;
+
     /// \a owner: the HapticScene that it collects for; null: another kind of owner, and all scenes
     /// that it meets are inside. \a log: gets each reason why something can't be felt, with the
     /// node's path, and its end.
-    SceneCollector(const osg::Node* owner, midair::base::MessageLog& log);
+    SceneCollector(const osg::Node* owner, Log log);
 
     /// Sets how the whole scene is felt if nothing below the roots is marked as haptic.
     void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
@@ -176,7 +179,7 @@ private:
     void endGone();
     void forgetUnseen();
 
-    midair::base::MessageLog& _log;
+    const Log _log;
     std::optional<HapticProperty> _unmarked; ///< of the root, where nothing is marked
     SceneMarks _marks;
     Told _told;

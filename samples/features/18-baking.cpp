@@ -1,9 +1,11 @@
 // Baking: the frames of an animation are solved one by one, as accurately as the kit can, before
-// anybody sees or feels them. midair-bake does so for files, on many machines.
+// anybody sees or feels them, written to a file, which any device plays, and read again.
+// midair-bake does so for files, on many machines.
 
 #include <osgMidair/FieldBaker>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
+#include <osgMidair/Recording>
 
 #include <osg/MatrixTransform>
 #include <osg/Shape>
@@ -13,8 +15,9 @@
 #include <cstdio>
 #include <string>
 
-int main()
+int main(int argc, char** argv)
 {
+    const std::string file = argc > 1 ? argv[1] : "baked.midair";
     constexpr unsigned int kFrames = 6;
     constexpr double kRate_Hz = 60.0;
     const osg::ref_ptr<osg::MatrixTransform> carried = new osg::MatrixTransform;
@@ -24,28 +27,41 @@ int main()
     scene->addChild(carried);
 
     const osg::ref_ptr<osgMidair::FieldBaker> baker = new osgMidair::FieldBaker(*scene);
-    std::size_t bytes = 0;
+    osg::ref_ptr<osgMidair::RecordingWriter> writer; // knows the array once that is read
+    std::string error;
     double worst = 0.0;
+    const auto at_ns = [](unsigned int k)
+    { return static_cast<std::uint64_t>(1e9 * k / kRate_Hz); };
     for (unsigned int i = 0; i < kFrames; ++i)
     {
         const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
         stamp->setFrameNumber(i);
         stamp->setSimulationTime(i / kRate_Hz);
         carried->setMatrix(osg::Matrix::translate(0.001 * i, 0.0, 0.0)); // the update traversal
-        std::string error;
         osgMidair::BakedFrame frame;
-        const auto at_ns = [](unsigned int k)
-        { return static_cast<std::uint64_t>(1e9 * k / kRate_Hz); };
         if (!baker->bake(*stamp, osg::Matrixd(), at_ns(i), at_ns(i + 1), frame, error))
         {
             std::fprintf(stderr, "%s\n", error.c_str());
             return 1;
         }
+        if (!writer) writer = new osgMidair::RecordingWriter(baker->getNumTransducers());
         for (const osgMidair::BakedField& field : frame.fields)
-            bytes += field.phase.size() + field.duty.size();
+            writer->record(field);
         worst = std::max(worst, frame.rms);
         if (i == 0) std::printf("%u points, %.0f Pa\n", frame.points, frame.level_Pa);
     }
+    writer->end(at_ns(kFrames));
+    if (!writer->save(file, error))
+    {
+        std::fprintf(stderr, "%s\n", error.c_str());
+        return 1;
+    }
+    const osg::ref_ptr<osgMidair::RecordingReader> reader =
+        osgMidair::RecordingReader::open(file, error);
+    std::size_t bytes = 0;
+    osgMidair::BakedField field;
+    while (reader && reader->next(field))
+        bytes += field.phase.size() + field.duty.size();
     std::printf("%u frames of %u transducers, %zu bytes, error at most %.3f %%\n",
                 kFrames,
                 baker->getNumTransducers(),

@@ -7,7 +7,9 @@
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <thread>
@@ -28,6 +30,8 @@ static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED)
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
 static_assert(static_cast<int>(bridge::ArrayState::FAULT) == MIDAIR_STATE_FAULT);
 
+constexpr const char* kEars = "the ears of midair_set_ears()"; // among what wasn't understood
+
 /// Waits for other threads' calls for at most a second.
 bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex))
 {
@@ -45,7 +49,12 @@ bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex
 /// it.
 void stopAll()
 {
-    const auto all = scenes().all();
+    auto all = scenes().all();
+    // In the child of a fork they are the parent's, which plays on.
+    all.erase(std::remove_if(all.begin(),
+                             all.end(),
+                             [](const std::shared_ptr<Scene>& scene) { return !scene->isOurs; }),
+              all.end());
     for (const std::shared_ptr<Scene>& scene : all)
         scene->setMuted(true);
     for (const std::shared_ptr<Scene>& scene : all)
@@ -79,6 +88,7 @@ void requireDevice(const std::string& device)
 
 void requirePlaying(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
 {
+    if (scene.device.empty() && scene.isHeir) fail(MIDAIR_CLOSED, base::kForked);
     if (scene.device.empty()) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
 }
 
@@ -132,6 +142,7 @@ midair_status midair_play(midair_scene* scene, const char* device)
             if (!of->device.empty())
                 fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
             of->device = uri;
+            of->isHeir = false;
             std::error_code ignored;
             of->followsFile = std::filesystem::is_regular_file(of->array->file, ignored);
             of->isTimed = false;
@@ -240,6 +251,39 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
         });
 }
 
+namespace
+{
+
+/// A handle of the newest field that was played.
+midair_field* newestOf(Scene& scene)
+{
+    std::shared_ptr<const bridge::HologramResult> newest;
+    std::vector<midair_object> objects;
+    double earLimit_dB = 0.0;
+    Eigen::Matrix3Xd ears(3, 0);
+    {
+        const base::Lock lock(scene.mutex);
+        requirePlaying(scene);
+        newest = scene.player.latestResult();
+        const SceneSettings played = scene.player.playedSettings();
+        earLimit_dB = played.earLimit;
+        Eigen::Matrix3Xd points(3, 0);
+        readPlaces(played.earPoints, points);
+        ears.resize(3, scene.ears.cols() + points.cols());
+        ears << scene.ears, points;
+    }
+    if (newest)
+        for (const auto& origin : newest->origins)
+            objects.push_back(origin ? *static_cast<const midair_object*>(origin.get()) : 0);
+    const std::shared_ptr<Field> made = newest ? fieldOf(*newest, objects) : nullptr;
+    if (!made || made->info.frame == 0) fail(MIDAIR_NOT_YET, "no field was played so far");
+    made->ears = std::move(ears);
+    made->earLimit_dB = earLimit_dB;
+    return fields().add(made);
+}
+
+} // namespace
+
 midair_status midair_newest_field(midair_scene* scene, midair_field** field)
 {
     return called(
@@ -247,26 +291,86 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
         {
             const auto of = sceneOf(scene);
             given(field, "field");
-            std::shared_ptr<const bridge::HologramResult> newest;
-            std::vector<midair_object> objects;
-            double earLimit_dB = 0.0;
-            Eigen::Matrix3Xd ears(3, 0);
+            *field = newestOf(*of);
+        });
+}
+
+midair_status midair_wait_field(midair_scene* scene, double timeout_s, midair_field** field)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            given(field, "field");
+            requireFinite(&timeout_s, 1, "timeout_s");
+            if (timeout_s < 0.0)
+                fail(MIDAIR_INVALID,
+                     fmt::format("timeout_s is {:g}; it must be 0 or more", timeout_s));
             {
                 const base::Lock lock(of->mutex);
                 requirePlaying(*of);
-                newest = of->player.latestResult();
-                const SceneSettings played = of->player.playedSettings();
-                earLimit_dB = played.earLimit;
-                readPlaces(played.earPoints, ears);
+                const std::string why = of->whySilenced();
+                if (!why.empty()) fail(MIDAIR_SILENCED, why);
+                if (!of->player.whySilenced().empty())
+                    fail(MIDAIR_SILENCED, of->player.whySilenced().front());
+                if (!of->isTimed) fail(MIDAIR_NOT_YET, "there was no midair_update() so far");
             }
-            if (newest)
-                for (const auto& origin : newest->origins)
-                    objects.push_back(origin ? *static_cast<const midair_object*>(origin.get())
-                                             : 0);
-            const std::shared_ptr<Field> made = newest ? fieldOf(*newest, objects) : nullptr;
-            if (!made || made->info.frame == 0) fail(MIDAIR_NOT_YET, "no field was played so far");
-            made->ears = std::move(ears);
-            made->earLimit_dB = earLimit_dB;
-            *field = fields().add(made);
+            const std::string why = of->awaitField(timeout_s);
+            if (!why.empty()) fail(MIDAIR_NOT_YET, why);
+            *field = newestOf(*of);
+        });
+}
+
+midair_status midair_set_ears(midair_scene* scene, const double* positions, size_t count)
+{
+    return called(
+        [&]
+        {
+            constexpr std::size_t kMost = 64;
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            const auto refuse = [&](const std::string& why) MIDAIR_REQUIRES(of->mutex)
+            {
+                of->misunderstood.note({kEars}, why + "; nothing is played");
+                of->player.silence();
+                fail(MIDAIR_INVALID, of->misunderstood.why());
+            };
+            if (count > kMost) refuse(fmt::format("count is {}; it must be 0 .. {}", count, kMost));
+            if (count > 0) given(positions, "positions");
+            for (std::size_t i = 0; i < 3 * count; ++i)
+                if (!std::isfinite(positions[i]))
+                    refuse(fmt::format("ear {} is at no finite place", i / 3));
+            of->ears.resize(3, static_cast<Eigen::Index>(count));
+            std::copy_n(positions, 3 * count, of->ears.data());
+            of->misunderstood.settle(kEars);
+        });
+}
+
+midair_status midair_ears(midair_scene* scene, midair_ear* ears, size_t capacity, size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            given(count, "count");
+            std::vector<haptics::PlaceExposure> all;
+            {
+                const base::Lock lock(of->mutex);
+                if (!of->device.empty()) all = of->player.ears();
+            }
+            *count = all.size();
+            if (all.size() > capacity)
+                fail(MIDAIR_TOO_SMALL,
+                     fmt::format("capacity is {}; there are {}", capacity, all.size()));
+            if (!all.empty()) given(ears, "ears");
+            std::transform(all.begin(),
+                           all.end(),
+                           ears,
+                           [](const haptics::PlaceExposure& one) {
+                               return midair_ear{{one.x_m, one.y_m, one.z_m},
+                                                 one.level_dB,
+                                                 one.eq_dB,
+                                                 one.max_dB};
+                           });
         });
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 using namespace midair;
 using namespace midair::capi;
@@ -22,6 +23,7 @@ namespace
 /// What a midair_solver stands for.
 struct OpenSolver
 {
+    base::MadeHere isOurs; ///< else its threads are the parent's
     std::shared_ptr<const ArrayPair> array;
     haptics::Medium medium;
     int maxPoints = 0; ///< 0: no limit of its own
@@ -40,11 +42,26 @@ Handles<midair_solver, OpenSolver>& solvers()
     return *all;
 }
 
+void lockSolvers()
+{
+    solvers().lock();
+}
+
+void unlockSolvers()
+{
+    solvers().unlock();
+}
+
+const int kSolversWatchForks = ::pthread_atfork(lockSolvers, unlockSolvers, unlockSolvers);
+
 std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
 {
     if (CallbackScope::isInside())
         fail(MIDAIR_INVALID, "a callback may not call a function with a scene or a solver");
-    return solvers().find(handle);
+    static_cast<void>(kSolversWatchForks);
+    const std::shared_ptr<OpenSolver> solver = solvers().find(handle);
+    if (!solver->isOurs) fail(MIDAIR_CLOSED, std::string("the midair_solver is ") + base::kForked);
+    return solver;
 }
 
 // What is of no use for one set of points after the other, caps among it.
@@ -177,6 +194,11 @@ midair_status midair_solver_close(midair_solver* solver)
     return called(
         [&]
         {
+            if (!CallbackScope::isInside() && !solvers().find(solver)->isOurs)
+            {
+                Handles<midair_solver, OpenSolver>::leave(solvers().take(solver));
+                return;
+            }
             solverOf(solver);
             solvers().take(solver);
         });

@@ -144,6 +144,30 @@ public:
         return object;
     }
 
+    /// Puts \a fresh in the place of \a old, which stays for ever: it is another process's. Returns
+    /// what the handle stands for then; fails for one of nothing.
+    std::shared_ptr<Object>
+    replace(const Handle* handle, const std::shared_ptr<Object>& old, std::shared_ptr<Object> fresh)
+    {
+        const base::Lock lock(_mutex);
+        const auto found = _all.find(reinterpret_cast<std::uintptr_t>(handle));
+        if (found == _all.end()) failClosed(handle);
+        if (found->second != old) return found->second; // another thread was first
+        leave(old);
+        found->second = std::move(fresh);
+        return found->second;
+    }
+    /// Never lets go of \a object.
+    static void leave(const std::shared_ptr<Object>& object)
+    {
+        new std::shared_ptr<Object>(object); // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
+    }
+
+    /// \{ While the program forks: what is guarded is whole then.
+    void lock() MIDAIR_NO_THREAD_ANALYSIS { _mutex.lock(); }
+    void unlock() MIDAIR_NO_THREAD_ANALYSIS { _mutex.unlock(); }
+    /// \}
+
     std::vector<std::shared_ptr<Object>> all() const
     {
         const base::Lock lock(_mutex);

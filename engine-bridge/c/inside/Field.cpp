@@ -1,8 +1,10 @@
 #include "engine-bridge/c/inside/Field.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/player/SceneSolve.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "engine-bridge/solving/OneSolve.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/SolveReport.h"
 
@@ -40,7 +42,10 @@ struct Listening
 
 haptics::ExposureFigures exposureOf(const Field& field)
 {
-    static auto* const last = new Listening; // no thread at the program's end meets it destroyed
+    // No thread at the program's end meets it destroyed, and no child of a fork one that is locked.
+    static auto* const all =
+        new base::OfProcess<Listening>([](bool) { return std::make_unique<Listening>(); });
+    Listening* const last = &**all;
     const base::Lock lock(last->mutex);
     const bool isKnown = last->exposure && last->array.lock() == field.array &&
                          last->medium == field.medium && last->ears.cols() == field.ears.cols() &&
@@ -48,7 +53,7 @@ haptics::ExposureFigures exposureOf(const Field& field)
     if (!isKnown)
     {
         last->exposure = std::make_unique<haptics::Exposure>(
-            *field.array, field.medium, placesHeard(*field.array, field.ears));
+            *field.array, field.medium, bridge::placesHeard(*field.array, field.ears));
         last->array = field.array;
         last->medium = field.medium;
         last->ears = field.ears;
@@ -87,15 +92,6 @@ bool findFigure(const std::vector<std::pair<std::string, double>>& all,
     if (found == all.end()) return false;
     value = found->second;
     return true;
-}
-
-Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears)
-{
-    constexpr int kEarsAround = 32; // as midair-solve has them
-    const Eigen::Matrix3Xd around = haptics::placesAround(array, kEarsAround); // or fewer
-    Eigen::Matrix3Xd places(3, around.cols() + ears.cols());
-    places << around, ears;
-    return places;
 }
 
 Handles<midair_field, const Field>& fields()

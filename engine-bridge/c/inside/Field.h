@@ -51,9 +51,6 @@ Handles<midair_field, const Field>& fields();
 bool findFigure(const std::vector<std::pair<std::string, double>>& all,
                 const std::string& name,
                 double& value);
-/// Where a field on \a array is heard: around it, and at \a ears (3 x n).
-Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears);
-
 /// The field that was played of \a result; null: it has none.
 std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
                                const std::vector<midair_object>& objects);

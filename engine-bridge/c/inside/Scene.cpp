@@ -1,5 +1,6 @@
 #include "engine-bridge/c/inside/Scene.h"
 
+#include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 namespace midair::capi
 {
@@ -141,6 +143,7 @@ bridge::SceneSnapshot& Scene::fillSnapshot()
     now.frame = frame;
     now.time_s = base::steadySeconds();
     now.simulationTime_s = time_s;
+    now.ears = ears;
     now.objects.clear();
     for (const auto& [number, object] : objects)
     {
@@ -165,6 +168,50 @@ std::shared_ptr<void> Scene::endPlaying()
     return player.end();
 }
 
+namespace
+{
+
+/// While the program forks nobody looks up a handle, so that a child can.
+void lockHandles() MIDAIR_NO_THREAD_ANALYSIS
+{
+    arrays().lock();
+    scenes().lock();
+    fields().lock();
+}
+
+void unlockHandles() MIDAIR_NO_THREAD_ANALYSIS
+{
+    fields().unlock();
+    scenes().unlock();
+    arrays().unlock();
+}
+
+const int kForkIsWatched = ::pthread_atfork(lockHandles, unlockHandles, unlockHandles);
+
+/// A scene as \a before, of this process, that nobody plays: threads and devices of that one are
+/// the parent's.
+std::shared_ptr<Scene> heirOf(Scene& before)
+{
+    auto heir = std::make_shared<Scene>(before.array);
+    const base::Lock lock(heir->mutex);
+    heir->isHeir = true;
+    heir->player.log().say({base::MessageCode::SCENE_CLOSED, base::kForked});
+    if (!before.mutex.try_lock())
+    {
+        // Another thread of the parent was at work on it, and nobody knows what it is.
+        heir->isClosed = true;
+        return heir;
+    }
+    heir->settings = before.settings;
+    heir->misunderstood = before.misunderstood;
+    heir->objects = before.objects;
+    heir->ears = before.ears;
+    before.mutex.unlock();
+    return heir;
+}
+
+} // namespace
+
 Handles<midair_array, const ArrayPair>& arrays()
 {
     // Never destroyed, as threads of the application may outlive static objects.
@@ -182,7 +229,10 @@ std::shared_ptr<Scene> sceneOf(midair_scene* handle)
 {
     if (CallbackScope::isInside())
         fail(MIDAIR_INVALID, "a callback may not call a function with a scene or a solver");
-    return scenes().find(handle);
+    static_cast<void>(kForkIsWatched);
+    std::shared_ptr<Scene> scene = scenes().find(handle);
+    if (!scene->isOurs) scene = scenes().replace(handle, scene, heirOf(*scene));
+    return scene;
 }
 
 SceneObject& objectOf(Scene& scene, midair_object object)

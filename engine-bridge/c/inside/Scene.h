@@ -8,6 +8,7 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
 
@@ -97,6 +98,9 @@ struct Scene
 {
     explicit Scene(std::shared_ptr<const ArrayPair> itsArray);
 
+    const base::MadeHere isOurs; ///< else it is the parent's, and this is the child of a fork
+    /// It takes the place of one that the parent of this process plays.
+    bool isHeir = false;
     const std::shared_ptr<const ArrayPair> array;
     const std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
 
@@ -104,6 +108,7 @@ struct Scene
     SceneSettings settings MIDAIR_GUARDED_BY(mutex); ///< as they were set
     Misunderstood misunderstood MIDAIR_GUARDED_BY(mutex);
     std::map<midair_object, SceneObject> objects MIDAIR_GUARDED_BY(mutex);
+    Eigen::Matrix3Xd ears MIDAIR_GUARDED_BY(mutex) = Eigen::Matrix3Xd(3, 0); ///< as they were set
     bool isClosed MIDAIR_GUARDED_BY(mutex) = false;
     /// of midair_play(); empty: nothing is played
     std::string device MIDAIR_GUARDED_BY(mutex);
@@ -124,6 +129,11 @@ struct Scene
     /// keeps the array sounding nor unmutes it.
     void setMuted(bool muted) MIDAIR_NO_THREAD_ANALYSIS { player.setMuted(muted); }
     void silenceNow() MIDAIR_NO_THREAD_ANALYSIS { player.silenceNow(); }
+    /// Nobody waits for the mutex while a field is waited for.
+    std::string awaitField(double timeout_s) MIDAIR_NO_THREAD_ANALYSIS
+    {
+        return player.awaitField(timeout_s);
+    }
     /// \}
     /// What isn't understood, so that nothing is played.
     std::vector<base::Message> faults() const MIDAIR_REQUIRES(mutex);

@@ -1,6 +1,5 @@
 // Solves an animation beforehand, as accurately as the kit can, on one core or on many machines,
 // and writes a recording that any device plays.
-#include "device/recording/Recording.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/Units.h"
@@ -10,6 +9,8 @@
 #include "samples/shared/SettingOptions.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/tools/bake/BakeScene.h"
+
+#include <osgMidair/Recording>
 
 #include <algorithm>
 #include <array>
@@ -33,7 +34,9 @@ namespace
 
 using namespace midair;
 using namespace midair::samples;
-namespace recording = device::recording;
+using osgMidair::BakedField;
+using osgMidair::RecordingReader;
+using osgMidair::RecordingWriter;
 
 /// What a shard's frames have become, for the last line.
 struct Baked
@@ -46,9 +49,10 @@ struct Baked
     std::uint64_t points = 0; ///< most of a frame
 };
 
-void append(std::string& bytes, const std::vector<std::uint8_t>& more)
+/// Throws base::InputError, where the solver gave what no recording can have.
+void addTo(RecordingWriter& writer, const BakedField& field)
 {
-    bytes.append(more.begin(), more.end());
+    if (!writer.record(field)) throw base::InputError("a field doesn't fit the recording");
 }
 
 /// Solves a chunk from nothing. A payload is a recording by itself.
@@ -56,18 +60,14 @@ std::string
 bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk, Baked& baked)
 {
     scene.restart();
-    recording::Writer writer(static_cast<int>(scene.transducers()));
-    std::string bytes;
-    append(bytes, writer.header(0));
+    const osg::ref_ptr<RecordingWriter> writer = new RecordingWriter(scene.transducers());
     const auto size = static_cast<std::uint64_t>(arguments.chunk);
     const std::uint64_t end = std::min((chunk + 1) * size, arguments.frames());
     for (std::uint64_t number = chunk * size; number < end; ++number)
     {
         const osgMidair::BakedFrame frame = scene.bake(number);
-        for (const osgMidair::BakedField& field : frame.fields)
-            append(bytes,
-                   field.phase.empty() ? writer.mark(field.time_ns, recording::Kind::SILENCE)
-                                       : writer.field(field.time_ns, {field.phase, field.duty}));
+        for (const BakedField& field : frame.fields)
+            addTo(*writer, field);
         ++baked.frames;
         baked.fields += frame.fields.size();
         if (frame.fields.front().phase.empty()) ++baked.silent;
@@ -75,8 +75,8 @@ bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk,
         baked.worstRms = std::max(baked.worstRms, frame.rms);
         baked.points = std::max<std::uint64_t>(baked.points, frame.points);
     }
-    append(bytes, writer.mark(arguments.time_ns(end), recording::Kind::END));
-    return bytes;
+    writer->end(arguments.time_ns(end));
+    return writer->take();
 }
 
 void tell(const std::string& line)
@@ -100,9 +100,8 @@ void tellResult(const Baked& baked, const BakeScene& scene)
                     static_cast<unsigned long long>(baked.silenced));
 }
 
-using device::DriveSignal;
-
 constexpr int kLevels = 256;
+constexpr int kMostTransducers = 1 << 20;                     // of a recording
 constexpr std::uint64_t kMostPlayed = std::uint64_t(2) << 30; // bytes of what play: takes
 
 std::string framesOf(const nlohmann::json& work, std::uint64_t piece)
@@ -117,7 +116,7 @@ std::string framesOf(const nlohmann::json& work, std::uint64_t piece)
 /// Returns by how many levels all phases of \a next are to be turned, which can't be felt, so that
 /// the drive changes least from \a last: argmax over r of Re sum a a' e^{j 2 pi (next + r -
 /// last)/256}, with amplitudes by the levels of duty.
-int turnBetween(const DriveSignal& last, const DriveSignal& next)
+int turnBetween(const BakedField& last, const BakedField& next)
 {
     // Whole numbers up to here, so that the order of the sum doesn't matter.
     std::array<double, kLevels> weights{};
@@ -139,52 +138,58 @@ int turnBetween(const DriveSignal& last, const DriveSignal& next)
 class Joiner
 {
 public:
-    Joiner(int transducers, WholeFile& file) :
+    Joiner(unsigned int transducers, WholeFile& file) :
         _transducers(transducers),
-        _writer(transducers),
+        _writer(new RecordingWriter(transducers)),
         _file(file)
     {
-        put(_writer.header(0));
     }
 
     void add(const std::string& payload, const std::string& name)
     {
-        recording::Reader reader(payload, name);
-        if (reader.transducers() != _transducers)
+        std::string error;
+        const osg::ref_ptr<RecordingReader> reader = RecordingReader::read(payload, name, error);
+        if (!reader) throw base::InputError(error);
+        if (reader->getNumTransducers() != _transducers)
             throw base::InputError(name + " is for another number of transducers");
         bool isFirst = true;
-        recording::Entry entry;
-        recording::Stop stop = recording::Stop::MORE;
-        while ((stop = reader.next(entry)) == recording::Stop::MORE)
+        BakedField field;
+        while (reader->next(field))
         {
-            if (entry.kind == recording::Kind::SILENCE)
+            if (!field.phase.empty())
             {
-                put(_writer.mark(entry.time_ns, recording::Kind::SILENCE));
-                _last = {};
-                continue;
+                // What starts from nothing has its phases by chance.
+                if (isFirst) _turn = _last.phase.empty() ? 0 : turnBetween(_last, field);
+                isFirst = false;
+                for (std::uint8_t& phase : field.phase)
+                    phase = static_cast<std::uint8_t>(phase + _turn);
+                ++_fields;
             }
-            // What starts from nothing has its phases by chance.
-            if (isFirst) _turn = _last.phase.empty() ? 0 : turnBetween(_last, entry.signal);
-            isFirst = false;
-            for (std::uint8_t& phase : entry.signal.phase)
-                phase = static_cast<std::uint8_t>(phase + _turn);
-            put(_writer.field(entry.time_ns, entry.signal));
-            _last = entry.signal;
-            ++_fields;
+            addTo(*_writer, field);
+            _last = field;
         }
-        if (stop != recording::Stop::END) throw base::InputError(name + " breaks off");
+        if (!reader->getError().empty()) throw base::InputError(name + " breaks off");
+        put();
     }
 
-    void end(std::uint64_t time_ns) { put(_writer.mark(time_ns, recording::Kind::END)); }
+    void end(std::uint64_t time_ns)
+    {
+        _writer->end(time_ns);
+        put();
+    }
     std::uint64_t fields() const { return _fields; }
 
 private:
-    void put(const std::vector<std::uint8_t>& bytes) { _file.write(bytes.data(), bytes.size()); }
+    void put()
+    {
+        const std::string bytes = _writer->take();
+        _file.write(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    }
 
-    const int _transducers;
-    recording::Writer _writer;
+    const unsigned int _transducers;
+    const osg::ref_ptr<RecordingWriter> _writer;
     WholeFile& _file;
-    DriveSignal _last; ///< empty: silence
+    BakedField _last; ///< without phases: silence
     int _turn = 0;
     std::uint64_t _fields = 0;
 };
@@ -205,13 +210,13 @@ void mergeBaked(const std::vector<std::string>& parts, const std::string& out, b
     const std::string transducers =
         work.contains("settings") ? work["settings"].value("transducers", "0") : "0";
     int count = 0;
-    if (!base::parseWhole(transducers, count) || count < 1 || count > recording::kMostTransducers)
+    if (!base::parseWhole(transducers, count) || count < 1 || count > kMostTransducers)
         throw base::InputError(fmt::format("\"{}\" is for \"{}\" transducers, should be 1 .. {}",
                                            parts.front(),
                                            transducers,
-                                           recording::kMostTransducers));
-    WholeFile file(out, recording::kMagic, overwrite);
-    Joiner joiner(count, file);
+                                           kMostTransducers));
+    WholeFile file(out, RecordingWriter::kBeginning, overwrite);
+    Joiner joiner(static_cast<unsigned int>(count), file);
     for (std::uint64_t piece = 0; piece < joined.pieces(); ++piece)
         joiner.add(joined.read(piece), framesOf(work, piece));
     joiner.end(arguments.time_ns(arguments.frames()));
@@ -239,7 +244,8 @@ int bake(const BakeArguments& arguments)
     for (const std::string& note : scene.notes())
         tell(note);
     PartHeader header{scene.work(), shard.number, shard.count, arguments.chunks()};
-    if (isWhole) WholeFile(arguments.out, recording::kMagic, arguments.overwrite); // told now
+    if (isWhole)
+        WholeFile(arguments.out, RecordingWriter::kBeginning, arguments.overwrite); // told now
     const std::string file = isWhole ? arguments.out + ".part" : arguments.out;
     Baked baked;
     {
@@ -363,7 +369,8 @@ FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
     const std::uint64_t between = std::max<std::uint64_t>(1, cost.frames / 4);
     std::vector<double> starts_s;
     std::vector<double> updates_s;
-    recording::Writer writer(static_cast<int>(scene.transducers()));
+    const osg::ref_ptr<RecordingWriter> writer = new RecordingWriter(scene.transducers());
+    writer->take(); // what a recording begins with
     double bytes = 0.0;
     double fields = 0.0;
     for (std::uint64_t number = 0; number < cost.frames; ++number)
@@ -373,11 +380,9 @@ FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
         const double before_s = cpu_s();
         const osgMidair::BakedFrame frame = scene.bake(number);
         (isStart ? starts_s : updates_s).push_back(cpu_s() - before_s);
-        for (const osgMidair::BakedField& field : frame.fields)
-            bytes += static_cast<double>(
-                (field.phase.empty() ? writer.mark(field.time_ns, recording::Kind::SILENCE)
-                                     : writer.field(field.time_ns, {field.phase, field.duty}))
-                    .size());
+        for (const BakedField& field : frame.fields)
+            addTo(*writer, field);
+        bytes += static_cast<double>(writer->take().size());
         fields += static_cast<double>(frame.fields.size());
     }
     cost.start_s = base::percentile(starts_s, 0.5);

@@ -70,3 +70,25 @@ TEST(EarWatch, TheLimitFollowsTheEars)
     EXPECT_EQ(watch.bound(), nullptr);
     EXPECT_EQ(watch.reading(0.0).limit_dB, 0.0);
 }
+
+TEST(EarWatch, EachEarAndThenEachPlaceOfTheUsersIsHeard)
+{
+    EarWatch watch;
+    const haptics::TransducerArray array = haptics::TransducerArray::singleBoard();
+    watch.setPlace(array, haptics::Medium(), Eigen::Vector3d(0.0, 0.0, 0.25));
+    watch.setEars(earsAt(0.3));
+    watch.play({Eigen::VectorXcf::Ones(array.size())}, 1.0);
+    std::vector<haptics::PlaceExposure> each = watch.each(2.0);
+    ASSERT_EQ(each.size(), 3u);
+    EXPECT_NEAR(each[0].x_m, 0.22, 1e-12);
+    EXPECT_NEAR(each[1].x_m, 0.38, 1e-12);
+    EXPECT_NEAR(each[2].z_m, 0.25, 1e-12);
+    EXPECT_GT(each[2].level_dB, each[0].level_dB + 3.0) << "on the axis, and nearer";
+    EXPECT_NEAR(watch.reading(2.0).level_dB, each[2].level_dB, 1e-6);
+    const double before_dB = each[0].level_dB;
+    watch.setEars(earsAt(0.08));
+    watch.play({Eigen::VectorXcf::Ones(array.size())}, 2.0);
+    each = watch.each(3.0);
+    EXPECT_NEAR(each[0].x_m, 0.0, 1e-12);
+    EXPECT_GT(each[0].level_dB, before_dB + 3.0);
+}

@@ -60,6 +60,95 @@ class Caps(unittest.TestCase):
         self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), variable)
 
 
+class EveryDay(unittest.TestCase):
+    def test_a_field_is_waited_for(self):
+        scene, points = focus()
+        with self.assertRaises(midair.Error) as caught:
+            scene.wait_field(1e6)
+        self.assertEqual(caught.exception.status, "not yet")
+        scene.play("sim:")
+        for k in range(3):
+            points.move_vertices([[0.01 * k, 0.0, 0.15]])
+            scene.update(0.1 * k)
+            field = scene.wait_field(timeout=60.0)
+            self.assertAlmostEqual(field.points["position"][0][0], 0.01 * k)
+        scene.stop()
+        with self.assertRaises(midair.Error):
+            scene.wait_field(1e6)
+
+    def test_each_ear_has_its_level(self):
+        scene, _ = focus()
+        scene.set_ears([[0.0, 0.0, 0.16], [0.4, 0.0, 0.3]])
+        self.assertEqual(scene.ears.shape, (0,))
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing" and len(scene.ears) == 2))
+        ears = scene.ears
+        np.testing.assert_allclose(ears["position"][1], [0.4, 0.0, 0.3])
+        self.assertGreater(ears["level_dB"][0], ears["level_dB"][1] + 10)
+        with self.assertRaises(midair.Error):
+            scene.set_ears([[0.0, 0.0, np.nan]])
+        with self.assertRaises(ValueError):
+            scene.set_ears([[0.0, 0.0]])
+        scene.set_ears([])
+
+    def test_in_a_child_all_is_closed(self):
+        scene, points = focus()
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"))
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                closed = scene.state["state"] == "closed" and "has forked" in scene.messages
+                field = scene.solve()
+                own, _ = focus()
+                right = closed and field.figures["level_Pa"] > 100 and own.solve().figures["level_Pa"] > 100
+                scene.stop()
+                scene.close()
+                code = 0 if right else 2
+            finally:
+                # As at the end of Python, with what it calls then; not the end of this test program.
+                midair.Scene("board").close()
+                os._exit(code)
+        self.assertEqual(self.ended(child), 0)
+        self.assertEqual(scene.state["state"], "playing")
+        sent = scene.state["sent"]
+        points.move_vertices([[0.02, 0.0, 0.15]])
+        self.assertTrue(updates_until(scene, lambda: scene.state["sent"] > sent))
+
+    def test_a_child_of_a_playing_program_exits(self):
+        program = """
+import os, midair, time
+scene = midair.Scene("board")
+scene.add_points([0.0, 0.0, 0.15])
+scene.play("sim:")
+begin = time.monotonic()
+while scene.state["state"] != "playing":
+    scene.update(time.monotonic() - begin)
+child = os.fork()
+if child == 0:
+    raise SystemExit(7)
+end = time.monotonic() + 30
+while (ended := os.waitpid(child, os.WNOHANG))[0] == 0:
+    if time.monotonic() > end:
+        os.kill(child, 9)
+    time.sleep(0.01)
+print(os.waitstatus_to_exitcode(ended[1]), scene.state["state"])
+"""
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.stdout.split(), ["7", "playing"], done.stderr)
+
+    def ended(self, child):
+        end = time.monotonic() + 30
+        while True:
+            pid, status = os.waitpid(child, os.WNOHANG)
+            if pid:
+                return os.waitstatus_to_exitcode(status)
+            if time.monotonic() > end:
+                os.kill(child, 9)
+            time.sleep(0.01)
+
+
 class Bytes(unittest.TestCase):
     def compare(self, options, settings=(), properties=()):
         with tempfile.TemporaryDirectory() as folder:

@@ -91,3 +91,24 @@ TEST(ExposureMeter, WhatIsNoNumberIsLoud)
     meter.play(0.0, kPlaces, Eigen::Vector2d(std::nan(""), 1.0));
     EXPECT_TRUE(std::isinf(meter.read(2.0).level_dB));
 }
+
+TEST(ExposureMeter, EachNamedPlaceHasFiguresOfItsOwn)
+{
+    ExposureMeter meter;
+    EXPECT_TRUE(meter.readEach(0.0).empty());
+    Eigen::Matrix3Xd places(3, 3);
+    places << 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.5;
+    const double loud_Pa2 = meanSquareOf_Pa2(140.0);
+    const double quiet_Pa2 = meanSquareOf_Pa2(100.0);
+    meter.play(10.0, places, Eigen::Vector3d(loud_Pa2, quiet_Pa2, 0.0), 1);
+    meter.play(12.0, places, Eigen::Vector3d(loud_Pa2, 0.0, quiet_Pa2), 1);
+    const std::vector<PlaceExposure> each = meter.readEach(14.0);
+    ASSERT_EQ(each.size(), 2u) << "the first one is nobody's";
+    EXPECT_EQ(each[0].x_m, 1.0);
+    EXPECT_EQ(each[0].level_dB, 0.0);
+    EXPECT_NEAR(each[0].eq_dB, 100.0 - 10.0 * std::log10(2.0), 1e-6) << "half of the time";
+    EXPECT_NEAR(each[0].max_dB, 100.0, 1e-6);
+    EXPECT_EQ(each[1].x_m, 2.0);
+    EXPECT_NEAR(each[1].level_dB, 100.0, 1e-6);
+    EXPECT_NEAR(meter.read(14.0).level_dB, 140.0, 1e-6) << "that of the loudest of all";
+}

@@ -238,3 +238,87 @@ TEST(Ears, TheCameraIsAHeadWhereTheSceneSaysSo)
     EXPECT_TRUE(viewer.framesUntil(
         [&] { return box.scene->getStatistics().exposure.level_dB > before_dB + 3.0; }));
 }
+
+TEST(Ears, SetByNumberEachHasALevelOfItsOwn)
+{
+    BoxScene box;
+    box.scene->setMetresPerUnit(0.01);
+    box.transform->setMatrix(osg::Matrixd::scale(100.0, 100.0, 100.0) *
+                             osg::Matrixd::translate(0.0, 0.0, 15.0));
+    box.scene->setEarPoints("0 0.5 0.5");
+    box.scene->setEars({{0.0, 0.0, 17.0}, {40.0, 0.0, 30.0}}); // in the box's beam, and beside it
+    HeadlessViewer viewer(box.scene);
+    EXPECT_TRUE(box.scene->getStatistics().ears.empty());
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    const HapticStatistics now = box.scene->getStatistics();
+    EXPECT_EQ(now.exposure.places, 33);
+    ASSERT_EQ(now.ears.size(), 3u);
+    EXPECT_NEAR(now.ears[0].z_m, 0.17, 1e-9);
+    EXPECT_NEAR(now.ears[1].x_m, 0.4, 1e-9);
+    EXPECT_NEAR(now.ears[2].y_m, 0.5, 1e-9);
+    EXPECT_GT(now.ears[0].level_dB, now.ears[1].level_dB + 3.0);
+    EXPECT_LE(now.ears[0].level_dB, now.exposure.level_dB);
+    for (const auto& ear : now.ears)
+        EXPECT_GT(ear.level_dB, 60.0);
+    EXPECT_EQ(box.scene->getEars().size(), 2u);
+}
+
+TEST(Ears, WhereNoLimitBindsNothingIsSolvedWhenTheyMove)
+{
+    for (const double limit_dB : {0.0, 170.0})
+    {
+        BoxScene box;
+        box.scene->setEarLimit(limit_dB);
+        box.scene->setEars({{0.3, 0.0, 0.5}});
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+        ASSERT_TRUE(box.scene->waitForField(60.0));
+        const auto solves = box.scene->getStatistics().solves;
+        for (int i = 0; i < 60; ++i)
+        {
+            box.scene->setEars({{0.3 + 0.02 * i, 0.0, 0.5}});
+            viewer.frame();
+            ASSERT_TRUE(box.scene->waitForField(60.0));
+        }
+        EXPECT_EQ(box.scene->getStatistics().solves, solves) << limit_dB;
+        EXPECT_NEAR(box.scene->getStatistics().ears.at(0).x_m, 0.3 + 0.02 * 59, 1e-9);
+    }
+}
+
+TEST(Ears, TheLimitHoldsWhereAnEarHasMoved)
+{
+    BoxScene box;
+    box.scene->setEars({{0.5, 0.0, 0.4}});
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    ASSERT_TRUE(box.scene->waitForField(60.0));
+    const double free_dB = box.scene->getStatistics().exposure.level_dB;
+    const double limit_dB = free_dB + 7.0; // with what phases that nobody knows may add
+    box.scene->setEarLimit(limit_dB);
+    box.scene->setEars({{0.0, 0.0, 0.17}}); // in the beam
+    viewer.frame();
+    ASSERT_TRUE(box.scene->waitForField(60.0));
+    EXPECT_LT(box.result()->report().capFactor, 1.0);
+    EXPECT_LE(box.scene->getStatistics().ears.at(0).level_dB, limit_dB);
+    const auto held = box.result()->report().level_Pa;
+    // Away from it the field is as loud as it was.
+    box.scene->setEars({{0.5, 0.0, 0.4}});
+    viewer.frame();
+    ASSERT_TRUE(box.scene->waitForField(60.0));
+    EXPECT_GT(box.result()->report().level_Pa, held);
+}
+
+TEST(Ears, OneThatIsNowhereSilences)
+{
+    BoxScene box;
+    box.scene->setEars({{0.0, 0.0, 0.5}, {0.0, std::nan(""), 0.5}});
+    EXPECT_FALSE(plays(box));
+    EXPECT_TRUE(says(*box.scene, "an ear is at a place that is not finite; nothing is played"));
+    std::string why;
+    EXPECT_FALSE(box.scene->waitForField(1e6, &why));
+    EXPECT_NE(why.find("an ear is at a place"), std::string::npos) << why;
+    box.scene->setEars({{0.0, 0.0, 0.5}});
+    EXPECT_TRUE(plays(box));
+    box.scene->setEars(std::vector<osg::Vec3d>(67, osg::Vec3d(0.0, 0.0, 0.5)));
+    EXPECT_FALSE(plays(box));
+}

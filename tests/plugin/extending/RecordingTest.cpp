@@ -302,3 +302,52 @@ TEST(Recording, SaysWhyItDoesNotPlay)
     EXPECT_FALSE(Player::open(file.path, "null:", error, options));
     EXPECT_EQ(error, "speed is 0; it must be within 0.001 .. 1000");
 }
+
+TEST(RecordingWriter, WritesBakedFieldsThatAreReadAsTheyWere)
+{
+    const RecordingFile file;
+    const BakedField first{0, {0, 64}, {255, 128}};
+    const BakedField silence{20000000, {}, {}};
+    const BakedField last{30000000, {1, 2}, {3, 4}};
+    const auto write = [&]
+    {
+        osg::ref_ptr<RecordingWriter> writer = new RecordingWriter(2);
+        for (const BakedField& field : {first, silence, last})
+            EXPECT_TRUE(writer->record(field));
+        EXPECT_FALSE(writer->record({29999999, {}, {}})) << "before the last one";
+        EXPECT_FALSE(writer->record({40000000, {1}, {1}})) << "another number of transducers";
+        EXPECT_FALSE(writer->record({40000000, {1, 2}, {1}}));
+        writer->end(40000000);
+        EXPECT_FALSE(writer->record({50000000, {}, {}})) << "after the end";
+        return writer;
+    };
+    const std::string bytes = write()->take();
+    EXPECT_EQ(bytes, write()->take()) << "the same fields give the same bytes";
+    EXPECT_EQ(bytes.rfind(RecordingWriter::kBeginning, 0), 0u);
+    std::string error;
+    const osg::ref_ptr<RecordingWriter> writer = write();
+    ASSERT_TRUE(writer->save(file.path, error)) << error;
+    EXPECT_EQ(writer->take(), "");
+    EXPECT_EQ(std::filesystem::file_size(file.path), bytes.size());
+    for (const osg::ref_ptr<RecordingReader>& reader :
+         {RecordingReader::open(file.path, error), RecordingReader::read(bytes, "it", error)})
+    {
+        ASSERT_TRUE(reader) << error;
+        EXPECT_EQ(reader->getNumTransducers(), 2u);
+        BakedField field;
+        for (const BakedField& wanted : {first, silence, last})
+        {
+            ASSERT_TRUE(reader->next(field));
+            EXPECT_EQ(field.time_ns, wanted.time_ns);
+            EXPECT_EQ(field.phase, wanted.phase);
+            EXPECT_EQ(field.duty, wanted.duty);
+        }
+        EXPECT_FALSE(reader->next(field));
+        EXPECT_EQ(reader->getError(), "");
+    }
+    EXPECT_FALSE(RecordingReader::read("MIDAIR", "it", error));
+    // No other file is replaced unless it is asked for.
+    std::ofstream(file.path, std::ios::trunc) << "a letter";
+    EXPECT_FALSE(write()->save(file.path, error));
+    EXPECT_TRUE(write()->save(file.path, error, true)) << error;
+}

@@ -47,7 +47,7 @@ struct CollectorTest : testing::Test
     {
         const bool changed = collector.collect({{scene.get(), osg::Matrixd()}}, objects);
         midair::base::MessageLog ignored;
-        SceneCollector anew(nullptr, ignored);
+        SceneCollector anew(nullptr, [&]() -> midair::base::MessageLog& { return ignored; });
         std::vector<HapticObject> expected;
         anew.collect({{scene.get(), osg::Matrixd()}}, expected);
         if (objects.size() > 2) return changed; // a part of its own, which only time can tell
@@ -86,7 +86,7 @@ struct CollectorTest : testing::Test
     }
 
     midair::base::MessageLog log;
-    SceneCollector collector{nullptr, log};
+    SceneCollector collector{nullptr, [this]() -> midair::base::MessageLog& { return log; }};
     std::vector<HapticObject> objects;
 };
 
@@ -201,7 +201,7 @@ TEST_F(CollectorTest, WhatIsNotFiniteFromTheFirstFrameOnIsFeltOnceItIs)
 {
     mover->setMatrix(osg::Matrixd::translate(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));
     midair::base::MessageLog ignored;
-    SceneCollector late(nullptr, ignored);
+    SceneCollector late(nullptr, [&]() -> midair::base::MessageLog& { return ignored; });
     std::vector<HapticObject> found;
     late.collect({{scene.get(), osg::Matrixd()}}, found);
     EXPECT_EQ(found.size(), 1u);

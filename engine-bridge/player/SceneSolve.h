@@ -1,0 +1,49 @@
+#pragma once
+
+#include "engine-bridge/pipeline/PointAssembler.h"
+#include "engine-bridge/solving/OneSolve.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/StopToken.h"
+
+#include <osgMidair/SceneSettings>
+
+#include <Eigen/Core>
+
+#include <memory>
+
+namespace midair::bridge
+{
+
+/// A scene that is to be solved at once, as midair-solve does, and that nothing plays meanwhile.
+struct SceneSolve
+{
+    std::shared_ptr<const haptics::TransducerArray>
+        array;                 ///< its levels have passed keepToSignal()
+    SceneSettings settings;    ///< with all caps; maxPoints 0: up to 2000
+    SceneSnapshot snapshot;    ///< with its hands and ears
+    SilenceRemedy remedy = {}; ///< names of the settings in messages
+    base::StopToken stop = {};
+};
+
+/// What has come of it.
+struct SolvedScene
+{
+    SolvedFields fields;
+    std::shared_ptr<const haptics::TransducerArray> array; ///< shadows included
+    haptics::Medium medium;
+    Eigen::Matrix3Xd ears; ///< 3 x n, listening places besides those around, array frame
+};
+
+/// Solves on this thread, and on the settings' threads. Throws base::InputError for what can't be
+/// solved for, and base::Stopped.
+SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages);
+
+/// True if nothing sounds, for the reason that the report or the messages tell.
+bool isSilent(haptics::StopReason stop);
+
+/// Where a field on \a array is heard: around it, and at \a ears (3 x n).
+Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears);
+
+} // namespace midair::bridge
