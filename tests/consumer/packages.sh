@@ -30,6 +30,7 @@ needs osgmidair-tools 'libosgmidair0.1 (= '
 needs python3-midair 'libmidair0.1 (= '
 ! dpkg-deb -f "$folder"/packages/libmidair0.1_*.deb Depends | grep -qi 'openscenegraph' || fail "libmidair depends on a scene graph"
 for package in "$folder"/packages/*.deb; do dpkg-deb -x "$package" "$folder/root"; done
+grep -q '^ExecStart=/usr/bin/midair-%i ' "$folder"/root/usr/lib/systemd/system/midair-installation@.service || fail "the unit names another prefix than that of packages"
 for program in "$folder"/root/usr/bin/*; do
     name=$(basename "$program")
     zcat "$folder/root/usr/share/man/man1/$name.1.gz" | grep -A 1 '^\.SH NAME' | grep -q "^$name .*- [a-z]* " || fail "$name has no man page with a line of its own"

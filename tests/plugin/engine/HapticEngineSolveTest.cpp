@@ -106,7 +106,7 @@ TEST(HapticScene, NewFieldsAreToldOnTheUpdateThread)
     told->throws = true;
     box.move(0.02);
     ASSERT_TRUE(viewer.framesUntil([&] { return told->frames.back() > first; }));
-    EXPECT_TRUE(says(*box.scene, "the field callback has thrown no more"));
+    EXPECT_TRUE(says(*box.scene, "the field callback has thrown \"no more\""));
     box.scene->setFieldCallback(nullptr);
     const std::size_t count = told->frames.size();
     viewer.frames(10);

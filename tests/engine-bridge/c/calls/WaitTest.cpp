@@ -107,8 +107,9 @@ TEST(CPlay, AnEarThatIsNowhereSilencesUntilAllAreRight)
     ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
     const double wrong[] = {0.0, 0.0, 0.5, std::nan(""), 0.0, 0.5};
     EXPECT_EQ(midair_set_ears(of.scene, wrong, 2), MIDAIR_INVALID);
-    EXPECT_EQ(midair_update(of.scene, 1e6), MIDAIR_SILENCED);
-    EXPECT_NE(stateOf(of.scene), MIDAIR_STATE_PLAYING);
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    midair_field* field = nullptr;
+    EXPECT_EQ(midair_wait_field(of.scene, 1e6, &field), MIDAIR_SILENCED);
     EXPECT_EQ(midair_set_ears(of.scene, wrong, 65), MIDAIR_INVALID);
     ASSERT_EQ(midair_set_ears(of.scene, wrong, 1), MIDAIR_OK);
     EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();

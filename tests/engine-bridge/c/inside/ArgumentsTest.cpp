@@ -1,6 +1,7 @@
 // Wrong arguments are errors with a text, for every function: null, NaN, wrong sizes, closed
 // handles.
 #include "engine-bridge/c/inside/Field.h"
+#include "engine-bridge/player/SceneSolve.h"
 #include "haptics/array/TransducerArray.h"
 #include "tests/engine-bridge/c/Opened.h"
 
@@ -326,7 +327,7 @@ TEST(CField, PlacesHeardAreThoseOfTheEarsAloneWhereNothingSounds)
 {
     midair::haptics::TransducerArray array = midair::haptics::TransducerArray::load("board");
     const Eigen::Matrix3Xd ears = Eigen::Vector3d(0.1, 0.2, 0.5);
-    EXPECT_EQ(midair::capi::placesHeard(array, ears).cols(), 33);
+    EXPECT_EQ(midair::bridge::placesHeard(array, ears).cols(), 33);
     array.gain.setZero(array.size());
-    EXPECT_EQ(midair::capi::placesHeard(array, ears), ears);
+    EXPECT_EQ(midair::bridge::placesHeard(array, ears), ears);
 }
