@@ -21,7 +21,7 @@ namespace
 
 static_assert(static_cast<int>(bridge::ArrayState::CLOSED) == MIDAIR_STATE_CLOSED);
 static_assert(static_cast<int>(bridge::ArrayState::OPENING) == MIDAIR_STATE_OPENING);
-static_assert(static_cast<int>(bridge::ArrayState::SILENT) == MIDAIR_STATE_QUIET);
+static_assert(static_cast<int>(bridge::ArrayState::SILENT) == MIDAIR_STATE_SILENT);
 static_assert(static_cast<int>(bridge::ArrayState::PLAYING) == MIDAIR_STATE_PLAYING);
 static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED);
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
@@ -249,5 +249,6 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
             made->ears = std::move(ears);
             made->earLimit_dB = earLimit_dB;
             *field = fields().add(made);
+            return soundsOrWhy(*made);
         });
 }

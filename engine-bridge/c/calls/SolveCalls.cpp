@@ -158,12 +158,6 @@ std::shared_ptr<Field> solved(const SolveInput& input, base::MessageLog& message
     return field;
 }
 
-bool isSilent(haptics::StopReason stop)
-{
-    return stop == haptics::StopReason::REFUSED || stop == haptics::StopReason::NOTHING_TO_DO ||
-           stop == haptics::StopReason::SILENCED;
-}
-
 } // namespace
 
 midair_status midair_solve(midair_scene* scene, midair_field** field)
@@ -175,20 +169,27 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             given(field, "field");
             const SolveInput input = inputOf(*of);
             base::MessageLog messages;
-            const std::shared_ptr<Field> made = solved(input, messages);
+            std::shared_ptr<Field> made;
+            try
+            {
+                made = solved(input, messages);
+            }
+            catch (const base::InputError& error) // of fields in turn
+            {
+                failUnsolved(input.settings.solver, error.what());
+            }
             {
                 const base::Lock lock(of->mutex);
                 for (const base::Message& message : messages.messages())
                     of->player.log().take(message);
             }
-            const haptics::SolveReport& report = made->sequence.report;
+            haptics::SolveReport& report = made->sequence.report;
             if (report.stop == haptics::StopReason::STOPPED) throw base::Stopped();
+            requireSolved(report);
+            if (const auto left = messages.all(); report.message.empty() && isSilence(*made))
+                report.message = left.empty() ? "there are no control points" : left.front();
             *field = fields().add(made);
-            if (!isSilent(report.stop)) return static_cast<midair_status>(MIDAIR_OK);
-            const auto left = messages.all();
-            return silentFor(!report.message.empty() ? report.message
-                             : left.empty()          ? "there are no control points"
-                                                     : left.front());
+            return soundsOrWhy(*made);
         });
 }
 

@@ -6,6 +6,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/sequence/FieldSequence.h"
+#include "haptics/solvers/SolveReport.h"
 
 #include <Eigen/Core>
 
@@ -53,6 +54,16 @@ bool findFigure(const std::vector<std::pair<std::string, double>>& all,
                 double& value);
 /// Where a field on \a array is heard: around it, and at \a ears (3 x n).
 Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears);
+
+/// Fails with \a why there is no field: with MIDAIR_FAILED if \a solver is one of the program's,
+/// else with MIDAIR_REFUSED.
+[[noreturn]] void failUnsolved(const std::string& solver, const std::string& why);
+/// Fails for a report of no field.
+void requireSolved(const haptics::SolveReport& report);
+/// True: none of its fields sounds.
+bool isSilence(const Field& field);
+/// Returns MIDAIR_SILENT, and keeps why, for a field that is silence; else MIDAIR_OK.
+midair_status soundsOrWhy(const Field& field);
 
 /// The field that was played of \a result; null: it has none.
 std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
