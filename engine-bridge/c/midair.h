@@ -8,7 +8,9 @@
 /// activations, pressures and figures out; played on any device. C.md has a program and the rules.
 ///
 /// Units: metres, seconds, pascals (peak) and hertz unless a name says otherwise. Places are in the
-/// array's frame: right-handed, the origin at the centre of the workspace.
+/// array's frame, which is right-handed. Each array puts its origin where it wants it: the octagon
+/// at the centre of its workspace, inside the prism; "board" in the middle of its own plane z = 0,
+/// from which it emits towards +z, so that (0, 0, 0.15) is over it; a file where its positions say.
 ///
 /// Handles are opaque. A call with one that was closed, or is NULL, returns MIDAIR_CLOSED; a handle
 /// is never given twice. Each closes with its own function, in any order: a scene keeps the array
@@ -17,14 +19,16 @@
 /// Every function may be called from any thread, at any time, unless it says otherwise here. Calls
 /// with one scene or solver wait for each other for as long as it takes to copy what they are
 /// given; no call waits for a solve of another thread, but for those of one midair_solver. Fields
-/// and arrays never change. Callbacks (midair_extend.h) say on which threads they run.
+/// and arrays never change. Callbacks (midair_extend.h) say on which threads they run. C.md has a
+/// table with each function.
 ///
 /// In the child of a fork() all scenes and solvers of the parent are closed, and its devices are
 /// not written to; fields and arrays stay, scenes can be solved, and new ones be made (C.md).
 ///
 /// Every function that can fail returns a midair_status; midair_last_error() then has a sentence.
 /// No C++ exception leaves a function, and what a function returns with an error it leaves
-/// untouched, but for a count that says how much room there must be.
+/// untouched, but for a count that says how much room there must be. A field that is silence is no
+/// error, and `status < 0` doesn't see it: compare with MIDAIR_SILENT where silence is one to you.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -57,7 +61,11 @@ extern "C"
     enum
     {
         MIDAIR_OK = 0,
-        MIDAIR_SILENT = 1,     ///< solved, and nothing sounds; midair_last_error() says why
+        /// done, and nothing sounds: nothing is wanted, or a cap, the reach of hands or the levels
+        /// of the array leave nothing of it; midair_last_error() says which. There is a field, all
+        /// of whose activations are 0. Of midair_solve(), midair_solver_solve(),
+        /// midair_newest_field() and midair_field_from_bytes() alone
+        MIDAIR_SILENT = 1,
         MIDAIR_INVALID = -1,   ///< an argument: null, not finite, of a wrong size or out of range
         MIDAIR_CLOSED = -2,    ///< a handle that is closed, or NULL
         MIDAIR_UNKNOWN = -3,   ///< there is nothing of that name, index or number
@@ -67,7 +75,7 @@ extern "C"
         MIDAIR_STOPPED = -7,   ///< by midair_cancel()
         MIDAIR_SILENCED = -8, ///< a value that concerns safety wasn't understood: nothing is played
         MIDAIR_NO_MEMORY = -9,
-        MIDAIR_FAILED = -10 ///< a fault of the library
+        MIDAIR_FAILED = -10 ///< a solver of the program's found no field; or a fault of the library
     };
     /// Returns "ok", "invalid" and so on; "unknown status" for other numbers.
     MIDAIR_API const char* midair_status_name(midair_status status);
@@ -97,7 +105,8 @@ extern "C"
     } midair_transducer;
 
     /// Loads "octagon", "board", the name of a shipped array, or a JSON file of that path. While a
-    /// scene plays on it, a file that has changed is read again, for its fields from then on.
+    /// scene plays on it, a file that has changed is read again, for its fields from then on. The
+    /// octagon's origin is the centre of its workspace, that of "board" the middle of its plane.
     MIDAIR_API midair_status midair_array_load(const char* name_or_file, midair_array** array);
     /// Reads the text of such a file (haptics/array/arrays/README.md).
     MIDAIR_API midair_status midair_array_from_json(const char* json, midair_array** array);
@@ -202,8 +211,9 @@ extern "C"
 
     /// Solves the scene as it is once, as midair-solve does: the same drives for the same input
     /// (with maxPoints 0 up to 2000 points). Returns when it is done; MIDAIR_SILENT gives a field
-    /// as well. All caps hold. Runs on this thread, and on the scene's "threads"; any number at a
-    /// time.
+    /// as well. MIDAIR_FAILED: a solver of the program's has failed or thrown, or found no
+    /// activations of at most 1; MIDAIR_REFUSED: what is asked for can't be solved. All caps hold.
+    /// Runs on this thread, and on the scene's "threads"; any number at a time.
     MIDAIR_API midair_status midair_solve(midair_scene* scene, midair_field** field);
     /// Breaks off all solves of the scene that run now: they return MIDAIR_STOPPED within
     /// milliseconds.
@@ -217,7 +227,7 @@ extern "C"
     /// Solves for \a count points, \a positions x, y, z of each, and their \a targets (>= 0; Pa if
     /// \a in_pascal, else their ratios). \a activations: real and imaginary part for each of
     /// \a transducers, the array's number; 1 is full drive, rounded to the array's levels. One call
-    /// of a solver waits for the other. MIDAIR_SILENT: they are all 0.
+    /// of a solver waits for the other. MIDAIR_SILENT: they are all 0. Errors as of midair_solve().
     MIDAIR_API midair_status midair_solver_solve(midair_solver* solver,
                                                  const double* positions,
                                                  const double* targets,
@@ -225,6 +235,9 @@ extern "C"
                                                  int32_t in_pascal,
                                                  float* activations,
                                                  size_t transducers);
+    /// Breaks off the solve that runs now, if there is one: it returns MIDAIR_STOPPED, and the next
+    /// one starts from nothing.
+    MIDAIR_API midair_status midair_solver_cancel(midair_solver* solver);
     /// A figure, as of midair_field_figure(), of the last midair_solver_solve().
     MIDAIR_API midair_status midair_solver_figure(midair_solver* solver,
                                                   const char* name,
@@ -317,6 +330,18 @@ extern "C"
                                                const double* places,
                                                size_t count,
                                                float* pressures);
+    /// Writes all of the field as bytes, of which midair_field_from_bytes() makes an equal one: in
+    /// another process, or later, of the same major and minor version on a like machine. \a size:
+    /// the room in \a bytes, or 0. \a needed, which may be NULL: the room that it takes.
+    MIDAIR_API midair_status midair_field_bytes(const midair_field* field,
+                                                void* bytes,
+                                                size_t size,
+                                                size_t* needed);
+    /// Makes a field of bytes of midair_field_bytes(). MIDAIR_REFUSED: they are not those of one;
+    /// MIDAIR_SILENT: of one that is silence.
+    MIDAIR_API midair_status midair_field_from_bytes(const void* bytes,
+                                                     size_t size,
+                                                     midair_field** field);
     /// Closes the handle, and forgets the field.
     MIDAIR_API midair_status midair_field_close(midair_field* field);
 

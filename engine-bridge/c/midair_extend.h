@@ -86,8 +86,9 @@ extern "C"
     } midair_problem;
 
     /// Finds \a activations, real and imaginary part of each of m, zeros when it is called; |q|
-    /// <= 1. Returns 0; anything else, with the reason in \a error: there is no field. What it
-    /// finds is checked, rounded, capped and measured.
+    /// <= 1. Returns 0; anything else, with the reason in \a error: there is no field, and
+    /// midair_solve() is MIDAIR_FAILED; a scene that plays falls silent, and says so in its
+    /// midair_messages(). What it finds is checked, rounded, capped and measured.
     typedef int32_t (*midair_solve_function)(void* user,
                                              const midair_problem* problem,
                                              float* activations,

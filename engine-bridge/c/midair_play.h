@@ -32,12 +32,13 @@ extern "C"
     /// no other call.
     MIDAIR_API midair_status midair_mute(midair_scene* scene, int32_t muted);
 
-    /// What an array does.
+    /// What an array does; midair::bridge::ArrayState of C++, and scene.state["state"] of Python,
+    /// have the same names.
     enum
     {
         MIDAIR_STATE_CLOSED = 0,  ///< no device is open: none is wanted, or it can't be opened
         MIDAIR_STATE_OPENING = 1, ///< array and device are being opened
-        MIDAIR_STATE_QUIET = 2, ///< ready, and there is nothing to play, or what there is can't be
+        MIDAIR_STATE_SILENT = 2, ///< ready, and there is nothing to play, or what there is can't be
         MIDAIR_STATE_PLAYING = 3, ///< plays what it is sent
         MIDAIR_STATE_MUTED = 4,   ///< by midair_mute()
         MIDAIR_STATE_LOST = 5,    ///< unplugged or failing; plays again by itself when it is back
@@ -118,8 +119,9 @@ extern "C"
     MIDAIR_API midair_status midair_on_message(midair_scene* scene,
                                                midair_message_callback callback,
                                                void* user);
-    /// The newest field that was played; MIDAIR_NOT_YET: none so far. Each call gives a handle of
-    /// its own.
+    /// The newest field that was played; MIDAIR_NOT_YET: none so far; MIDAIR_SILENT: it is silence,
+    /// be it that nothing is wanted or that a solver has failed. Each call gives a handle of its
+    /// own.
     MIDAIR_API midair_status midair_newest_field(midair_scene* scene, midair_field** field);
     /// The same once the field of the newest midair_update() is there, for which it waits at most
     /// \a timeout_s (>= 0). It may be called by the thread that updates, too, and keeps no other

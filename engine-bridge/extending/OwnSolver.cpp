@@ -79,7 +79,8 @@ public:
         report.rowsBuilt = _wanted.size();
         why = ask(array, q);
         if (_options.stop.requested()) return silent(StopReason::STOPPED, "stopped");
-        if (!why.empty()) return silent(StopReason::REFUSED, "solver \"" + _name + "\": " + why);
+        if (!why.empty())
+            return silent(StopReason::REFUSED, "solver \"" + _name + "\" has failed: " + why);
         round(array.drive, q);
         rate(q, report);
         report.stop = StopReason::CONVERGED;
@@ -210,6 +211,11 @@ bool registerMethod(const std::string& name, FieldMethodFactory make, std::strin
 std::vector<std::string> ownSolverNames()
 {
     return registry().names();
+}
+
+bool isOwnSolver(const std::string& name)
+{
+    return registry().find(name) != nullptr;
 }
 
 std::unique_ptr<HologramSolver> makeAnySolver(const std::string& name, const SolverOptions& options)

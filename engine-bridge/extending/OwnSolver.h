@@ -22,6 +22,8 @@ bool registerMethod(const std::string& name, FieldMethodFactory make, std::strin
 
 /// Returns the names that were registered. From any thread.
 std::vector<std::string> ownSolverNames();
+/// True: \a name is one of them, so that a solve that it refuses has failed. From any thread.
+bool isOwnSolver(const std::string& name);
 
 /// Makes the solver \a name: one that the application registered, else one of haptics'. Throws
 /// base::InputError, with the known names, if there is none.

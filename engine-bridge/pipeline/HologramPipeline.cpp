@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 
+#include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/rendering/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/ThrownBy.h"
@@ -163,8 +164,10 @@ void HologramPipeline::tellReport(const haptics::ControlPoints& points,
     if (isSilence) report.stop = haptics::StopReason::SILENCED;
     if (isSilence) report.message = "silent: " + report.message;
     if (report.message.empty()) return;
+    const auto refusal =
+        isOwnSolver(report.solver) ? MessageCode::FIELD_FAILED : MessageCode::SOLVER_REFUSED;
     _context.messages.say({isSilence   ? MessageCode::FIELD_SILENCED
-                           : isRefused ? MessageCode::SOLVER_REFUSED
+                           : isRefused ? refusal
                                        : MessageCode::SOLVER_REPORT,
                            report.message});
 }

@@ -1,12 +1,15 @@
-// midair.register_solver(), register_device() and register_hands(): solvers, arrays and trackers
-// that are written in Python.
+// midair.register_solver(), register_device() and register_hands(): solvers,
+// arrays and trackers that are written in Python.
 #include "engine-bridge/python/Bindings.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <complex>
 #include <cstdio>
+#include <list>
 #include <sstream>
+#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
@@ -17,6 +20,8 @@ namespace midair::python
 
 namespace
 {
+
+using Activations = py::array_t<std::complex<float>, py::array::c_style | py::array::forcecast>;
 
 /// True once Python ends: nothing of it can be called any more.
 std::atomic<bool>& hasEnded()
@@ -30,8 +35,21 @@ void write(const char* what, char* error, std::size_t size)
     if (error && size > 0) std::snprintf(error, size, "%s", what);
 }
 
-/// Calls Python with its lock. Returns false, with what it raised in \a error, if it failed, or if
-/// \a call says so.
+/// "ZeroDivisionError: division by zero (/home/me/own.py:12)"
+std::string inWords(const py::error_already_set& raised)
+{
+    std::string words = raised.type().attr("__name__").cast<std::string>() + ": " +
+                        py::str(raised.value()).cast<std::string>();
+    if (!raised.trace()) return words;
+    const py::object frames = py::module_::import("traceback").attr("extract_tb")(raised.trace());
+    if (py::len(frames) == 0) return words;
+    const py::object last = frames[py::int_(-1)];
+    return words + " (" + py::str(last.attr("filename")).cast<std::string>() + ":" +
+           py::str(last.attr("lineno")).cast<std::string>() + ")";
+}
+
+/// Calls Python with its lock. Returns false, with what it raised in \a error,
+/// if it failed, or if \a call says so.
 template<typename Call>
 bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
 {
@@ -53,7 +71,7 @@ bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
     }
     catch (py::error_already_set& raised)
     {
-        write(raised.what(), error, size);
+        write(inWords(raised).c_str(), error, size);
     }
     catch (const std::exception& thrown)
     {
@@ -62,7 +80,25 @@ bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
     return false;
 }
 
-/// What a solver is asked for, as Python sees it. Its arrays are copies, which it may keep.
+/// Calls Python, and throws what it raised, so that whoever called says so.
+template<typename Call>
+bool calledOrThrown(const Call& call)
+{
+    std::array<char, 1024> error{};
+    const bool isDone = calledPython(call, error.data(), error.size());
+    if (error.front()) throw std::runtime_error(error.data());
+    return isDone;
+}
+
+bool isTrue(const py::object& object)
+{
+    const int truth = PyObject_IsTrue(object.ptr());
+    if (truth < 0) throw py::error_already_set();
+    return truth != 0;
+}
+
+/// What a solver is asked for, as Python sees it. Its arrays are copies, which
+/// it may keep.
 struct PyProblem
 {
     py::array_t<double> positions;
@@ -94,20 +130,70 @@ std::shared_ptr<PyProblem> problemOf(const midair_problem& given)
     return problem;
 }
 
+/// A solver in Python that runs now, and on which of Python's threads; guarded
+/// by Python's lock.
+struct Running
+{
+    const midair_problem* problem = nullptr;
+    unsigned long thread = 0;
+    bool isInterrupted = false;
+};
+
+std::list<Running>& running()
+{
+    static auto* const all = new std::list<Running>;
+    return *all;
+}
+
+/// Keeps a solver among those while it runs; afterwards its problem says that
+/// it has stopped.
+class WhileRunning
+{
+public:
+    explicit WhileRunning(PyProblem& problem) :
+        _problem(problem),
+        _at(running().insert(running().end(),
+                             {problem.problem, PyThread_get_thread_ident(), false}))
+    {
+    }
+    ~WhileRunning()
+    {
+        // What wasn't raised in time isn't meant for what the thread does next.
+        if (_at->isInterrupted) PyThreadState_SetAsyncExc(_at->thread, nullptr);
+        running().erase(_at);
+        _problem.problem = nullptr;
+    }
+    WhileRunning(const WhileRunning&) = delete;
+    WhileRunning& operator=(const WhileRunning&) = delete;
+
+private:
+    PyProblem& _problem;
+    const std::list<Running>::iterator _at;
+};
+
+/// What a solver has returned, as activations; raises for anything else.
+Activations activationsOf(const py::object& result, py::ssize_t transducers)
+{
+    const std::string wanted =
+        "; it has to return the shape (" + std::to_string(transducers) + ",), complex";
+    Activations q = Activations::ensure(result);
+    if (!q || q.ndim() == 0)
+        throw py::type_error(std::string("the solver returned a ") +
+                             Py_TYPE(result.ptr())->tp_name + wanted);
+    if (q.ndim() != 1 || q.size() != transducers)
+        throw py::value_error("the solver returned an array of the shape " + shapeOf(q) + wanted);
+    return q;
+}
+
 std::int32_t
 solve(void* user, const midair_problem* given, float* activations, char* error, std::size_t size)
 {
     const auto call = [&]
     {
         const std::shared_ptr<PyProblem> problem = problemOf(*given);
+        const WhileRunning isRunning(*problem);
         const py::object result = static_cast<py::object*>(user)->operator()(problem);
-        problem->problem = nullptr;
-        const auto q = result.cast<
-            py::array_t<std::complex<float>, py::array::c_style | py::array::forcecast>>();
-        if (q.size() != static_cast<py::ssize_t>(given->transducers))
-            throw py::value_error("the solver returned " + std::to_string(q.size()) +
-                                  " activations for " + std::to_string(given->transducers) +
-                                  " transducers");
+        const Activations q = activationsOf(result, static_cast<py::ssize_t>(given->transducers));
         std::copy_n(q.data(), q.size(), reinterpret_cast<std::complex<float>*>(activations));
     };
     return calledPython(call, error, size) ? 0 : 1;
@@ -160,26 +246,23 @@ std::int32_t playDevice(void* instance, const std::uint8_t* phases, const std::u
         const py::object taken =
             device.object.attr("play")(py::array_t<std::uint8_t>(device.transducers, phases),
                                        py::array_t<std::uint8_t>(device.transducers, amplitudes));
-        return taken.is_none() || taken.cast<bool>();
+        return taken.is_none() || isTrue(taken);
     };
-    return calledPython(call) ? 0 : 1;
+    return calledOrThrown(call) ? 0 : 1;
 }
 
 std::int32_t silenceDevice(void* instance)
 {
     const auto call = [&] { static_cast<PyDevice*>(instance)->object.attr("silence")(); };
-    return calledPython(call) ? 0 : 1;
+    return calledOrThrown(call) ? 0 : 1;
 }
 
 std::int32_t isReadyDevice(void* instance)
 {
     auto& device = *static_cast<PyDevice*>(instance);
     const auto call = [&]
-    {
-        return !py::hasattr(device.object, "is_ready") ||
-               device.object.attr("is_ready")().cast<bool>();
-    };
-    return calledPython(call) ? 1 : 0;
+    { return !py::hasattr(device.object, "is_ready") || isTrue(device.object.attr("is_ready")()); };
+    return calledOrThrown(call) ? 1 : 0;
 }
 
 void closeDevice(void* instance)
@@ -215,12 +298,14 @@ std::int32_t handsNow(void* instance, double time_s, midair_hand* hands, std::si
     {
         const py::object result = static_cast<py::object*>(instance)->attr("hands")(time_s);
         if (result.is_none()) return;
-        const auto all = result.cast<py::array_t<midair_hand, py::array::c_style>>();
-        if (static_cast<std::size_t>(all.size()) > capacity) return;
+        const auto all = recordsOf<midair_hand>(result, "what hands() returns", "hand_dtype");
+        if (static_cast<std::size_t>(all.size()) > capacity)
+            throw py::value_error("hands() returned " + std::to_string(all.size()) +
+                                  " hands; there is room for " + std::to_string(capacity));
         std::copy_n(all.data(), all.size(), hands);
         count = static_cast<std::int32_t>(all.size());
     };
-    calledPython(call);
+    calledOrThrown(call);
     return count;
 }
 
@@ -232,28 +317,30 @@ void closeHands(void* instance)
 }
 
 /// What is registered is called for as long as the program runs.
-void* keptForever(const py::object& callable)
+void* keptForever(const py::object& callable, const char* name)
 {
     if (!PyCallable_Check(callable.ptr()))
-        throw py::type_error("what is registered is no function");
+        throw py::type_error(std::string(name) + " has to be callable, not " +
+                             Py_TYPE(callable.ptr())->tp_name);
     return new py::object(callable);
 }
 
 void registerDevice(const std::string& scheme,
                     const py::object& open,
-                    unsigned int phaseLevels,
+                    const py::object& phaseLevels,
                     const std::vector<float>& amplitudes,
                     double fieldsPerSecond)
 {
     midair_driver driver{};
     driver.struct_size = sizeof driver;
-    driver.user = keptForever(open);
+    driver.user = keptForever(open, "open");
     driver.open = openDevice;
     driver.play = playDevice;
     driver.silence = silenceDevice;
     driver.is_ready = isReadyDevice;
     driver.close = closeDevice;
-    driver.phase_levels = phaseLevels;
+    driver.phase_levels =
+        static_cast<std::uint32_t>(integerOf(phaseLevels, "phase_levels", 0, 256));
     driver.amplitudes = amplitudes.data();
     driver.amplitude_count = static_cast<std::uint32_t>(amplitudes.size());
     driver.fields_per_second = fieldsPerSecond;
@@ -264,11 +351,54 @@ void registerHands(const std::string& name, const py::object& open)
 {
     midair_hand_source source{};
     source.struct_size = sizeof source;
-    source.user = keptForever(open);
+    source.user = keptForever(open, "open");
     source.open = openHands;
     source.hands = handsNow;
     source.close = closeHands;
     checked(midair_register_hands, name.c_str(), &source);
+}
+
+std::string describeProblem(const PyProblem& problem)
+{
+    return "<midair.Problem: " + std::to_string(problem.targets.size()) + " points, " +
+           std::to_string(problem.matrix.shape(1)) + " transducers, targets " +
+           (problem.pascal ? "in Pa" : "relative") + ">";
+}
+
+void addProblem(py::module_& module)
+{
+    Class<PyProblem, std::shared_ptr<PyProblem>>(
+        module,
+        "Problem",
+        "What a solver is asked for. n: points, m: transducers; its arrays are "
+        "the solver's to "
+        "keep.")
+        .def_readonly("positions",
+                      &PyProblem::positions,
+                      "Places of the points, float64, shape (n, 3), m, in the "
+                      "array's frame.")
+        .def_readonly("targets",
+                      &PyProblem::targets,
+                      "Peak pressures wanted, float64, shape (n,), Pa if pascal, "
+                      "else only ratios.")
+        .def_readonly("matrix",
+                      &PyProblem::matrix,
+                      "Pressure of each transducer at full drive and phase 0 at "
+                      "each point, complex64, shape "
+                      "(n, m), Pa: p = matrix @ q for activations q.")
+        .def_readonly("pascal", &PyProblem::pascal, "True: targets are in Pa; False: ratios.")
+        .def_readonly("phase_only", &PyProblem::phaseOnly, "True: all amplitudes are to be equal.")
+        .def_readonly("loudness", &PyProblem::loudness, "As the scene asks for it, a float.")
+        .def_readonly("deadline_ms", &PyProblem::deadline_ms, "Time to solve in, ms; 0: any.")
+        .def_readonly("max_iterations",
+                      &PyProblem::maxIterations,
+                      "Most iterations, an int; 0: the solver's own limit.")
+        .def_property_readonly(
+            "stopped",
+            [](const PyProblem& problem)
+            { return !problem.problem || problem.problem->is_stopped(problem.problem) != 0; },
+            "True when nobody waits for the field any more: return soon.")
+        .def("__repr__", &describeProblem, "Returns sizes and what targets are in.");
 }
 
 } // namespace
@@ -278,48 +408,62 @@ void endCallbacks()
     hasEnded() = true;
 }
 
+void interruptCancelled()
+{
+    for (Running& one : running())
+    {
+        if (one.isInterrupted || one.problem->is_stopped(one.problem) == 0) continue;
+        one.isInterrupted = true;
+        PyThreadState_SetAsyncExc(one.thread, PyExc_KeyboardInterrupt);
+    }
+}
+
 void addExtending(py::module_& module)
 {
-    py::class_<PyProblem, std::shared_ptr<PyProblem>>(
-        module, "Problem", "What a solver is asked for.")
-        .def_readonly("positions", &PyProblem::positions, "(n, 3), m")
-        .def_readonly("targets", &PyProblem::targets, "(n), Pa if pascal, else ratios")
-        .def_readonly("matrix", &PyProblem::matrix, "(n, m), complex64, Pa at full drive")
-        .def_readonly("pascal", &PyProblem::pascal)
-        .def_readonly("phase_only", &PyProblem::phaseOnly)
-        .def_readonly("loudness", &PyProblem::loudness)
-        .def_readonly("deadline_ms", &PyProblem::deadline_ms)
-        .def_readonly("max_iterations", &PyProblem::maxIterations)
-        .def_property_readonly(
-            "stopped",
-            [](const PyProblem& problem)
-            { return !problem.problem || problem.problem->is_stopped(problem.problem) != 0; },
-            "True when nobody waits for the field any more.");
-    module.def(
+    addProblem(module);
+    define(
+        module,
         "register_solver",
         [](const std::string& name, const py::object& function)
         {
-            void* const user = keptForever(function);
+            void* const user = keptForever(function, "function");
             checked(midair_register_solver, name.c_str(), solve, user);
         },
         py::arg("name"),
         py::arg("function"),
-        "function(problem) returns m activations; scene[\"solver\"] = name uses it.");
-    module.def("register_device",
-               &registerDevice,
-               py::arg("scheme"),
-               py::arg("open"),
-               py::arg("phase_levels") = 256,
-               py::arg("amplitudes") = std::vector<float>(),
-               py::arg("fields_per_second") = 0.0,
-               "open(path, options, boards) returns an object with play(phases, amplitudes), "
-               "silence() and, if it likes, is_ready() and close().");
-    module.def("register_hands",
-               &registerHands,
-               py::arg("name"),
-               py::arg("open"),
-               "open(options) returns an object with hands(time), which returns an array of "
-               "hand_dtype or None.");
+        "Registers a solver: scene[\"solver\"] = name uses it. function(problem) "
+        "takes a Problem "
+        "and "
+        "returns m activations, complex, shape (m,), |q| <= 1. What it raises "
+        "fails the solve: "
+        "Scene.solve() raises Error \"failed\". It may be called on any thread.");
+    define(module,
+           "register_device",
+           &registerDevice,
+           py::arg("scheme"),
+           py::arg("open"),
+           py::arg("phase_levels") = 256,
+           py::arg("amplitudes") = std::vector<float>(),
+           py::arg("fields_per_second") = 0.0,
+           "Registers a device: scene.play(\"SCHEME:path?key=value\") plays on "
+           "it. open(path, "
+           "options, boards) takes a str, a dict of str and int32 (m,), and "
+           "returns an object "
+           "with play(phases, amplitudes), two arrays of uint8 (m,), silence() "
+           "and, if it "
+           "likes, is_ready() and close(). amplitudes: what the levels are, "
+           "rising from 0 to "
+           "1; fields_per_second: Hz, the most that it takes, 0: any number.");
+    define(module,
+           "register_hands",
+           &registerHands,
+           py::arg("name"),
+           py::arg("open"),
+           "Registers a hand source: open_hands(\"NAME:options\") takes it. "
+           "open(options) returns "
+           "an object with hands(time), which takes s and returns an array of "
+           "hand_dtype, in "
+           "m, or None.");
 }
 
 } // namespace midair::python

@@ -27,7 +27,7 @@ const char* severityOf(const PyMessage& message)
     return kNames[message.of.severity];
 }
 
-std::vector<midair_message> listed(const OwnedScene& scene)
+std::vector<midair_message> listed(const PyScene& scene)
 {
     std::vector<midair_message> all(100);
     std::size_t count = 0;
@@ -38,7 +38,7 @@ std::vector<midair_message> listed(const OwnedScene& scene)
     return all;
 }
 
-std::vector<PyMessage> messagesOf(const OwnedScene& scene)
+std::vector<PyMessage> messagesOf(const PyScene& scene)
 {
     std::vector<PyMessage> messages;
     for (const midair_message& one : listed(scene))
@@ -55,7 +55,7 @@ std::vector<PyMessage> messagesOf(const OwnedScene& scene)
     return messages;
 }
 
-std::vector<PyMessage> activeMessagesOf(const OwnedScene& scene)
+std::vector<PyMessage> activeMessagesOf(const PyScene& scene)
 {
     std::vector<PyMessage> messages = messagesOf(scene);
     const auto isOver = [](const PyMessage& message) { return message.of.active == 0; };
@@ -77,7 +77,7 @@ void callBack(void* user, const midair_message* message, const char* text)
     }
 }
 
-void onMessage(const OwnedScene& scene, const py::object& callback)
+void onMessage(const PyScene& scene, const py::object& callback)
 {
     // Of each scene the newest; handles are never given twice.
     static auto* const kept = new std::map<midair_scene*, py::object>;
@@ -91,12 +91,12 @@ void onMessage(const OwnedScene& scene, const py::object& callback)
 
 } // namespace
 
-void addMessages(py::module_& module, py::class_<OwnedScene, std::shared_ptr<OwnedScene>>& scene)
+void addMessages(py::module_& module, SceneClass& scene)
 {
-    py::class_<PyMessage>(module,
-                          "Message",
-                          "A message about a scene. It is active from when it is said until what "
-                          "it says has ended; one about what has happened is never active.")
+    Class<PyMessage>(module,
+                     "Message",
+                     "A message about a scene. It is active from when it is said until what "
+                     "it says has ended; one about what has happened is never active.")
         .def_property_readonly(
             "code",
             [](const PyMessage& m) { return m.of.code; },
@@ -122,13 +122,16 @@ void addMessages(py::module_& module, py::class_<OwnedScene, std::shared_ptr<Own
             "s, as time.monotonic(): when it ended; None while it is active.")
         .def_property_readonly(
             "count", [](const PyMessage& m) { return m.of.count; }, "How often it was said.")
-        .def("__str__", [](const PyMessage& m) { return m.text; })
-        .def("__repr__",
-             [](const PyMessage& m)
-             {
-                 return py::str("<midair.Message {} {}{}: {}>")
-                     .format(severityOf(m), m.of.code, m.of.active ? "" : " (over)", m.text);
-             });
+        .def(
+            "__str__", [](const PyMessage& m) { return m.text; }, "Returns the text.")
+        .def(
+            "__repr__",
+            [](const PyMessage& m)
+            {
+                return py::str("<midair.Message {} {}{}: {}>")
+                    .format(severityOf(m), m.of.code, m.of.active ? "" : " (over)", m.text);
+            },
+            "Returns severity, code and text.");
     scene
         .def(
             "on_message",
@@ -139,7 +142,7 @@ void addMessages(py::module_& module, py::class_<OwnedScene, std::shared_ptr<Own
             "What it raises goes to sys.unraisablehook.")
         .def(
             "clear_messages",
-            [](const OwnedScene& s) { checked(midair_clear_messages, s.get()); },
+            [](const PyScene& s) { checked(midair_clear_messages, s.get()); },
             "Forgets all messages that are not active.")
         .def_property_readonly("messages",
                                &messagesOf,

@@ -1,6 +1,7 @@
 // midair.Scene and midair.Object.
 #include "engine-bridge/python/Bindings.h"
 
+#include <algorithm>
 #include <optional>
 #include <set>
 #include <vector>
@@ -14,101 +15,152 @@ namespace
 {
 
 using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+using Hands = py::array_t<midair_hand, py::array::c_style>;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 /// The scenes that are open; guarded by Python's lock.
-std::set<OwnedScene*>& openScenes()
+std::set<PyScene*>& openScenes()
 {
-    static auto* const all = new std::set<OwnedScene*>;
+    static auto* const all = new std::set<PyScene*>;
     return *all;
 }
+
+/// The names of midair_device_state.state, as in all languages.
+constexpr const char* kStates[] = {
+    "closed", "opening", "silent", "playing", "muted", "lost", "fault"};
 
 /// midair.Object: keeps its scene.
 struct PyObjectOfScene
 {
-    std::shared_ptr<OwnedScene> scene;
+    std::shared_ptr<PyScene> scene;
     midair_object number = 0;
 };
 
-std::shared_ptr<OwnedScene> makeScene(const OwnedArray& array)
+std::shared_ptr<PyScene> makeScene(const py::object& given)
 {
+    const auto array =
+        py::isinstance<PyArray>(given) ? given.cast<std::shared_ptr<PyArray>>() : loadArray(given);
     midair_scene* scene = nullptr;
-    checked(midair_scene_make, array.get(), &scene);
-    const std::shared_ptr<OwnedScene> owned(new OwnedScene(scene),
-                                            [](OwnedScene* one)
-                                            {
-                                                openScenes().erase(one);
-                                                delete one;
-                                            });
+    checked(midair_scene_make, array->get(), &scene);
+    std::shared_ptr<PyScene> owned(new PyScene(scene, array->name),
+                                   [](PyScene* one)
+                                   {
+                                       openScenes().erase(one);
+                                       delete one;
+                                   });
     openScenes().insert(owned.get());
     return owned;
 }
 
-std::shared_ptr<OwnedScene> sceneOn(const std::string& name)
+/// Names of the settings of scenes, or of the properties of objects.
+std::vector<std::string> namesOf(bool ofObjects)
 {
-    midair_array* array = nullptr;
-    checked(midair_array_load, name.c_str(), &array);
-    return makeScene(OwnedArray(array));
+    std::vector<std::string> names;
+    const char* name = nullptr;
+    while (midair_setting(ofObjects ? 1 : 0, names.size(), &name, nullptr) == MIDAIR_OK)
+        names.emplace_back(name);
+    return names;
+}
+
+bool isName(bool ofObjects, const py::object& name)
+{
+    if (!py::isinstance<py::str>(name)) return false;
+    const std::vector<std::string> names = namesOf(ofObjects);
+    return std::find(names.begin(), names.end(), name.cast<std::string>()) != names.end();
 }
 
 /// What a setting is set to: True and False are words of the settings.
 std::string valueText(const py::object& value)
 {
-    if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+    const bool isBool = py::isinstance<py::bool_>(value) ||
+                        py::isinstance(value, py::module_::import("numpy").attr("bool_"));
+    if (isBool) return value.cast<bool>() ? "true" : "false";
     return py::str(value);
 }
 
-void set(const OwnedScene& scene, const std::string& name, const py::object& value)
+void set(const PyScene& scene, const std::string& name, const py::object& value)
 {
     checked(midair_set, scene.get(), name.c_str(), valueText(value).c_str());
 }
 
-std::string get(const OwnedScene& scene, const std::string& name)
+std::string get(const PyScene& scene, const std::string& name)
 {
     return textFrom(midair_get, scene.get(), name.c_str());
 }
 
-PyField solve(const OwnedScene& scene)
+/// A field on its way from another thread; closed if nobody takes it.
+struct SolvedField
 {
+    SolvedField() = default;
+    ~SolvedField()
+    {
+        if (field) midair_field_close(field);
+    }
+    SolvedField(const SolvedField&) = delete;
+    SolvedField& operator=(const SolvedField&) = delete;
+
     midair_field* field = nullptr;
-    PyField solved;
-    solved.isSilent = checked(midair_solve, scene.get(), &field) == MIDAIR_SILENT;
-    if (solved.isSilent) solved.why = midair_last_error();
-    solved.owned = std::make_shared<OwnedField>(field);
+};
+
+PyField solve(const PyScene& scene, bool raiseIfSilent)
+{
+    const auto on = std::make_shared<SolvedField>();
+    midair_scene* const handle = scene.get();
+    const Outcome outcome = interruptible([handle, on] { return midair_solve(handle, &on->field); },
+                                          [handle] { midair_cancel(handle); });
+    if (outcome.status < 0) raise(outcome.status, outcome.why);
+    PyField solved = fieldOf(on->field, outcome.status, outcome.why);
+    on->field = nullptr;
+    if (solved.isSilent && raiseIfSilent) raise(outcome.status, outcome.why);
     return solved;
 }
 
-PyField newest(const OwnedScene& scene)
+PyField newest(const PyScene& scene)
 {
     midair_field* field = nullptr;
-    checked(midair_newest_field, scene.get(), &field);
-    return {std::make_shared<OwnedField>(field), false, {}};
+    const midair_status status = checked(midair_newest_field, scene.get(), &field);
+    return fieldOf(field, status, midair_last_error());
 }
 
-PyField waitField(const OwnedScene& scene, double timeout)
+PyField waitField(const PyScene& scene, double timeout)
 {
     midair_field* field = nullptr;
-    checked(midair_wait_field, scene.get(), timeout, &field);
-    return {std::make_shared<OwnedField>(field), false, {}};
+    const midair_status status = checked(midair_wait_field, scene.get(), timeout, &field);
+    return fieldOf(field, status, midair_last_error());
 }
 
-void setEars(const OwnedScene& scene, const Doubles& positions)
+void setEars(const PyScene& scene, const Doubles& positions)
 {
     const std::size_t count = positions.size() == 0 ? 0 : rowsOf(positions, "positions");
     checked(midair_set_ears, scene.get(), positions.data(), count);
 }
 
-PyObjectOfScene addMesh(const std::shared_ptr<OwnedScene>& scene,
+/// The corners of triangles, none of which has become another number on its way
+/// here.
+Indices indicesOf(const py::object& given)
+{
+    const py::array all = py::array::ensure(given);
+    if (!all) throw py::type_error("triangles has to be an array of integers");
+    if (all.ndim() != 2 || all.shape(1) != 3)
+        throw py::value_error("triangles has to have the shape (n, 3), not " + shapeOf(all));
+    if (all.dtype().kind() != 'i' && all.dtype().kind() != 'u')
+        throw py::type_error("triangles has to have integers, not " +
+                             py::str(all.dtype()).cast<std::string>());
+    if (all.size() > 0)
+        for (const char* end : {"min", "max"})
+            integerOf(all.attr(end)(), "an index of triangles", 0, 0xffffffff);
+    return Indices::ensure(all);
+}
+
+PyObjectOfScene addMesh(const std::shared_ptr<PyScene>& scene,
                         const Doubles& vertices,
-                        const Indices& triangles,
+                        const py::object& corners,
                         const std::optional<Floats>& intensity)
 {
     PyObjectOfScene object{scene, 0};
     const std::size_t v = rowsOf(vertices, "vertices");
-    if (triangles.ndim() != 2 || triangles.shape(1) != 3)
-        throw py::value_error("triangles has to have the shape (n, 3)");
-    if (intensity && static_cast<std::size_t>(intensity->size()) != v)
-        throw py::value_error("intensity has to have one number for each vertex");
+    const Indices triangles = indicesOf(corners);
+    if (intensity) requireEach(*intensity, "intensity", v, "vertex");
     const auto t = static_cast<std::size_t>(triangles.shape(0));
     const float* const factors = intensity ? intensity->data() : nullptr;
     checked(midair_add_mesh,
@@ -122,23 +174,22 @@ PyObjectOfScene addMesh(const std::shared_ptr<OwnedScene>& scene,
     return object;
 }
 
-PyObjectOfScene
-addFile(const std::shared_ptr<OwnedScene>& scene, const std::string& file, double size)
+PyObjectOfScene addFile(const std::shared_ptr<PyScene>& scene, const py::object& file, double size)
 {
     PyObjectOfScene object{scene, 0};
-    checked(midair_add_file, scene->get(), file.c_str(), size, &object.number);
+    const std::string path = pathOf(file);
+    checked(midair_add_file, scene->get(), path.c_str(), size, &object.number);
     return object;
 }
 
-PyObjectOfScene addPoints(const std::shared_ptr<OwnedScene>& scene,
+PyObjectOfScene addPoints(const std::shared_ptr<PyScene>& scene,
                           const Doubles& positions,
                           const std::optional<Doubles>& pressures,
                           bool inPascal)
 {
     PyObjectOfScene object{scene, 0};
     const std::size_t count = rowsOf(positions, "positions");
-    if (pressures && static_cast<std::size_t>(pressures->size()) != count)
-        throw py::value_error("pressures has to have one number for each point");
+    if (pressures) requireEach(*pressures, "pressures", count, "point");
     const double* const wanted = pressures ? pressures->data() : nullptr;
     checked(midair_add_points,
             scene->get(),
@@ -153,7 +204,7 @@ PyObjectOfScene addPoints(const std::shared_ptr<OwnedScene>& scene,
 void setPose(const PyObjectOfScene& object, const Doubles& matrix)
 {
     if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
-        throw py::value_error("matrix has to have the shape (4, 4)");
+        throw py::value_error("matrix has to have the shape (4, 4), not " + shapeOf(matrix));
     checked(midair_set_pose, object.scene->get(), object.number, matrix.data());
 }
 
@@ -163,14 +214,12 @@ void moveVertices(const PyObjectOfScene& object, const Doubles& vertices)
     checked(midair_move_vertices, object.scene->get(), object.number, vertices.data(), count);
 }
 
-py::dict stateOf(const OwnedScene& scene)
+py::dict stateOf(const PyScene& scene)
 {
     midair_device_state now{};
     checked(midair_state, scene.get(), &now);
-    constexpr const char* kNames[] = {
-        "closed", "opening", "silent", "playing", "muted", "lost", "fault"};
     py::dict state;
-    state["state"] = kNames[now.state];
+    state["state"] = kStates[now.state];
     state["sent"] = now.sent;
     state["played"] = now.played;
     state["dropped"] = now.dropped;
@@ -182,14 +231,15 @@ py::dict stateOf(const OwnedScene& scene)
     return state;
 }
 
-void setHands(const OwnedScene& scene, const py::array_t<midair_hand, py::array::c_style>& hands)
+void setHands(const PyScene& scene, const py::object& given)
 {
+    const Hands hands = recordsOf<midair_hand>(given, "hands", "hand_dtype");
     checked(midair_set_hands, scene.get(), hands.data(), static_cast<std::size_t>(hands.size()));
 }
 
 /// Contacts or touches, of which there may be more at each look.
 template<typename T>
-py::array all(const OwnedScene& scene, midair_status (*copy)(midair_scene*, T*, size_t, size_t*))
+py::array all(const PyScene& scene, midair_status (*copy)(midair_scene*, T*, size_t, size_t*))
 {
     std::vector<T> found(16);
     for (;;)
@@ -204,43 +254,113 @@ py::array all(const OwnedScene& scene, midair_status (*copy)(midair_scene*, T*, 
     }
 }
 
-py::array makeHand(int id, const Doubles& tip, const Doubles& orientation)
+py::array makeHand(const py::object& id, const Doubles& tip, const Doubles& orientation)
 {
-    if (tip.size() != 3 || orientation.size() != 4)
-        throw py::value_error("tip has three numbers, orientation four: x, y, z, w");
+    if (tip.ndim() != 1 || tip.size() != 3)
+        throw py::value_error("tip has to have the shape (3,), not " + shapeOf(tip));
+    if (orientation.ndim() != 1 || orientation.size() != 4)
+        throw py::value_error("orientation has to have the shape (4,), x, y, z, w, not " +
+                              shapeOf(orientation));
     py::array_t<midair_hand> hand(1);
-    checked(midair_make_hand, id, tip.data(), orientation.data(), hand.mutable_data());
+    const auto number = static_cast<std::int32_t>(integerOf(id, "id", INT32_MIN, INT32_MAX));
+    checked(midair_make_hand, number, tip.data(), orientation.data(), hand.mutable_data());
     return std::move(hand);
+}
+
+std::string describeObject(const PyObjectOfScene& object)
+{
+    return "<midair.Object " + std::to_string(object.number) + " of " +
+           (object.scene->get() ? "a scene on \"" + object.scene->array + "\"" : "a closed scene") +
+           ">";
+}
+
+std::string describeScene(const PyScene& scene)
+{
+    if (!scene.get()) return "<midair.Scene, closed>";
+    midair_device_state now{};
+    checked(midair_state, scene.get(), &now);
+    return "<midair.Scene on \"" + scene.array + "\", device " + kStates[now.state] + ">";
+}
+
+using ObjectClass = Class<PyObjectOfScene>;
+
+void addProperties(ObjectClass& object)
+{
+    object
+        .def(
+            "__contains__",
+            [](const PyObjectOfScene&, const py::object& name) { return isName(true, name); },
+            py::arg("name"),
+            "Returns True if there is a property of that name.")
+        .def(
+            "__iter__",
+            [](const PyObjectOfScene&) { return py::iter(py::cast(namesOf(true))); },
+            "Returns the names of all properties, one after the other.")
+        .def(
+            "__len__",
+            [](const PyObjectOfScene&) { return namesOf(true).size(); },
+            "Returns the number of properties.")
+        .def(
+            "keys",
+            [](const PyObjectOfScene&) { return namesOf(true); },
+            "Returns the names of all properties, a list of str; dict(object) "
+            "has their values.")
+        .def("__repr__", &describeObject, "Returns the object's number and its scene.")
+        .def(
+            "__setitem__",
+            [](const PyObjectOfScene& object, const std::string& name, const py::object& value)
+            {
+                const std::string text = valueText(value);
+                checked(midair_object_set,
+                        object.scene->get(),
+                        object.number,
+                        name.c_str(),
+                        text.c_str());
+            },
+            py::arg("name"),
+            py::arg("value"),
+            "Sets a property: a number, a bool, or a str with its unit.")
+        .def(
+            "__getitem__",
+            [](const PyObjectOfScene& object, const std::string& name) {
+                return textFrom(
+                    midair_object_get, object.scene->get(), object.number, name.c_str());
+            },
+            py::arg("name"),
+            "Returns the value of a property, a str.");
+}
+
+void addPlaces(ObjectClass& object)
+{
+    object
+        .def("set_pose",
+             &setPose,
+             py::arg("matrix"),
+             "Sets where the object is: a rotation and a translation in m, shape "
+             "(4, 4), for "
+             "columns, in the array's frame.")
+        .def("move_vertices",
+             &moveVertices,
+             py::arg("vertices"),
+             "Replaces the vertices, or the places of points: as many, (n, 3), "
+             "in m.")
+        .def(
+            "remove",
+            [](const PyObjectOfScene& object)
+            { checked(midair_remove, object.scene->get(), object.number); },
+            "Takes the object out of its scene.")
+        .def_readonly(
+            "number", &PyObjectOfScene::number, "An int, as points, contacts and touches name it.");
 }
 
 void addObject(py::module_& module)
 {
-    py::class_<PyObjectOfScene>(module, "Object", "An object of a scene.")
-        .def("__setitem__",
-             [](const PyObjectOfScene& object, const std::string& name, const py::object& value)
-             {
-                 const std::string text = valueText(value);
-                 checked(midair_object_set,
-                         object.scene->get(),
-                         object.number,
-                         name.c_str(),
-                         text.c_str());
-             })
-        .def("__getitem__",
-             [](const PyObjectOfScene& object, const std::string& name) {
-                 return textFrom(
-                     midair_object_get, object.scene->get(), object.number, name.c_str());
-             })
-        .def("set_pose", &setPose, py::arg("matrix"), "A rotation and a translation, (4, 4).")
-        .def("move_vertices",
-             &moveVertices,
-             py::arg("vertices"),
-             "Replaces the vertices, or the places of points: as many, (n, 3).")
-        .def("remove",
-             [](const PyObjectOfScene& object)
-             { checked(midair_remove, object.scene->get(), object.number); })
-        .def_readonly(
-            "number", &PyObjectOfScene::number, "As points, contacts and touches name it.");
+    ObjectClass object(module,
+                       "Object",
+                       "An object of a scene: object[\"pressure\"] = \"500 Pa\" sets a property "
+                       "by its name in scene files, and for name in object names them all.");
+    addProperties(object);
+    addPlaces(object);
 }
 
 void addHands(py::module_& module)
@@ -266,21 +386,213 @@ void addHands(py::module_& module)
         midair_touch, object, hand, finger, touching, reserved, position, distance_m, force_N);
     PYBIND11_NUMPY_DTYPE(midair_ear, position, level_dB, eq_dB, max_dB);
     module.attr("hand_dtype") = py::dtype::of<midair_hand>();
-    module.def(
-        "hand",
-        &makeHand,
-        py::arg("id"),
-        py::arg("tip"),
-        py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
-        "The open hand of an adult with its index finger's tip at tip; hand_dtype, shape (1,).");
+    define(module,
+           "hand",
+           &makeHand,
+           py::arg("id"),
+           py::arg("tip"),
+           py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
+           "Returns the open hand of an adult with its index finger's tip at "
+           "tip, (3,), in m; an "
+           "array "
+           "of hand_dtype, shape (1,). id: 0 left, 1 right; orientation: x, y, "
+           "z, w, (4,): turned by "
+           "it the fingers point along -z and the back of the hand along +y.");
+}
+
+void addSettings(SceneClass& scene)
+{
+    scene
+        .def(py::init(&makeScene),
+             py::arg("array"),
+             "Makes a scene without objects. array: an Array, the name of one, "
+             "or a JSON file (str "
+             "or os.PathLike).")
+        .def(
+            "__contains__",
+            [](const PyScene&, const py::object& name) { return isName(false, name); },
+            py::arg("name"),
+            "Returns True if there is a setting of that name.")
+        .def(
+            "__iter__",
+            [](const PyScene&) { return py::iter(py::cast(namesOf(false))); },
+            "Returns the names of all settings, one after the other.")
+        .def(
+            "__len__",
+            [](const PyScene&) { return namesOf(false).size(); },
+            "Returns the number of settings.")
+        .def(
+            "keys",
+            [](const PyScene&) { return namesOf(false); },
+            "Returns the names of all settings, a list of str; dict(scene) has "
+            "their values.")
+        .def("__repr__", &describeScene, "Returns the array and what its device does.")
+        .def("__setitem__",
+             &set,
+             py::arg("name"),
+             py::arg("value"),
+             "Sets a setting: a number, a bool, or a str with its unit.")
+        .def("__getitem__", &get, py::arg("name"), "Returns the value of a setting, a str.");
+}
+
+void addSolving(SceneClass& scene)
+{
+    scene
+        .def("add_mesh",
+             &addMesh,
+             py::arg("vertices"),
+             py::arg("triangles"),
+             py::arg("intensity") = py::none(),
+             "Adds a mesh and returns its Object. vertices: (n, 3), m; "
+             "triangles: integers (t, 3), "
+             "indices of vertices, (a, b, b) is a line, (a, a, a) a point; "
+             "intensity: (n,), 0 .. "
+             "1, a factor on the pressure, None: 1.")
+        .def("add_file",
+             &addFile,
+             py::arg("file"),
+             py::arg("size") = 0.0,
+             "Adds the mesh of a Wavefront OBJ file (str or os.PathLike) and "
+             "returns its Object. "
+             "size: its largest extent in m, and its centre goes to the origin; "
+             "0: as in the "
+             "file.")
+        .def("add_points",
+             &addPoints,
+             py::arg("positions"),
+             py::arg("pressures") = py::none(),
+             py::arg("pascal") = false,
+             "Adds points that are solved for as they are and returns their "
+             "Object. positions: (n, "
+             "3), m; pressures: (n,), Pa if pascal, else relative to each other, "
+             "None: 1.")
+        .def("solve",
+             &solve,
+             py::arg("raise_if_silent") = false,
+             "Solves the scene once, as midair-solve does, and returns the "
+             "Field. A field that is "
+             "silence says so by silent and why, or raises Error with "
+             "raise_if_silent. A solver of "
+             "yours that raises is an Error whose status is \"failed\". Ctrl-C "
+             "breaks it off.")
+        .def(
+            "cancel",
+            [](const PyScene& s) { checked(midair_cancel, s.get()); },
+            "Breaks off all solves of the scene that run now, in other threads: "
+            "they raise Error, "
+            "whose status is \"stopped\".");
+}
+
+void addPlaying(SceneClass& scene)
+{
+    scene
+        .def(
+            "play",
+            [](const PyScene& s, const std::string& device)
+            { checked(midair_play, s.get(), device.c_str()); },
+            py::arg("device") = "sim:",
+            "Plays the scene on that device, a URI, from the next update() on. "
+            "Returns at once: "
+            "state says how opening it goes.")
+        .def(
+            "update",
+            [](const PyScene& s, double time) { checked(midair_update, s.get(), time); },
+            py::arg("time"),
+            "Takes the scene as it is to the device; to be called with each "
+            "frame. time: s, which "
+            "must not decrease.")
+        .def(
+            "stop",
+            [](const PyScene& s) { checked(midair_stop, s.get()); },
+            "Ends playing: silences at once, then closes the device.")
+        .def(
+            "mute",
+            [](const PyScene& s, bool muted) { checked(midair_mute, s.get(), muted ? 1 : 0); },
+            py::arg("muted"),
+            "True: silences the array at once and keeps it silent; False: plays "
+            "again.")
+        .def("newest_field",
+             &newest,
+             "Returns the newest Field that was played; Error \"not yet\": none "
+             "so far.")
+        .def("wait_field",
+             &waitField,
+             py::arg("timeout") = 5.0,
+             "Waits, at most timeout s, for the Field of the newest update(), and returns it. "
+             "Error \"not yet\": it isn't there by then, or, at once, none comes.")
+        .def("set_ears",
+             &setEars,
+             py::arg("positions"),
+             "Sets where ears are: (n, 3), m, in the array's frame; n is 0 to 64. The ear limit "
+             "holds there as well.")
+        .def_property_readonly(
+            "ears",
+            [](const PyScene& s) { return all(s, midair_ears); },
+            "How loud it is at each ear of set_ears(), then at each of \"earPoints\", a "
+            "structured array, shape (n,): position (3,) in m, level_dB now, eq_dB on average, "
+            "max_dB over a second; a copy.");
+}
+
+void addHandsAndState(SceneClass& scene)
+{
+    scene
+        .def("set_hands",
+             &setHands,
+             py::arg("hands"),
+             "Sets the hands for 0.2 s: an array of hand_dtype, shape (n,), in m "
+             "and in the array's "
+             "frame.")
+        .def(
+            "open_hands",
+            [](const PyScene& s, const std::string& source)
+            { checked(midair_open_hands, s.get(), source.c_str()); },
+            py::arg("source"),
+            "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", "
+            "\"osc:\" or "
+            "\"NAME:options\" of register_hands(); \"none\": from set_hands() "
+            "again.")
+        .def_property_readonly(
+            "state",
+            &stateOf,
+            "What the array does, a dict: state is \"closed\", \"opening\", "
+            "\"silent\", \"playing\", \"muted\", \"lost\" or \"fault\"; numbers "
+            "of "
+            "fields are sent, played, dropped, lost, refused and waiting; faults "
+            "and reconnects are the device's.")
+        .def_property_readonly(
+            "status",
+            [](const PyScene& s) { return textFrom(midair_device_status, s.get()); },
+            "One line about the device, a str.")
+        .def_property_readonly(
+            "contacts",
+            [](const PyScene& s) { return all(s, midair_contacts); },
+            "The contacts of the newest field, a structured array, shape (n,): "
+            "centre (3,) in m, "
+            "depth_m, area_m2, speed_m_s, pressure_Pa and so on; a copy.")
+        .def_property_readonly(
+            "touches",
+            [](const PyScene& s) { return all(s, midair_touches); },
+            "Fingers near objects with touchEvents, a structured array, shape "
+            "(n,): position (3,) "
+            "in m, distance_m, force_N and so on; a copy.")
+        .def("close", &PyScene::close, "Stops playing, silences the device, forgets the scene.")
+        .def(
+            "__enter__", [](const std::shared_ptr<PyScene>& s) { return s; }, "Returns the scene.")
+        .def(
+            "__exit__",
+            [](PyScene& s, const py::object&, const py::object&, const py::object&) { s.close(); },
+            py::arg("type"),
+            py::arg("value"),
+            py::arg("traceback"),
+            "Closes the scene.");
 }
 
 } // namespace
 
 void closeScenes()
 {
-    const std::set<OwnedScene*> open = openScenes();
-    for (OwnedScene* scene : open)
+    const std::set<PyScene*> open = openScenes();
+    for (PyScene* scene : open)
         scene->close();
 }
 
@@ -288,80 +600,23 @@ void addScenes(py::module_& module)
 {
     addHands(module);
     addObject(module);
-    py::class_<OwnedScene, std::shared_ptr<OwnedScene>> scene(
-        module, "Scene", "Objects, settings, hands, and the device that plays them.");
+    SceneClass scene(module,
+                     "Scene",
+                     "Scene(array)\n--\n\n"
+                     "Objects, settings, hands, and the device that plays them. "
+                     "scene[\"maxPressure\"] = \"800 "
+                     "Pa\" sets a setting by its name in scene files, and for name in scene "
+                     "names them all. "
+                     "Places are in the array's frame: the origin of \"octagon\" is the "
+                     "centre of its "
+                     "workspace, that of \"board\" the middle of its own plane, so that (0, "
+                     "0, 0.15) is over "
+                     "it. A scene closes at the end of a with statement.");
+    addSettings(scene);
+    addSolving(scene);
+    addPlaying(scene);
+    addHandsAndState(scene);
     addMessages(module, scene);
-    scene.def(py::init(&makeScene), py::arg("array"))
-        .def(py::init(&sceneOn), py::arg("array"), "The name or file of an array does, too.")
-        .def("__setitem__", &set, "scene[\"maxPressure\"] = \"800 Pa\": names as in scene files.")
-        .def("__getitem__", &get)
-        .def("add_mesh",
-             &addMesh,
-             py::arg("vertices"),
-             py::arg("triangles"),
-             py::arg("intensity") = py::none())
-        .def("add_file", &addFile, py::arg("file"), py::arg("size") = 0.0, "A Wavefront OBJ file.")
-        .def("add_points",
-             &addPoints,
-             py::arg("positions"),
-             py::arg("pressures") = py::none(),
-             py::arg("pascal") = false)
-        .def("solve", &solve, "Solves the scene once, as midair-solve does.")
-        .def("cancel", [](const OwnedScene& s) { checked(midair_cancel, s.get()); })
-        .def(
-            "play",
-            [](const OwnedScene& s, const std::string& device)
-            { checked(midair_play, s.get(), device.c_str()); },
-            py::arg("device") = "sim:",
-            "Plays the scene on that device, from the next update() on.")
-        .def(
-            "update",
-            [](const OwnedScene& s, double time) { checked(midair_update, s.get(), time); },
-            py::arg("time"),
-            "Takes the scene as it is to the device; to be called with each frame.")
-        .def("stop", [](const OwnedScene& s) { checked(midair_stop, s.get()); })
-        .def(
-            "mute",
-            [](const OwnedScene& s, bool muted) { checked(midair_mute, s.get(), muted ? 1 : 0); },
-            py::arg("muted"))
-        .def("newest_field", &newest, "The newest field that was played.")
-        .def(
-            "wait_field",
-            &waitField,
-            py::arg("timeout") = 5.0,
-            "Waits, at most timeout seconds, for the field of the newest update(), and returns it. "
-            "Raises midair.Error with status \"not yet\" if it isn't there by then, and at once if "
-            "none comes.")
-        .def(
-            "set_ears",
-            &setEars,
-            py::arg("positions"),
-            "Sets where ears are: (n, 3) in metres, the array's frame; n is 0 to 64. The ear limit "
-            "holds there as well.")
-        .def_property_readonly(
-            "ears",
-            [](const OwnedScene& s) { return all(s, midair_ears); },
-            "How loud it is at each ear of set_ears(), then at each of \"earPoints\": (n,) with "
-            "the "
-            "fields position in m, level_dB now, eq_dB on average, max_dB over a second.")
-        .def("set_hands", &setHands, py::arg("hands"), "An array of hand_dtype; for 0.2 s.")
-        .def(
-            "open_hands",
-            [](const OwnedScene& s, const std::string& source)
-            { checked(midair_open_hands, s.get(), source.c_str()); },
-            py::arg("source"))
-        .def_property_readonly("state", &stateOf)
-        .def_property_readonly(
-            "status", [](const OwnedScene& s) { return textFrom(midair_device_status, s.get()); })
-        .def_property_readonly("contacts",
-                               [](const OwnedScene& s) { return all(s, midair_contacts); })
-        .def_property_readonly("touches",
-                               [](const OwnedScene& s) { return all(s, midair_touches); })
-        .def("close", &OwnedScene::close)
-        .def("__enter__", [](const std::shared_ptr<OwnedScene>& s) { return s; })
-        .def("__exit__",
-             [](OwnedScene& s, const py::object&, const py::object&, const py::object&)
-             { s.close(); });
 }
 
 } // namespace midair::python

@@ -139,7 +139,7 @@ class Documents:
 
     def python(self, block, folder):
         module = self.build / "lib/python" if self.build else self.prefix / "lib/python3/dist-packages"
-        if not list(module.glob("midair*.so")):
+        if not list(module.glob("midair/*.so")):
             return "not run: the Python module isn't built"
         self.ran(block, ["/usr/bin/python3", "-c", block.text], folder)
         return "run"

@@ -24,7 +24,7 @@ namespace
 
 static_assert(static_cast<int>(bridge::ArrayState::CLOSED) == MIDAIR_STATE_CLOSED);
 static_assert(static_cast<int>(bridge::ArrayState::OPENING) == MIDAIR_STATE_OPENING);
-static_assert(static_cast<int>(bridge::ArrayState::SILENT) == MIDAIR_STATE_QUIET);
+static_assert(static_cast<int>(bridge::ArrayState::SILENT) == MIDAIR_STATE_SILENT);
 static_assert(static_cast<int>(bridge::ArrayState::PLAYING) == MIDAIR_STATE_PLAYING);
 static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED);
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
@@ -254,8 +254,8 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
 namespace
 {
 
-/// A handle of the newest field that was played.
-midair_field* newestOf(Scene& scene)
+/// Gives a handle of the newest field that was played; MIDAIR_SILENT: it is silence.
+midair_status giveNewest(Scene& scene, midair_field** field)
 {
     std::shared_ptr<const bridge::HologramResult> newest;
     std::vector<midair_object> objects;
@@ -279,7 +279,8 @@ midair_field* newestOf(Scene& scene)
     if (!made || made->info.frame == 0) fail(MIDAIR_NOT_YET, "no field was played so far");
     made->ears = std::move(ears);
     made->earLimit_dB = earLimit_dB;
-    return fields().add(made);
+    *field = fields().add(made);
+    return soundsOrWhy(*made);
 }
 
 } // namespace
@@ -291,7 +292,7 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
         {
             const auto of = sceneOf(scene);
             given(field, "field");
-            *field = newestOf(*of);
+            return giveNewest(*of, field);
         });
 }
 
@@ -317,7 +318,7 @@ midair_status midair_wait_field(midair_scene* scene, double timeout_s, midair_fi
             }
             const std::string why = of->awaitField(timeout_s);
             if (!why.empty()) fail(MIDAIR_NOT_YET, why);
-            *field = newestOf(*of);
+            return giveNewest(*of, field);
         });
 }
 

@@ -66,7 +66,15 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             given(field, "field");
             const bridge::SceneSolve input = inputOf(*of);
             base::MessageLog messages;
-            const std::shared_ptr<Field> made = fieldOf(bridge::solveScene(input, messages), input);
+            std::shared_ptr<Field> made;
+            try
+            {
+                made = fieldOf(bridge::solveScene(input, messages), input);
+            }
+            catch (const base::InputError& error) // of fields in turn
+            {
+                failUnsolved(input.settings.solver, error.what());
+            }
             {
                 const base::Lock lock(of->mutex);
                 for (base::Message& message : messages.messages())
@@ -75,14 +83,13 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
                     of->player.log().take(message);
                 }
             }
-            const haptics::SolveReport& report = made->sequence.report;
+            haptics::SolveReport& report = made->sequence.report;
             if (report.stop == haptics::StopReason::STOPPED) throw base::Stopped();
+            requireSolved(report);
+            if (const auto left = messages.all(); report.message.empty() && isSilence(*made))
+                report.message = left.empty() ? "there are no control points" : left.front();
             *field = fields().add(made);
-            if (!bridge::isSilent(report.stop)) return static_cast<midair_status>(MIDAIR_OK);
-            const auto left = messages.all();
-            return silentFor(!report.message.empty() ? report.message
-                             : left.empty()          ? "there are no control points"
-                                                     : left.front());
+            return soundsOrWhy(*made);
         });
 }
 

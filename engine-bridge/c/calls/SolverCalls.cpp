@@ -4,6 +4,7 @@
 #include "engine-bridge/extending/OwnSolver.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/settings/Setting.h"
+#include "haptics/base/threads/StopToken.h"
 #include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>
@@ -27,6 +28,7 @@ struct OpenSolver
     std::shared_ptr<const ArrayPair> array;
     haptics::Medium medium;
     int maxPoints = 0; ///< 0: no limit of its own
+    base::StopSource stop;
     std::unique_ptr<haptics::HologramSolver> solver MIDAIR_PT_GUARDED_BY(mutex);
 
     base::Mutex mutex;                                      ///< of a solve
@@ -134,6 +136,7 @@ midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
             base::assignPart<haptics::SolverSettings>(options, settings);
             options.updateRate_Hz = settings.fieldRate;
             options.skipTolerance = settings.motionTolerance;
+            options.stop = made->stop.token();
             made->maxPoints = settings.maxPoints;
             made->solver = bridge::makeAnySolver(
                 settings.solver.empty() ? haptics::solverNames().front() : settings.solver,
@@ -165,13 +168,22 @@ midair_status midair_solver_solve(midair_solver* solver,
                 fail(MIDAIR_INVALID,
                      fmt::format("count is {}; maxPoints is {}", count, of->maxPoints));
             setPoints(positions, targets, count, in_pascal != 0, of->points);
+            of->isSolved = false;
+            of->stop.clear();
             of->report = of->solver->solve(of->points, array, of->medium, of->q);
+            if (of->report.stop == haptics::StopReason::STOPPED) throw base::Stopped();
+            requireSolved(of->report);
             of->isSolved = true;
             std::copy_n(
                 of->q.data(), of->q.size(), reinterpret_cast<std::complex<float>*>(activations));
             if (of->q.isZero(0.0F)) return silentFor(of->report.message);
             return static_cast<midair_status>(MIDAIR_OK);
         });
+}
+
+midair_status midair_solver_cancel(midair_solver* solver)
+{
+    return called([&] { solverOf(solver)->stop.request(); });
 }
 
 midair_status midair_solver_figure(midair_solver* solver, const char* name, double* value)

@@ -1,12 +1,12 @@
 #include "engine-bridge/c/inside/Field.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/player/SceneSolve.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "engine-bridge/solving/OneSolve.h"
 #include "haptics/base/threads/Forks.h"
 #include "haptics/propagation/Exposure.h"
-#include "haptics/solvers/SolveReport.h"
 
 #include <algorithm>
 
@@ -98,6 +98,29 @@ Handles<midair_field, const Field>& fields()
 {
     static auto* const all = new Handles<midair_field, const Field>("midair_field");
     return *all;
+}
+
+void failUnsolved(const std::string& solver, const std::string& why)
+{
+    fail(bridge::isOwnSolver(solver) ? MIDAIR_FAILED : MIDAIR_REFUSED, why);
+}
+
+void requireSolved(const haptics::SolveReport& report)
+{
+    if (report.stop == haptics::StopReason::REFUSED) failUnsolved(report.solver, report.message);
+}
+
+bool isSilence(const Field& field)
+{
+    const std::vector<Eigen::VectorXcf>& all = field.sequence.fields;
+    return std::all_of(
+        all.begin(), all.end(), [](const Eigen::VectorXcf& q) { return q.isZero(0.0F); });
+}
+
+midair_status soundsOrWhy(const Field& field)
+{
+    if (!isSilence(field)) return MIDAIR_OK;
+    return silentFor(field.sequence.report.message);
 }
 
 std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,

@@ -6,6 +6,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/sequence/FieldSequence.h"
+#include "haptics/solvers/SolveReport.h"
 
 #include <Eigen/Core>
 
@@ -51,6 +52,16 @@ Handles<midair_field, const Field>& fields();
 bool findFigure(const std::vector<std::pair<std::string, double>>& all,
                 const std::string& name,
                 double& value);
+/// Fails with \a why there is no field: with MIDAIR_FAILED if \a solver is one of the program's,
+/// else with MIDAIR_REFUSED.
+[[noreturn]] void failUnsolved(const std::string& solver, const std::string& why);
+/// Fails for a report of no field.
+void requireSolved(const haptics::SolveReport& report);
+/// True: none of its fields sounds.
+bool isSilence(const Field& field);
+/// Returns MIDAIR_SILENT, and keeps why, for a field that is silence; else MIDAIR_OK.
+midair_status soundsOrWhy(const Field& field);
+
 /// The field that was played of \a result; null: it has none.
 std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
                                const std::vector<midair_object>& objects);

@@ -323,15 +323,42 @@ class Extending(unittest.TestCase):
         with self.assertRaises(TypeError):
             midair.register_solver("nothing", 5)
 
-    def test_solver_that_raises(self):
+    def test_a_scene_that_plays_says_what_its_solver_raised(self):
         midair.register_solver("raising", lambda problem: 1 / 0)
-        midair.register_solver("short", lambda problem: [1.0, 2.0])
         scene, _ = focus()
-        for name, why in (("raising", "division by zero"), ("short", "2 activations")):
-            scene["solver"] = name
-            field = scene.solve()
-            self.assertTrue(field.silent)
-            self.assertIn(why, field.why)
+        scene["solver"] = "raising"
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: "ZeroDivisionError: division by zero" in scene.messages), scene.messages)
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "silent"), scene.state)
+        field = scene.newest_field()
+        self.assertTrue(field.silent)
+        self.assertIn('solver "raising" has failed: ZeroDivisionError', field.why)
+        scene.close()
+
+    def test_devices_and_hands_that_raise_are_named(self):
+        class Broken:
+            def play(self, phases, amplitudes):
+                raise OSError("no power")
+
+            def silence(self):
+                pass
+
+            def hands(self, now):
+                return np.zeros(3)
+
+        midair.register_device("broken", lambda path, options, boards: Broken())
+        midair.register_hands("broken", lambda options: Broken())
+        scene, _ = focus()
+        scene["reach"] = "2 cm"
+        scene.open_hands("broken:")
+        scene.play("broken:")
+        self.assertTrue(updates_until(
+            scene, lambda: "what hands() returns has to be an array of midair.hand_dtype, not an array of float64" in scene.messages),
+            scene.messages)
+        scene["reach"] = 0
+        scene.open_hands("none")
+        self.assertTrue(updates_until(scene, lambda: "OSError: no power" in scene.messages), scene.messages)
+        scene.close()
 
     def test_device_and_hands(self):
         played = []

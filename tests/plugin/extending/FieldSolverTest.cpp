@@ -177,16 +177,20 @@ TEST(FieldSolver, WhatIsWrongIsRefusedByName)
     const Case cases[] = {
         {"foci-nan",
          Foci::NOT_FINITE,
-         "solver \"foci-nan\": its activation 7 is nan+0i; it must be finite and of an amplitude "
+         "solver \"foci-nan\" has failed: its activation 7 is nan+0i; it must be finite and of an "
+         "amplitude "
          "of "
          "at most 1"},
         {"foci-loud",
          Foci::TOO_LARGE,
-         "solver \"foci-loud\": its activation 8 is 0-2.5i; it must be finite and of an amplitude "
+         "solver \"foci-loud\" has failed: its activation 8 is 0-2.5i; it must be finite and of an "
+         "amplitude "
          "of "
          "at most 1"},
-        {"foci-throws", Foci::THROWS, "solver \"foci-throws\": it has thrown \"out of ideas\""},
-        {"foci-gives-up", Foci::GIVES_UP, "solver \"foci-gives-up\": too many points"}};
+        {"foci-throws",
+         Foci::THROWS,
+         "solver \"foci-throws\" has failed: it has thrown \"out of ideas\""},
+        {"foci-gives-up", Foci::GIVES_UP, "solver \"foci-gives-up\" has failed: too many points"}};
     for (const Case& one : cases)
     {
         std::string error;
@@ -196,6 +200,12 @@ TEST(FieldSolver, WhatIsWrongIsRefusedByName)
         HeadlessViewer viewer(box.scene);
         EXPECT_TRUE(viewer.framesUntil([&] { return says(*box.scene, one.message); })) << one.name;
         EXPECT_FALSE(box.scene->getField()->isPlaying());
+        const auto told = box.scene->getStatistics().told;
+        EXPECT_TRUE(std::any_of(told.begin(),
+                                told.end(),
+                                [](const HapticMessage& each)
+                                { return each.code == "field.failed"; }))
+            << one.name;
     }
 }
 

@@ -266,16 +266,69 @@ TEST(CExtend, AnOwnSolverIsCheckedAndMeasured)
         EXPECT_STREQ(name, "back");
     }
     mode = 1;
-    EXPECT_NE(Solved(of.scene).why.find("not today"), std::string::npos) << midair_last_error();
-    mode = 2;
-    EXPECT_EQ(Solved(of.scene).status, MIDAIR_SILENT) << "no NaN leaves";
-    mode = 3;
-    EXPECT_NE(Solved(of.scene).why.find("thrown by a solver"), std::string::npos);
+    const std::pair<int, const char*> failures[] = {
+        {1, "solver \"back\" has failed: not today"},
+        {2, "solver \"back\" has failed: its activation 0 is nan+0i"},
+        {3, "solver \"back\" has failed: it has thrown \"thrown by a solver\""}};
+    for (const auto& [failure, why] : failures)
+    {
+        mode = failure;
+        const Solved failed(of.scene);
+        EXPECT_EQ(failed.status, MIDAIR_FAILED) << why;
+        EXPECT_EQ(failed.field, nullptr) << why;
+        EXPECT_EQ(failed.why.rfind(why, 0), 0U) << failed.why;
+    }
     mode = 0;
     ASSERT_EQ(midair_set(of.scene, "solver", "nosuch"), MIDAIR_OK) << "known when it is made";
     const Solved unknown(of.scene);
     EXPECT_EQ(unknown.status, MIDAIR_REFUSED);
     EXPECT_NE(unknown.why.find("back"), std::string::npos) << unknown.why;
+}
+
+// An own solver that fails is an error in fields in turn and in a midair_solver, too.
+TEST(CExtend, AnOwnSolverThatFailsIsAnErrorEverywhere)
+{
+    static int mode = 0;
+    ASSERT_EQ(midair_register_solver("fails", backPropagate, &mode), MIDAIR_OK);
+    Focus of;
+    ASSERT_EQ(midair_set(of.scene, "solver", "fails"), MIDAIR_OK);
+    midair_solver* solver = nullptr;
+    ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
+    const double place[] = {0.0, 0.0, 0.15};
+    const double target = 1.0;
+    std::vector<float> q(2 * 249, 7.0F);
+    mode = 3;
+    EXPECT_EQ(midair_solver_solve(solver, place, &target, 1, 0, q.data(), 249), MIDAIR_FAILED);
+    EXPECT_NE(std::string(midair_last_error()).find("thrown by a solver"), std::string::npos);
+    EXPECT_EQ(q, std::vector<float>(2 * 249, 7.0F)) << "with an error nothing is written";
+    double rms = 0.0;
+    EXPECT_EQ(midair_solver_figure(solver, "rms", &rms), MIDAIR_NOT_YET);
+    mode = 0;
+    EXPECT_EQ(midair_solver_solve(solver, place, &target, 1, 0, q.data(), 249), MIDAIR_OK);
+    EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
+
+    mode = 1;
+    const double vertices[] = {-0.02, -0.02, 0.15, 0.02, -0.02, 0.15, 0.0, 0.02, 0.15};
+    const uint32_t corners[] = {0, 1, 2};
+    midair_object mesh = 0;
+    ASSERT_EQ(midair_add_mesh(of.scene, vertices, 3, corners, 1, nullptr, &mesh), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "cycle", "3"), MIDAIR_OK);
+    EXPECT_EQ(Solved(of.scene).status, MIDAIR_FAILED);
+    ASSERT_EQ(midair_set(of.scene, "cycle", "1"), MIDAIR_OK);
+
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+    midair_field* newest = nullptr;
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            midair_update(of.scene, 0.0);
+            return midair_newest_field(of.scene, &newest) == MIDAIR_SILENT;
+        }));
+    EXPECT_NE(std::string(midair_last_error()).find("not today"), std::string::npos)
+        << midair_last_error();
+    EXPECT_NE(of.messages().find("solver \"fails\" has failed: not today"), std::string::npos)
+        << of.messages();
+    EXPECT_EQ(midair_field_close(newest), MIDAIR_OK);
 }
 
 TEST(CExtend, OwnHandsReachThePoint)

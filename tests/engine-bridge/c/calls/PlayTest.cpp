@@ -3,6 +3,8 @@
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/engine-bridge/c/Played.h"
 
+#include <osgMidair/ArrayState>
+
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -11,6 +13,21 @@
 #include <utility>
 
 #include <sys/resource.h>
+
+// One name for each in C, in C++ and in texts (Python's are compared by the test Python.interface).
+TEST(CPlay, StatesHaveOneNameInAllLanguages)
+{
+    using osgMidair::ArrayState;
+    const std::pair<int, const char*> names[] = {{MIDAIR_STATE_CLOSED, "closed"},
+                                                 {MIDAIR_STATE_OPENING, "opening"},
+                                                 {MIDAIR_STATE_SILENT, "silent"},
+                                                 {MIDAIR_STATE_PLAYING, "playing"},
+                                                 {MIDAIR_STATE_MUTED, "muted"},
+                                                 {MIDAIR_STATE_LOST, "lost"},
+                                                 {MIDAIR_STATE_FAULT, "fault"}};
+    for (const auto& [number, name] : names)
+        EXPECT_STREQ(osgMidair::stateName(static_cast<ArrayState>(number)), name);
+}
 
 TEST(CPlay, PlaysMutesAndStops)
 {
@@ -46,7 +63,7 @@ TEST(CPlay, PlaysMutesAndStops)
     std::copy_n(kIdentity, 16, far);
     far[11] = 5.0;
     ASSERT_EQ(midair_set_pose(of.scene, of.points, far), MIDAIR_OK);
-    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_SILENT));
     EXPECT_FALSE(of.messages().empty());
     EXPECT_EQ(midair_stop(of.scene), MIDAIR_OK);
     EXPECT_EQ(stateOf(of.scene), MIDAIR_STATE_CLOSED);
@@ -60,7 +77,7 @@ TEST(CPlay, AMisunderstoodCapSilencesWhatPlays)
     ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
     ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
     EXPECT_EQ(midair_set(of.scene, "maxPressure", "loud"), MIDAIR_INVALID);
-    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_SILENT));
     EXPECT_EQ(midair_update(of.scene, 1e5), MIDAIR_SILENCED);
     EXPECT_EQ(midair_set(of.scene, "maxPressure", "100 Pa"), MIDAIR_OK);
     EXPECT_EQ(midair_update(of.scene, 1e5), MIDAIR_OK);
@@ -203,7 +220,7 @@ TEST(CPlay, AVariableThatIsSetWhileItPlaysHoldsFromThenOn)
         EXPECT_TRUE(comesBelow(100.0 + 1e-3)) << of.messages();
     }
     const SetVariable wrong("OSG_MIDAIR_MAX_PRESSURE", "loud");
-    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_SILENT));
     EXPECT_NE(of.messages().find("OSG_MIDAIR_MAX_PRESSURE is \"loud\""), std::string::npos)
         << of.messages();
 }
