@@ -43,8 +43,8 @@ void MeshCache::beginFrame()
 {
     ++_frame;
     const std::size_t looked = std::min(kLookWork * _looks, kFrameBytes);
-    _copyBudget = std::max(kFrameBytes - looked, kLeastBytes);
-    _makeBudget = kSmall;
+    const std::size_t share = std::max(kFrameBytes - looked, kLeastBytes);
+    _budget = {share, share, kSmall, 0};
     _looks = 0;
     _comparing = {0, _comparing.next, 0, kComparedBytes};
 }
@@ -114,8 +114,8 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
     subtree.shape.vertices = reading->takeVertices();
     subtree.shape.sources = std::move(reading->sources());
     const bool isMadeNow =
-        !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _makeBudget);
-    if (isMadeNow) _makeBudget -= std::min(reading->bytes(), _makeBudget);
+        !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _budget.toMake);
+    if (isMadeNow) _budget.toMake -= std::min(reading->bytes(), _budget.toMake);
     subtree.shape.late = isMadeNow ? nullptr : std::make_shared<LateWarnings>();
     ++_extractions;
     bool fresh = false;
@@ -169,10 +169,17 @@ bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
     const bool isSmall = !_inSlices || reading.bytes() <= kSmall;
     const bool isAtOnce = isSmall || !reading.isPlain() || subtree.restarts > kMostRestarts;
     std::size_t budget =
-        isAtOnce ? std::numeric_limits<std::size_t>::max() : std::max(_copyBudget, kLeastSlice);
+        isAtOnce ? std::numeric_limits<std::size_t>::max() : std::max(_budget.toCopy, kLeastSlice);
     const std::size_t before = budget;
     const bool isWhole = reading.copyMore(budget);
-    if (!isAtOnce || subtree.shape.parts.empty()) spend(before - budget);
+    if (!isAtOnce)
+    {
+        _budget.toCopy -= std::min(before - budget, _budget.toCopy);
+        _budget.forNew = std::min(_budget.forNew, std::max(_budget.toCopy, kBesideLarge));
+        if (!isWhole) ++_budget.unfinished;
+    }
+    else if (subtree.shape.parts.empty())
+        spend(before - budget);
     if (isWhole) install(subtree, begins, warnings);
     return isWhole;
 }

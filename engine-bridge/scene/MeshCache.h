@@ -63,6 +63,9 @@ public:
     /// ms of a slow core together. What is looked at in a frame takes of it, too, but kLeastBytes.
     static constexpr std::size_t kFrameBytes = std::size_t(1) << 19;
     static constexpr std::size_t kLeastBytes = kFrameBytes / 8;
+    /// Left for small new ones where large ones are read.
+    static constexpr std::size_t kBesideLarge = kFrameBytes / 4;
+    static constexpr int kMostUnfinished = 8;          ///< large ones under way at a time
     static constexpr std::size_t kSubtreeWork = 12288; ///< of a new subtree, besides its bytes
     static constexpr std::size_t kLookWork = 512;      ///< of a subtree that is looked at
     static constexpr std::size_t kComparedBytes = std::size_t(1) << 20; ///< a frame
@@ -109,10 +112,15 @@ public:
         return found != _subtrees.end() && found->second.reading;
     }
 
-    /// Returns true if this frame's share is used up: what else is new has to wait.
-    bool isFull() const { return _copyBudget == 0; }
+    /// Returns true if this frame's share is used up, or many large ones are under way: what else
+    /// is new has to wait.
+    bool isFull() const { return _budget.forNew == 0 || _budget.unfinished >= kMostUnfinished; }
     /// Takes \a work, in bytes that take as long to copy, from the frame's share.
-    void spend(std::size_t work) { _copyBudget -= std::min(work, _copyBudget); }
+    void spend(std::size_t work)
+    {
+        _budget.toCopy -= std::min(work, _budget.toCopy);
+        _budget.forNew -= std::min(work, _budget.forNew);
+    }
 
     void endFrame();
 
@@ -211,6 +219,14 @@ private:
     static void takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings);
     void forgetUnused(Part& part, std::uint64_t frames) const;
 
+    /// Bytes that are left in this frame.
+    struct Budget
+    {
+        std::size_t toCopy = 0; ///< in slices
+        std::size_t forNew = 0; ///< at once, of what is new
+        std::size_t toMake = 0; ///< meshes of, at once
+        int unfinished = 0;     ///< subtrees of which a slice was copied, and not the last
+    };
     /// Which subtrees are compared with their copies: from where the last frame had compared its
     /// share.
     struct Comparing
@@ -227,9 +243,8 @@ private:
     const bool _inSlices;
     const std::shared_ptr<MeshBin> _bin = std::make_shared<MeshBin>();
     Comparing _comparing;
-    std::size_t _looks = 0;      ///< subtrees that were looked at in this frame
-    std::size_t _copyBudget = 0; ///< bytes left in this frame
-    std::size_t _makeBudget = 0; ///< likewise
+    Budget _budget;
+    std::size_t _looks = 0; ///< subtrees that were looked at in this frame
     std::uint64_t _frame = 0;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;

@@ -159,7 +159,7 @@ void printFrames(int objects)
     for (const int count : {200, objects})
         standMoveAndRest(count);
     std::printf("to the first field, processor time of all threads, ms\n");
-    const auto drawable = ball(0.004f);
+    const auto drawable = ball(0.02f);
     const osg::ref_ptr<osg::Node> surface = new osgMidair::HapticSurface(drawable.get());
     firstField("one surface node at all places", 200, [&] { return surface; });
     firstField("surfaces that share a drawable",
@@ -169,7 +169,7 @@ void printFrames(int objects)
     firstField(
         "surfaces with equal drawables",
         200,
-        [] { return osg::ref_ptr<osg::Node>(new osgMidair::HapticSurface(ball(0.004f).get())); });
+        [] { return osg::ref_ptr<osg::Node>(new osgMidair::HapticSurface(ball(0.02f).get())); });
 }
 
 } // namespace midair::bench

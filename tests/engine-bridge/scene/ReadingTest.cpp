@@ -206,6 +206,20 @@ TEST_F(Reading, ManySmallOnesUseUpAFramesShare)
         << "what is there takes its share, too";
 }
 
+TEST_F(Reading, ASmallOneIsNotKeptWaitingByOneLargeButByMany)
+{
+    cache.beginFrame();
+    std::vector<osg::ref_ptr<osg::Geometry>> all;
+    for (int i = 0; i < MeshCache::kMostUnfinished; ++i)
+    {
+        EXPECT_FALSE(cache.isFull()) << i;
+        all.push_back(strip(kMany));
+        std::vector<CachedMesh> out;
+        cache.get(*all.back(), Eigen::Matrix4d::Identity(), options, out, warnings);
+    }
+    EXPECT_TRUE(cache.isFull());
+}
+
 TEST_F(Reading, WhereThereIsMuchWhatChangesWithoutDirtyIsSeenInTurn)
 {
     std::vector<osg::ref_ptr<osg::Geometry>> all;
