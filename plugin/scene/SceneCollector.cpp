@@ -4,9 +4,11 @@
 #include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/drawn/DrawnState.h"
+#include "plugin/settings/AllSettings.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -27,6 +29,9 @@ namespace
 constexpr const char* kCause = "cause";
 constexpr const char* kMesh = "mesh";
 constexpr const char* kUntouched = "; it isn't felt where it is touched";
+
+/// What a new instance costs besides its mesh, in bytes that take as long to copy.
+constexpr std::size_t kInstanceWork = 4096;
 
 // OSG's own comparison takes a matrix with NaN for equal to any other.
 bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
@@ -96,6 +101,8 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _collected.isChanged = !_frames.isKept;
     _collected.known = 0;
     ++_frames.now;
+    const unsigned int changes = propertyChanges();
+    _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
@@ -226,6 +233,15 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     if (isBack) known.cause.clear();
     known.id = instance.id;
     known.seen = _frames.now;
+    // The mesh cache keeps the node alive, so it is the one that was looked at.
+    const bool isSurface =
+        instance.property && !instance.points && (!_unmarked || instance.property != &*_unmarked);
+    if (!changed && isSurface && !_frames.isAnySet) return known;
+    if (inserted)
+    {
+        _meshes.spend(kInstanceWork);
+        instance.node->getBound(); // so that no later frame computes those of all
+    }
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
     if (inserted) known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
@@ -270,8 +286,26 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
     _log().sayNow({MessageCode::PROPERTY_INVALID, known.id}, told);
 }
 
+// A new instance of a frame that has no time left for it. What silences the scene does so at once.
+bool SceneCollector::mustWait(const HapticInstance& instance)
+{
+    if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
+    HapticProperty property;
+    std::string tag;
+    std::vector<std::string> wrong; // told when it comes
+    if (instance.property)
+        property = *instance.property;
+    else if (hapticTag(*instance.node, tag))
+        property.parse(tag, wrong);
+    property.repair();
+    if (property.enabled && !property.whySilenced.empty()) _collected.isSilenced = true;
+    ++_collected.beingRead;
+    return true;
+}
+
 void SceneCollector::fill(const HapticInstance& instance)
 {
+    if (mustWait(instance)) return;
     bool fresh = false;
     bool changed = false;
     Known& known = know(instance, fresh, changed);
