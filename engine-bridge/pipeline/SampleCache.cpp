@@ -5,6 +5,7 @@
 #include "haptics/points/ControlPoints.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include <fmt/format.h>
 
@@ -43,6 +44,49 @@ bool stretched(const haptics::SurfaceSamples& samples,
     return false;
 }
 
+template<class Matrix>
+void mix(std::uint64_t& hash, const Matrix& matrix)
+{
+    const auto* bytes = reinterpret_cast<const unsigned char*>(matrix.data());
+    const std::size_t size =
+        static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar);
+    for (std::size_t at = 0; at < size; at += sizeof hash)
+    {
+        std::uint64_t word = 0;
+        std::memcpy(&word, bytes + at, std::min(sizeof word, size - at));
+        hash = (hash ^ word) * 0x9E3779B97F4A7C15ull;
+        hash ^= hash >> 29;
+    }
+}
+
+/// A hash of what is sampled of \a mesh, never 0.
+std::uint64_t contentOf(const haptics::TriangleMesh& mesh)
+{
+    std::uint64_t hash = 1;
+    mix(hash, mesh.vertices);
+    mix(hash, mesh.triangles);
+    mix(hash, mesh.intensity);
+    return std::max<std::uint64_t>(hash, 1);
+}
+
+// Bit by bit: of numbers that aren't any, too.
+template<class Matrix>
+bool isSameMatrix(const Matrix& a, const Matrix& b)
+{
+    return a.size() == b.size() &&
+           (a.size() == 0 ||
+            std::memcmp(a.data(),
+                        b.data(),
+                        static_cast<std::size_t>(a.size()) * sizeof(typename Matrix::Scalar)) == 0);
+}
+
+bool isSamePaint(const haptics::SurfacePaint* a, const haptics::SurfacePaint* b)
+{
+    if (!a || !b) return a == b;
+    return isSameMatrix(a->coordinates, b->coordinates) && a->images == b->images &&
+           a->image == b->image;
+}
+
 haptics::ControlPoints ownPoints(const haptics::ControlPoints& points, std::size_t object)
 {
     std::vector<int> own;
@@ -64,20 +108,47 @@ Eigen::Matrix3Xd unclipped(const HapticObject& object, const Eigen::Matrix3Xd& p
 
 } // namespace
 
+bool SampleCache::hasEqualMesh(const Entry& entry, const Entry& wanted)
+{
+    if (entry.content != wanted.content || !entry.cached->error.empty()) return false;
+    const haptics::TriangleMesh& a = *entry.sampledMesh;
+    const haptics::TriangleMesh& b = *wanted.sampledMesh;
+    return isSameMatrix(a.vertices, b.vertices) && isSameMatrix(a.triangles, b.triangles) &&
+           isSameMatrix(a.intensity, b.intensity) && isSamePaint(a.paint.get(), b.paint.get());
+}
+
 bool SampleCache::follow(const Entry& from, const HapticObject& object, Entry& to)
 {
     const haptics::TriangleMesh& before = *from.sampledMesh;
     const haptics::TriangleMesh& now = *object.mesh;
     if (before.triangles.cols() != now.triangles.cols() ||
-        before.vertices.cols() != now.vertices.cols() || !from.cached.error.empty() ||
-        stretched(from.cached.sets.front(), before, now, kStretched))
+        before.vertices.cols() != now.vertices.cols() || !from.cached->error.empty() ||
+        stretched(from.cached->sets.front(), before, now, kStretched))
         return false;
-    to.cached.sets = from.cached.sets;
-    to.cached.sampling = from.cached.sampling;
+    to.cached->sets = from.cached->sets;
+    to.cached->sampling = from.cached->sampling;
     to.sampledMesh = from.sampledMesh;
-    for (haptics::SurfaceSamples& samples : to.cached.sets)
+    for (haptics::SurfaceSamples& samples : to.cached->sets)
         haptics::updateSamples(now, samples);
     ++_followed;
+    return true;
+}
+
+// Takes the samples of an equal mesh, if there is one.
+bool SampleCache::share(const HapticObject& object, Entry& entry) const
+{
+    entry.sampledMesh = object.mesh.get();
+    entry.content = contentOf(*entry.sampledMesh);
+    const auto equal = std::find_if(_entries.begin(),
+                                    _entries.end(),
+                                    [&entry](const Entry& one)
+                                    {
+                                        return one.spacing_m == entry.spacing_m &&
+                                               one.sampling == entry.sampling &&
+                                               one.sets == entry.sets && hasEqualMesh(one, entry);
+                                    });
+    if (equal == _entries.end()) return false;
+    entry.cached = equal->cached;
     return true;
 }
 
@@ -87,13 +158,13 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     options.spacing_m = entry.spacing_m;
     options.sampling = entry.sampling;
     options.stop = _stop;
-    entry.sampledMesh = object.mesh.get();
-    entry.cached.sampling = ++_sampled;
+    entry.cached->sampling = ++_sampled;
     try
     {
         const bool one = options.sampling == haptics::Sampling::VERTICES ||
                          options.sampling == haptics::Sampling::POINTS;
-        entry.cached.sets = haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
+        entry.cached->sets =
+            haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
         if (!makeRoom(entry))
             throw base::InputError(fmt::format(
                 "with it the scene's meshes have more than {} samples in the sets of their points",
@@ -101,8 +172,8 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     }
     catch (const base::InputError& error)
     {
-        entry.cached.sets.clear();
-        entry.cached.error = error.what();
+        entry.cached->sets.clear();
+        entry.cached->error = error.what();
     }
 }
 
@@ -113,13 +184,14 @@ bool SampleCache::makeRoom(const Entry& entry)
     const auto samplesOf = [](const Entry& one)
     {
         Eigen::Index count = 0;
-        for (const haptics::SurfaceSamples& set : one.cached.sets)
+        for (const haptics::SurfaceSamples& set : one.cached->sets)
             count += set.size();
-        return count;
+        // Those who share them count their part.
+        return static_cast<double>(count) / static_cast<double>(one.cached.use_count());
     };
     const auto all = [&]
     {
-        Eigen::Index count = samplesOf(entry);
+        double count = samplesOf(entry);
         for (const Entry& one : _entries)
             count += samplesOf(one);
         return count;
@@ -140,7 +212,7 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
         if (entry.meshId == object.meshId)
         {
             entry.unused = 0;
-            return entry.cached;
+            return *entry.cached;
         }
         // the first match is the newest
         if (!alike && object.topologyId != 0 && entry.topologyId == object.topologyId)
@@ -152,14 +224,16 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
     entry.spacing_m = spacing_m;
     entry.sampling = sampling;
     entry.sets = sets;
-    if (!alike || !follow(*alike, object, entry)) sample(object, entry);
+    entry.cached = std::make_shared<CachedSamples>();
+    const bool isKnown = (alike && follow(*alike, object, entry)) || share(object, entry);
+    if (!isKnown) sample(object, entry);
     for (Entry& one : _entries)
         one.isShape |= object.topologyId != 0 && one.topologyId == object.topologyId;
-    entry.cached.corners = entry.cached.sets.empty()
-                               ? boxCorners(Eigen::Matrix3Xd(3, 0))
-                               : boxCorners(entry.cached.sets.front().positions);
+    entry.cached->corners = entry.cached->sets.empty()
+                                ? boxCorners(Eigen::Matrix3Xd(3, 0))
+                                : boxCorners(entry.cached->sets.front().positions);
     _entries.push_front(std::move(entry));
-    return _entries.front().cached;
+    return *_entries.front().cached;
 }
 
 void SampleCache::endSnapshot()

@@ -32,7 +32,8 @@ struct CachedSamples
     std::string error; ///< why the mesh can't be sampled (sets is empty then); else empty
 };
 
-/// Samples each mesh once per spacing and kind of sampling. If only the vertices have moved
+/// Samples each mesh once per spacing and kind of sampling; meshes with the same content, as of
+/// surfaces that share a drawable, share their samples. If only the vertices have moved
 /// (morphing, skinning, scaling), the samples follow by their barycentric coordinates; the mesh is
 /// sampled again once an edge of a sampled triangle has become kStretched times longer or shorter.
 class SampleCache
@@ -67,12 +68,16 @@ private:
         double spacing_m = 0.0;
         int sets = 1;
         haptics::Sampling sampling = haptics::Sampling::SURFACE;
-        CachedSamples cached;
+        std::shared_ptr<CachedSamples> cached; ///< entries of equal meshes share it
         std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< the mesh that was sampled
+        std::uint64_t content =
+            0;                ///< hash of that mesh; 0: that of an older shape, which it follows
         bool isShape = false; ///< a newer entry has the same triangles
         int unused = 0;       ///< snapshots since the last get()
     };
 
+    static bool hasEqualMesh(const Entry& entry, const Entry& wanted);
+    bool share(const HapticObject& object, Entry& entry) const;
     bool follow(const Entry& from, const HapticObject& object, Entry& to);
     void sample(const HapticObject& object, Entry& entry);
     bool makeRoom(const Entry& entry);

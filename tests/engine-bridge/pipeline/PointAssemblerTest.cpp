@@ -374,7 +374,8 @@ TEST_F(Assembler, TwoMeshesInTurnAreSampledOnceEach)
         for (const std::uint64_t mesh : {20u, 30u})
             for (int frame = 0; frame < 300; ++frame)
             {
-                SceneSnapshot snapshot = withVertices(rest, mesh);
+                SceneSnapshot snapshot =
+                    withVertices(0.05 * static_cast<double>(mesh) * rest, mesh);
                 snapshot.objects[0].topologyId = mesh;
                 snapshot.objects[0].pose.translation().x() = 1e-4 * frame;
                 assembler->assemble(snapshot);
