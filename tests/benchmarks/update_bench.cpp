@@ -1,9 +1,11 @@
 // midair-update-bench: what a frame costs the hologram's thread, where something changes that the
 // field doesn't depend on, and where the field has to be solved again: processor time of this
-// thread, and how many fields the device was sent.
+// thread, and how many fields the device was sent. With --objects, what update() costs the thread
+// of a program's own loop.
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "tests/benchmarks/Timing.h"
+#include "tests/benchmarks/update/Frames.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
 #include <algorithm>
@@ -142,11 +144,20 @@ std::vector<HandCapsule> handAt(double x_m)
 int main(int argc, char** argv)
 {
     int frames = 200;
+    int objects = 0;
     std::string only;
     CLI::App app("What a frame costs the hologram's thread, ms of processor time");
     app.add_option("--frames", frames, "of each row")->check(CLI::Range(2, 100000));
     app.add_option("--only", only, "the row of this name, or all whose name has this in it");
+    app.add_option(
+           "--objects", objects, "new, moving and resting ones in an own loop, instead of the rows")
+        ->check(CLI::Range(1, 100000));
     CLI11_PARSE(app, argc, argv);
+    if (objects > 0)
+    {
+        bench::printFrames(objects);
+        return 0;
+    }
     const auto still = [](SceneSnapshot&, int) {};
     const auto farMoves = [](SceneSnapshot& s, int frame)
     {
