@@ -42,8 +42,11 @@ void MeshBin::freeUnused()
 void MeshCache::beginFrame()
 {
     ++_frame;
-    _copyBudget = kFrameBytes;
-    _makeBudget = kSmall;
+    const std::size_t looked = std::min(kLookWork * _looks, kFrameBytes);
+    const std::size_t share = std::max(kFrameBytes - looked, kLeastBytes);
+    _budget = {share, share, kSmall, 0};
+    _looks = 0;
+    _comparing = {0, _comparing.next, 0, kComparedBytes};
 }
 
 bool MeshCache::findMovers(Subtree& subtree)
@@ -111,8 +114,8 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
     subtree.shape.vertices = reading->takeVertices();
     subtree.shape.sources = std::move(reading->sources());
     const bool isMadeNow =
-        !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _makeBudget);
-    if (isMadeNow) _makeBudget -= std::min(reading->bytes(), _makeBudget);
+        !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _budget.toMake);
+    if (isMadeNow) _budget.toMake -= std::min(reading->bytes(), _budget.toMake);
     subtree.shape.late = isMadeNow ? nullptr : std::make_shared<LateWarnings>();
     ++_extractions;
     bool fresh = false;
@@ -166,20 +169,42 @@ bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
     const bool isSmall = !_inSlices || reading.bytes() <= kSmall;
     const bool isAtOnce = isSmall || !reading.isPlain() || subtree.restarts > kMostRestarts;
     std::size_t budget =
-        isAtOnce ? std::numeric_limits<std::size_t>::max() : std::max(_copyBudget, kLeastSlice);
+        isAtOnce ? std::numeric_limits<std::size_t>::max() : std::max(_budget.toCopy, kLeastSlice);
     const std::size_t before = budget;
     const bool isWhole = reading.copyMore(budget);
-    if (!isAtOnce) _copyBudget -= std::min(before - budget, _copyBudget);
+    if (!isAtOnce)
+    {
+        _budget.toCopy -= std::min(before - budget, _budget.toCopy);
+        _budget.forNew = std::min(_budget.forNew, std::max(_budget.toCopy, kBesideLarge));
+        if (!isWhole) ++_budget.unfinished;
+    }
+    else if (subtree.shape.parts.empty())
+        spend(before - budget);
     if (isWhole) install(subtree, begins, warnings);
     return isWhole;
 }
 
+// Takes the subtree's bytes from what the frame compares, if it is its turn. Large arrays are
+// compared in parts.
+bool MeshCache::mayCompare(const Subtree& subtree)
+{
+    const std::size_t place = _comparing.place++;
+    if (place < _comparing.from || _comparing.left == 0 || subtree.shape.parts.empty())
+        return false;
+    const std::size_t bytes = std::min(subtree.shape.parts.front().bytes, kSmall);
+    _comparing.left -= std::min(bytes, _comparing.left);
+    if (_comparing.left == 0) _comparing.next = place + 1;
+    return true;
+}
+
 // Returns true if vertices, indices or paint of a part were changed without dirty().
-bool MeshCache::lookForUnsaid(Subtree& subtree) const
+bool MeshCache::lookForUnsaid(Subtree& subtree)
 {
     const std::vector<PartSources>& parts = subtree.shape.vertices;
     subtree.movedUnsaid.assign(parts.size(), false);
     subtree.changedUnsaid.assign(parts.size(), false);
+    if (!mayCompare(subtree)) return false;
+    const std::uint64_t turn = subtree.turn++;
     bool any = false;
     for (std::size_t i = 0; i < parts.size(); ++i)
     {
@@ -188,8 +213,7 @@ bool MeshCache::lookForUnsaid(Subtree& subtree) const
         {
             return std::any_of(geometries.begin(),
                                geometries.end(),
-                               [&](const VertexSource& source)
-                               { return (source.*changed)(_frame); });
+                               [&](const VertexSource& source) { return (source.*changed)(turn); });
         };
         subtree.changedUnsaid[i] = isAny(&VertexSource::hasChangedUnsaid);
         subtree.movedUnsaid[i] = parts[i].isComplete && isAny(&VertexSource::hasMovedUnsaid);
@@ -255,6 +279,7 @@ void MeshCache::refresh(Subtree& subtree,
     takeLateWarnings(subtree, warnings);
     const bool fresh = !subtree.root;
     const bool repainted = !fresh && !(subtree.options.paint == options.paint);
+    if (fresh) spend(kSubtreeWork);
     if (fresh || repainted)
     {
         const std::vector<const osg::Transform*> movers = subtree.options.movers;
@@ -301,7 +326,10 @@ MeshCache::Subtree& MeshCache::lookAt(osg::Node& root,
                                       std::vector<std::string>& warnings)
 {
     Subtree& subtree = _subtrees[&root];
-    if (subtree.used != _frame) refresh(subtree, root, options, warnings);
+    _last = &subtree;
+    if (subtree.used == _frame) return subtree;
+    ++_looks;
+    refresh(subtree, root, options, warnings);
     subtree.used = _frame;
     return subtree;
 }
@@ -424,6 +452,7 @@ void MeshCache::endFrame()
         forgotten = forgotten || unused;
         subtree = unused ? _subtrees.erase(subtree) : std::next(subtree);
     }
+    _last = nullptr;
     if (forgotten) _images.forgetUnused();
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -48,15 +49,26 @@ private:
 ///
 /// It copies a large subtree in slices, kFrameBytes of all in a frame, and leaves the rest to
 /// whoever looks at the mesh first. Until all is copied, the subtree keeps the meshes that it had,
-/// none if it is new. A small subtree is copied at once.
+/// none if it is new. A small subtree is copied at once; new ones take what they cost from the
+/// frame's share, and once isFull() whoever has more new ones leaves them to later frames.
 /// Where only vertices change, it copies them at once as they are. It also compares vertices,
 /// indices and paint with the copies, for those that change without dirty(): up to
-/// VertexCopy::kAtOnce in each frame, of larger arrays as many in turn.
+/// VertexCopy::kAtOnce in each frame, of larger arrays as many in turn, and of all subtrees
+/// kComparedBytes, of more in turn, too.
 class MeshCache
 {
 public:
     static constexpr int kKeptFrames = 600; ///< so that a blinking object isn't read each time
-    static constexpr std::size_t kFrameBytes = std::size_t(1) << 19; ///< copied in slices a frame
+    /// Copied in slices a frame, and what new subtrees cost besides, in bytes that take as long: 2
+    /// ms of a slow core together. What is looked at in a frame takes of it, too, but kLeastBytes.
+    static constexpr std::size_t kFrameBytes = std::size_t(1) << 19;
+    static constexpr std::size_t kLeastBytes = kFrameBytes / 8;
+    /// Left for small new ones where large ones are read.
+    static constexpr std::size_t kBesideLarge = kFrameBytes / 4;
+    static constexpr int kMostUnfinished = 8;          ///< large ones under way at a time
+    static constexpr std::size_t kSubtreeWork = 12288; ///< of a new subtree, besides its bytes
+    static constexpr std::size_t kLookWork = 512;      ///< of a subtree that is looked at
+    static constexpr std::size_t kComparedBytes = std::size_t(1) << 20; ///< a frame
     /// A subtree with at most as many bytes is copied at once; as many bytes of small ones are made
     /// meshes at once in a frame, so that what can't be felt of them is told at once.
     static constexpr std::size_t kSmall = std::size_t(1) << 17;
@@ -95,8 +107,19 @@ public:
     /// Returns true if the subtree has new meshes that are not copied yet.
     bool isBeingRead(const osg::Node& root) const
     {
+        if (_last && _last->root == &root) return _last->reading != nullptr;
         const auto found = _subtrees.find(&root);
         return found != _subtrees.end() && found->second.reading;
+    }
+
+    /// Returns true if this frame's share is used up, or many large ones are under way: what else
+    /// is new has to wait.
+    bool isFull() const { return _budget.forNew == 0 || _budget.unfinished >= kMostUnfinished; }
+    /// Takes \a work, in bytes that take as long to copy, from the frame's share.
+    void spend(std::size_t work)
+    {
+        _budget.toCopy -= std::min(work, _budget.toCopy);
+        _budget.forNew -= std::min(work, _budget.forNew);
     }
 
     void endFrame();
@@ -170,6 +193,7 @@ private:
         std::uint64_t restarted = 0; ///< frame of the last
         std::uint64_t version = 0;
         std::uint64_t poses = 0;                ///< SubtreeState::poses()
+        std::uint64_t turn = 0;                 ///< how often it was compared with its copies
         std::uint64_t used = ~std::uint64_t(0); ///< frame of the last use
     };
 
@@ -185,7 +209,8 @@ private:
     const Stretched& stretchedTo(Part& part, const Eigen::Matrix3d& stretch);
 
     static bool findMovers(Subtree& subtree);
-    bool lookForUnsaid(Subtree& subtree) const;
+    bool mayCompare(const Subtree& subtree);
+    bool lookForUnsaid(Subtree& subtree);
     bool follow(Subtree& subtree);
     void drop(Part& part) const;
     void keepShape(Subtree& subtree, const SubtreeState& next) const;
@@ -194,12 +219,32 @@ private:
     static void takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings);
     void forgetUnused(Part& part, std::uint64_t frames) const;
 
+    /// Bytes that are left in this frame.
+    struct Budget
+    {
+        std::size_t toCopy = 0; ///< in slices
+        std::size_t forNew = 0; ///< at once, of what is new
+        std::size_t toMake = 0; ///< meshes of, at once
+        int unfinished = 0;     ///< subtrees of which a slice was copied, and not the last
+    };
+    /// Which subtrees are compared with their copies: from where the last frame had compared its
+    /// share.
+    struct Comparing
+    {
+        std::size_t place = 0; ///< of the next one in this frame
+        std::size_t from = 0;  ///< the first that is compared in this frame
+        std::size_t next = 0;  ///< the first of the next frame
+        std::size_t left = 0;  ///< bytes
+    };
+
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
+    const Subtree* _last = nullptr; ///< that was looked at
     PaintImages _images;
     const bool _inSlices;
     const std::shared_ptr<MeshBin> _bin = std::make_shared<MeshBin>();
-    std::size_t _copyBudget = 0; ///< bytes left in this frame
-    std::size_t _makeBudget = 0; ///< likewise
+    Comparing _comparing;
+    Budget _budget;
+    std::size_t _looks = 0; ///< subtrees that were looked at in this frame
     std::uint64_t _frame = 0;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;

@@ -4,9 +4,11 @@
 #include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/drawn/DrawnState.h"
+#include "plugin/settings/AllSettings.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -23,6 +25,9 @@ namespace
 {
 
 constexpr const char* kUntouched = "; it isn't felt where it is touched";
+
+/// What a new instance costs besides its mesh, in bytes that take as long to copy.
+constexpr std::size_t kInstanceWork = 4096;
 
 // OSG's own comparison takes a matrix with NaN for equal to any other.
 bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
@@ -90,6 +95,8 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _collected.beingRead = 0;
     _collected.isChanged = !_frames.isKept;
     ++_frames.now;
+    const unsigned int changes = propertyChanges();
+    _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
@@ -187,6 +194,15 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     fresh = inserted;
     changed = inserted || known.seen + 1 != _frames.now;
     known.seen = _frames.now;
+    // The mesh cache keeps the node alive, so it is the one that was looked at.
+    const bool isSurface =
+        instance.property && !instance.points && (!_unmarked || instance.property != &*_unmarked);
+    if (!changed && isSurface && !_frames.isAnySet) return known;
+    if (inserted)
+    {
+        _meshes.spend(kInstanceWork);
+        instance.node->getBound(); // so that no later frame computes those of all
+    }
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
     if (inserted) known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
@@ -228,8 +244,26 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
         _say(about(MessageCode::PROPERTY_SILENCED, known.path, what));
 }
 
+// A new instance of a frame that has no time left for it. What silences the scene does so at once.
+bool SceneCollector::mustWait(const HapticInstance& instance)
+{
+    if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
+    HapticProperty property;
+    std::string tag;
+    std::vector<std::string> wrong; // told when it comes
+    if (instance.property)
+        property = *instance.property;
+    else if (hapticTag(*instance.node, tag))
+        property.parse(tag, wrong);
+    property.repair();
+    if (property.enabled && !property.whySilenced.empty()) _collected.isSilenced = true;
+    ++_collected.beingRead;
+    return true;
+}
+
 void SceneCollector::fill(const HapticInstance& instance)
 {
+    if (mustWait(instance)) return;
     bool fresh = false;
     bool changed = false;
     Known& known = know(instance, fresh, changed);

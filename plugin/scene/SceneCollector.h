@@ -47,7 +47,8 @@ struct FeltNode
 };
 
 /// Collects the active haptic objects and obstacles below its roots, in array coordinates. Those
-/// that have not changed since the last frame are checked but not made again.
+/// that have not changed since the last frame are checked but not made again. New ones come in the
+/// frames in which there is time for them (MeshCache::isFull()), each whole.
 ///
 /// For the thread that updates the scene only.
 class SceneCollector
@@ -90,16 +91,16 @@ public:
     /// Returns true if the last collect() met an object whose properties keep the whole scene from
     /// playing.
     bool isSilenced() const { return _collected.isSilenced; }
-    /// Instances whose mesh is new and not read whole yet: they are felt as before, new ones not
-    /// yet.
+    /// Instances that are new and wait for a later frame, or whose mesh is new and not read whole
+    /// yet: they are felt as before, new ones not yet.
     int beingRead() const { return _collected.beingRead; }
     std::uint64_t extractions() const { return _meshes.extractions(); }
 
     /// Returns the enabled scenes inside the owner that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _visitor.innerScenes(); }
 
-    /// Returns all instances that the last collect() met, those that can't be felt too, in no
-    /// particular order.
+    /// Returns all instances that the last collect() met, those that can't be felt too but those
+    /// that wait, in no particular order.
     std::vector<FoundObject> found() const;
 
     /// Returns the node of an instance; null if it is gone.
@@ -153,6 +154,8 @@ private:
         unsigned int now = 0;
         unsigned int sinceTags = 0; ///< tags are looked for when it is 0
         bool isKept = false;        ///< the objects are those of the last frame
+        unsigned int changes = 0;   ///< propertyChanges() of the last frame
+        bool isAnySet = true;       ///< a setter has changed a property since
     };
 
     void lookForMarks(const std::vector<SceneRoot>& roots);
@@ -161,6 +164,7 @@ private:
     void tellHidden(const std::vector<SceneRoot>& roots);
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
+    bool mustWait(const HapticInstance& instance);
     void fill(const HapticInstance& instance);
     void tellStates(const HapticInstance& instance, const std::string& path);
     void fillParts(const HapticInstance& instance, Known& known);

@@ -180,6 +180,76 @@ TEST_F(Reading, SeveralShareAFrameAndNoneStarves)
     EXPECT_LE(frames, 6);
 }
 
+TEST_F(Reading, ManySmallOnesUseUpAFramesShare)
+{
+    std::vector<osg::ref_ptr<osg::Geometry>> all;
+    const auto readUntilFull = [&]
+    {
+        std::size_t count = 0;
+        std::vector<CachedMesh> out;
+        cache.beginFrame();
+        for (const auto& one : all)
+            cache.get(*one, Eigen::Matrix4d::Identity(), options, out, warnings);
+        for (; !cache.isFull(); ++count)
+        {
+            all.push_back(strip(100));
+            cache.get(*all.back(), Eigen::Matrix4d::Identity(), options, out, warnings);
+        }
+        cache.endFrame();
+        return count;
+    };
+    constexpr std::size_t kCost = MeshCache::kSubtreeWork + 98 * 12 + 1200 + 24;
+    EXPECT_NEAR(static_cast<double>(readUntilFull()), MeshCache::kFrameBytes / kCost, 1.0);
+    for (int i = 0; i < 200; ++i)
+        readUntilFull();
+    EXPECT_NEAR(static_cast<double>(readUntilFull()), MeshCache::kLeastBytes / kCost, 1.0)
+        << "what is there takes its share, too";
+}
+
+TEST_F(Reading, ASmallOneIsNotKeptWaitingByOneLargeButByMany)
+{
+    cache.beginFrame();
+    std::vector<osg::ref_ptr<osg::Geometry>> all;
+    for (int i = 0; i < MeshCache::kMostUnfinished; ++i)
+    {
+        EXPECT_FALSE(cache.isFull()) << i;
+        all.push_back(strip(kMany));
+        std::vector<CachedMesh> out;
+        cache.get(*all.back(), Eigen::Matrix4d::Identity(), options, out, warnings);
+    }
+    EXPECT_TRUE(cache.isFull());
+}
+
+TEST_F(Reading, WhereThereIsMuchWhatChangesWithoutDirtyIsSeenInTurn)
+{
+    std::vector<osg::ref_ptr<osg::Geometry>> all;
+    for (std::size_t bytes = 0; bytes < 3 * MeshCache::kComparedBytes; bytes += 48000)
+        all.push_back(strip(2000));
+    std::vector<CachedMesh> out;
+    const auto idsNow = [&]
+    {
+        std::vector<std::uint64_t> ids;
+        cache.beginFrame();
+        for (const auto& one : all)
+        {
+            cache.get(*one, Eigen::Matrix4d::Identity(), options, out, warnings);
+            ids.push_back(out.at(0).meshId);
+        }
+        cache.endFrame();
+        return ids;
+    };
+    const std::vector<std::uint64_t> before = idsNow();
+    for (const auto& one : all)
+        verticesOf(*one)[3].z() = 1.0f;
+    std::vector<std::uint64_t> after = idsNow();
+    EXPECT_NE(after, before);
+    EXPECT_EQ(after.back(), before.back()) << "not all in one frame";
+    for (int i = 0; i < 6; ++i)
+        after = idsNow();
+    for (std::size_t i = 0; i < all.size(); ++i)
+        EXPECT_NE(after[i], before[i]) << i;
+}
+
 TEST_F(Reading, WhatIsFoundOutWhereTheMeshIsMadeIsToldOnce)
 {
     const auto large = strip(kMany);
