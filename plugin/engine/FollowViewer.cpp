@@ -375,6 +375,7 @@ bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
 void HapticEngine::close()
 {
     _settings.isRead = false;
+    lookNext();
     if (_player.close())
     {
         _collector.forget();

@@ -155,15 +155,30 @@ bool HapticEngine::collect(const std::vector<SceneRoot>& roots)
 bool HapticEngine::rests(const osg::Node& root)
 {
     if (!_rest.possible) return false;
-    root.getBound(); // recomputed if something below has moved
     const double now_s = midair::base::steadySeconds();
-    if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
-        _rest.changesSeen != propertyChanges() || !(*_given.settings == _settings.seen) ||
-        now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
+    if (_rest.changesSeen != propertyChanges() || now_s - _rest.submitTime_s < kRest_s ||
+        now_s - _rest.lookTime_s > kLook_s || !(*_given.settings == _settings.seen))
         return false;
+    // A bound that isn't known says that something has moved, or that nobody has asked since. Where
+    // much is new it takes longer than a frame should; reading does it little by little.
+    struct Bound : osg::Node
+    {
+        using osg::Node::_boundingSphereComputed;
+    };
+    const bool isKnown = root.*&Bound::_boundingSphereComputed;
+    const bool wasKnown = std::exchange(_rest.isBoundKnown, isKnown);
+    if (!isKnown && wasKnown) return false;
+    root.getBound();
+    if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen) return false;
     ++_rest.frames;
+    _rest.isNow = true;
     _player.rest();
     return true;
+}
+
+bool HapticEngine::rests(const SceneRoot& root)
+{
+    return _places.roots == 1 && root.world == _places.ofRoot && rests(*root.node);
 }
 
 void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simulationTime_s)
@@ -189,12 +204,19 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
                           double simulationTime_s)
 {
     const double start_s = midair::base::steadySeconds();
+    _places.roots = roots.size();
+    if (!roots.empty()) _places.ofRoot = roots.front().world;
+    _rest.isNow = false;
     _rest.lookTime_s = start_s;
     _rest.boundsSeen = _rest.bounds;
     _rest.changesSeen = propertyChanges();
     tellDeviceLines();
     _player.log().printDue(start_s);
-    if (isPlayedByOuterOwner()) return tellState();
+    if (isPlayedByOuterOwner())
+    {
+        countTime(start_s);
+        return tellState();
+    }
     if (_settings.isCrowded && _ownership.place.take())
         _settings.isRead = false; // there is one now
     configure(*_given.settings);
@@ -210,19 +232,25 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _rest.submitTime_s = _player.submitted_s();
     _rest.possible =
         _player.hasSubmitted() && !_player.hands().active() && beingRead == 0 && !isHead;
-    countCollected(beingRead, start_s);
+    countCollected(beingRead);
+    countTime(start_s);
     if (_settings.isReported && isReportDue(this))
         keepReport(this, {statistics(), settings(), field()});
     tellTouches();
     tellState();
 }
 
-void HapticEngine::countCollected(int beingRead, double start_s)
+void HapticEngine::countCollected(int beingRead)
 {
     const midair::base::Lock lock(_shown.mutex);
     _shown.collected.meshesRead = _collector.extractions();
     _shown.collected.objectsBeingRead = beingRead;
     _shown.collected.objects = mayPlay() ? _collector.instances() : 0;
+}
+
+void HapticEngine::countTime(double start_s)
+{
+    const midair::base::Lock lock(_shown.mutex);
     _shown.collected.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
 }
 
@@ -268,6 +296,7 @@ void HapticEngine::tellState()
 
 void HapticEngine::silence()
 {
+    lookNext();
     if (_player.isClosed()) return;
     _collector.forget();
     _player.silence();
@@ -346,6 +375,7 @@ HapticStatistics HapticEngine::statistics() const
     midair::base::assignPart<midair::bridge::SceneStatistics>(all, _player.statistics());
     for (const Message& message : _player.log().messages())
         all.told.push_back(toPublic(message));
+    if (_rest.isNow) all.collect_ms = 0.0;
     all.restingFrames = _rest.frames;
     all.frames += all.restingFrames;
     all.idleFrames += all.restingFrames;

@@ -110,6 +110,9 @@ public:
     /// vertices, tags) are found by the next look. Only for a root that calls noteBound()
     /// whenever its bound is computed, and that has no transform above it.
     bool rests(const osg::Node& root);
+    /// The same for a loop that collects \a root by itself, whatever is above it: the last frame
+    /// had this root, in the same place, and no other.
+    bool rests(const SceneRoot& root);
     void noteBound() { ++_rest.bounds; }
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
@@ -290,16 +293,20 @@ private:
     {
         Eigen::Isometry3d worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres
         Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();          ///< world in scene units
+        osg::Matrixd ofRoot;   ///< world of the first root of the last frame
+        std::size_t roots = 0; ///< of the last frame
     };
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
         /// how often the bound was computed, perhaps in a cull
         std::atomic<unsigned int> bounds{0};
+        bool isBoundKnown = true;     ///< it was when rests() looked last
         unsigned int boundsSeen = 0;  ///< value of bounds in the last update()
         unsigned int changesSeen = 0; ///< value of propertyChanges() then
-        bool possible = false;        ///< something was submitted, and there is no hand source
-        double lookTime_s = 0.0;      ///< time of the last update()
+        bool possible = false; ///< something was submitted, nothing waits, no hand source is there
+        std::atomic<bool> isNow{false}; ///< of the last frame
+        double lookTime_s = 0.0;        ///< time of the last update()
         double submitTime_s = 0.0;
         std::atomic<std::uint64_t> frames{0}; ///< number of frames at rest
     };
@@ -330,7 +337,8 @@ private:
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);
     void fillSnapshot(unsigned int frame, double time_s, double simulationTime_s);
-    void countCollected(int beingRead, double start_s);
+    void countCollected(int beingRead);
+    void countTime(double start_s);
     HapticSettings granted(std::vector<midair::base::Message>& messages) const;
     HapticSettings usable(std::vector<midair::base::Message>& messages);
     void configure(const HapticSettings& given);

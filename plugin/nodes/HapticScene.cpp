@@ -64,6 +64,7 @@ osg::BoundingSphere HapticScene::computeBound() const
 
 void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& world)
 {
+    if (_engine->rests(SceneRoot{this, world})) return;
     const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
     const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
     _engine->update({{this, world}}, frame, 0.0, time_s);

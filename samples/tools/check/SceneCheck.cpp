@@ -198,6 +198,7 @@ private:
         {
             if (!LoadedScene::hiddenBy(*scene.node).empty()) continue;
             const std::uint64_t before = scene.node->getStatistics().snapshots;
+            scene.node->dirtyTags(); // so that it doesn't rest: time doesn't pass as for a viewer
             scene.node->update(_stamp, LoadedScene::worldAbove(*scene.node));
             const bool isNew = scene.node->getStatistics().snapshots > before;
             if (isNew) waitFor(*scene.node);
