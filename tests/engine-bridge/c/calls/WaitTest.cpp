@@ -129,5 +129,8 @@ TEST(CPlay, TheLimitHoldsAtAnEarThatIsSet)
     EXPECT_LE(held.figure("exposure.level_dB"), 120.0);
     ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
     ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
+    midair_field* field = nullptr;
+    ASSERT_EQ(midair_wait_field(of.scene, 60.0, &field), MIDAIR_OK) << midair_last_error();
+    midair_field_close(field);
     EXPECT_LE(earsOf(of.scene).at(0).level_dB, 120.0);
 }
