@@ -303,23 +303,6 @@ bool SceneCollector::mustWait(const HapticInstance& instance)
     return true;
 }
 
-// A new instance of a frame that has no time left for it. What silences the scene does so at once.
-bool SceneCollector::mustWait(const HapticInstance& instance)
-{
-    if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
-    HapticProperty property;
-    std::string tag;
-    std::vector<std::string> wrong; // told when it comes
-    if (instance.property)
-        property = *instance.property;
-    else if (hapticTag(*instance.node, tag))
-        property.parse(tag, wrong);
-    property.repair();
-    if (property.enabled && !property.whySilenced.empty()) _collected.isSilenced = true;
-    ++_collected.beingRead;
-    return true;
-}
-
 void SceneCollector::fill(const HapticInstance& instance)
 {
     if (mustWait(instance)) return;
