@@ -252,8 +252,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     listen(_player->snapshot().ears, settings().earCamera);
     const bool isHead = settings().earCamera;
     const int beingRead = mayPlay() ? _collector.beingRead() : 0;
-    if (_player->play(_places.worldToArray, isFresh))
-        _collector.forget(); // the snapshot now holds the objects of an older one
+    _player->play(_places.worldToArray, isFresh);
     _rest.submitTime_s = _player->submitted_s();
     _rest.possible =
         _player->hasSubmitted() && !_player->hands().active() && beingRead == 0 && !isHead;

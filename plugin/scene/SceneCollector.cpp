@@ -6,8 +6,13 @@
 #include "engine-bridge/scene/drawn/DrawnState.h"
 #include "plugin/settings/AllSettings.h"
 
+#include <osgMidair/HapticSurface>
+
+#include <osg/Geode>
+
 #include <algorithm>
 #include <cmath>
+#include <typeinfo>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,6 +37,13 @@ constexpr const char* kUntouched = "; it isn't felt where it is touched";
 
 /// What a new instance costs besides its mesh, in bytes that take as long to copy.
 constexpr std::size_t kInstanceWork = 4096;
+
+bool isPlain(const osg::Node& node)
+{
+    const std::type_info& type = typeid(node);
+    return type == typeid(osg::Group) || type == typeid(osg::Geode) ||
+           type == typeid(HapticSurface);
+}
 
 // OSG's own comparison takes a matrix with NaN for equal to any other.
 bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
@@ -103,6 +115,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     ++_frames.now;
     const unsigned int changes = propertyChanges();
     _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
+    if (_frames.isAnySet || _frames.sinceTags == 0) _waiting.clear();
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
@@ -120,9 +133,11 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _obstacles.endFrame();
     _meshes.endFrame();
     _points.endFrame();
-    if (objects.size() != _collected.count) _collected.isChanged = true;
+    if (std::exchange(_frames.objects, _collected.count) != _collected.count)
+        _collected.isChanged = true;
     objects.resize(_collected.count);
     _frames.isKept = true;
+    if (_collected.beingRead == 0) _waiting.clear();
     if (_frames.now % MeshCache::kKeptFrames == 0) forgetUnseen();
     return _collected.isChanged;
 }
@@ -178,7 +193,7 @@ std::vector<FoundObject> SceneCollector::found() const
     std::vector<FoundObject> all;
     for (const auto& [id, known] : _known)
         if (known.seen == _frames.now)
-            all.push_back({known.node, known.path, known.property, known.count > 0});
+            all.push_back({known.node, known.path, known.property, !known.objects.empty()});
     return all;
 }
 
@@ -222,8 +237,12 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
 SceneCollector::Known&
 SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
 {
-    const auto [found, inserted] = _known.try_emplace(instance.id);
+    const auto [found, isNew] = _known.try_emplace(instance.id);
     Known& known = found->second;
+    // Another node may have the address of one that is gone.
+    const bool isOther = !isNew && known.node.get() != instance.node;
+    if (isOther) known = Known();
+    const bool inserted = isNew || isOther;
     const bool isMet = !inserted && known.seen == _frames.now;
     const bool isBack = !inserted && !isMet && known.seen + 1 != _frames.now;
     fresh = inserted || isBack;
@@ -233,7 +252,6 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     if (isBack) known.cause.clear();
     known.id = instance.id;
     known.seen = _frames.now;
-    // The mesh cache keeps the node alive, so it is the one that was looked at.
     const bool isSurface =
         instance.property && !instance.points && (!_unmarked || instance.property != &*_unmarked);
     if (!changed && isSurface && !_frames.isAnySet) return known;
@@ -244,7 +262,7 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     }
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
-    if (inserted) known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
+    if (inserted) renew(known);
 
     HapticProperty raw;
     std::vector<std::string> errors;
@@ -290,6 +308,15 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 bool SceneCollector::mustWait(const HapticInstance& instance)
 {
     if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
+    const auto [waiting, isFirst] = _waiting.try_emplace(instance.id, false);
+    if (isFirst) waiting->second = silences(instance);
+    if (waiting->second) _collected.isSilenced = true;
+    ++_collected.beingRead;
+    return true;
+}
+
+bool SceneCollector::silences(const HapticInstance& instance)
+{
     HapticProperty property;
     std::string tag;
     std::vector<std::string> wrong; // told when it comes
@@ -298,9 +325,32 @@ bool SceneCollector::mustWait(const HapticInstance& instance)
     else if (hapticTag(*instance.node, tag))
         property.parse(tag, wrong);
     property.repair();
-    if (property.enabled && !property.whySilenced.empty()) _collected.isSilenced = true;
-    ++_collected.beingRead;
-    return true;
+    return property.enabled && !property.whySilenced.empty();
+}
+
+// What is read of an instance: where all of it is one drawable, that, which others may have as
+// well. Paint depends on what is above.
+osg::Node& SceneCollector::contentOf(osg::Node& node) const
+{
+    if (_extract.paint.source != PaintOptions::NONE) return node;
+    osg::Node* at = &node;
+    for (osg::Group* group = at->asGroup(); group; group = at->asGroup())
+    {
+        const bool isRoot = at == &node;
+        if (!isPlain(*group) || group->getNumChildren() != 1 ||
+            (!isRoot && (group->getStateSet() || group->getCullCallback())))
+            return node;
+        at = group->getChild(0);
+        if (isOwnObject(*at) || (at->getNodeMask() & _extract.traversalMask) == 0) return node;
+    }
+    return at->asDrawable() && !at->getCullCallback() ? *at : node;
+}
+
+// Objects of a known instance that a snapshot holds are those of now if they have its origin, which
+// is another one each time.
+void SceneCollector::renew(Known& known)
+{
+    known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
 }
 
 void SceneCollector::fill(const HapticInstance& instance)
@@ -317,26 +367,27 @@ void SceneCollector::fill(const HapticInstance& instance)
         _extract.paint = paintOf(known.property);
         _warnings.clear();
         shape = instance.points ? instance.points->getModifiedCount()
-                                : _meshes.look(*instance.node, _extract, _warnings);
+                                : _meshes.look(contentOf(*instance.node), _extract, _warnings);
         if (shape != known.shape)
         {
             known.geometry.clear();
             _log().ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
         }
         tellGeometry(known, fresh);
-        if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_collected.beingRead;
+        if (!instance.points && _meshes.isBeingRead(contentOf(*instance.node)))
+            ++_collected.beingRead;
     }
-    const bool stands = _frames.isKept && !changed && known.first == _collected.count &&
-                        known.shape == shape && isSame(known.world, instance.world) &&
-                        known.clips == instance.clips;
+    const bool stands = _frames.isKept && !changed && known.shape == shape &&
+                        isSame(known.world, instance.world) && known.clips == instance.clips;
     known.shape = shape;
+    if (!stands || known.first != _collected.count) _collected.isChanged = true;
+    known.first = _collected.count;
     if (!stands)
     {
-        _collected.isChanged = true;
         known.world = instance.world;
         known.clips = instance.clips;
-        known.first = _collected.count;
-        known.count = 0;
+        known.objects.clear();
+        renew(known);
         if (known.property.enabled && !instance.inWorld && fresh)
             tell(known,
                  MessageCode::OBJECT_CAMERA,
@@ -351,8 +402,21 @@ void SceneCollector::fill(const HapticInstance& instance)
         else
             tellCause(known, MessageCode::OBJECT_INVALID, "");
     }
-    _collected.count += known.count;
-    if (known.count > 0) ++_collected.felt;
+    put(known);
+    if (!known.objects.empty()) ++_collected.felt;
+}
+
+// The objects may be those of an older snapshot.
+void SceneCollector::put(const Known& known)
+{
+    std::vector<HapticObject>& all = *_collected.objects;
+    const std::size_t end = _collected.count + known.objects.size();
+    if (all.size() < end) all.resize(end);
+    for (const HapticObject& object : known.objects)
+    {
+        HapticObject& slot = all[_collected.count++];
+        if (slot.origin != object.origin || slot.id != object.id) slot = object;
+    }
 }
 
 // Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
@@ -380,7 +444,8 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
         return true;
     }
     _warnings.clear();
-    if (!_meshes.get(*instance.node, matrix, _extract, _parts, _warnings))
+    osg::Node& content = contentOf(*instance.node);
+    if (!_meshes.get(content, matrix, _extract, _parts, _warnings))
     {
         tellCause(known,
                   MessageCode::OBJECT_INVALID,
@@ -389,7 +454,7 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
     }
     tellGeometry(known, false);
     if (!_parts.empty()) tellCause(known, MessageCode::OBJECT_INVALID, "");
-    if (!_parts.empty() || _meshes.isBeingRead(*instance.node)) return !_parts.empty();
+    if (!_parts.empty() || _meshes.isBeingRead(content)) return !_parts.empty();
     const WhyUnfelt why = whyUnfelt(*instance.node, !known.geometry.empty());
     if (why.isHidden)
         tellCause(known, MessageCode::OBJECT_HIDDEN, why.text + "; it is felt once it is shown");
@@ -415,13 +480,9 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
                            Eigen::Vector4d(plane.x(), plane.y(), plane.z(), plane.w()));
     double pressure = 0.0;
     if (!findParts(instance, known, pressure)) return;
-    known.count = _parts.size();
-    if (_collected.objects->size() < _collected.count + known.count)
-        _collected.objects->resize(_collected.count + known.count);
-    for (std::size_t i = 0; i < known.count; ++i)
+    for (const midair::bridge::CachedMesh& part : _parts)
     {
-        const midair::bridge::CachedMesh& part = _parts[i];
-        HapticObject& object = (*_collected.objects)[_collected.count + i];
+        HapticObject& object = known.objects.emplace_back();
         object.id = instance.id ^ part.part;
         object.whole = instance.id;
         object.path = known.path;

@@ -74,9 +74,9 @@ public:
     void dirtyTags() { _frames.sinceTags = 0; }
     static constexpr unsigned int kTagFrames = 60;
 
-    /// Collects one frame: puts what is felt below \a roots into \a objects, which must be as the
-    /// last collect() left them, or forget() be called before. Returns false if they have not
-    /// changed since.
+    /// Collects one frame: puts what is felt below \a roots into \a objects, which may be those of
+    /// an older frame, or none, but of no other collector. Returns false if they have not changed
+    /// since.
     bool collect(const std::vector<SceneRoot>& roots,
                  std::vector<midair::bridge::HapticObject>& objects);
 
@@ -123,9 +123,9 @@ private:
         std::uint64_t shape = 0; ///< version from the mesh cache
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
-        std::size_t first = 0; ///< index of its first object
-        std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
-        std::string cause;     ///< why it can't be felt, as it was told; empty: it can
+        std::size_t first = 0;                             ///< index of its first object
+        std::vector<midair::bridge::HapticObject> objects; ///< none: it can't be felt
+        std::string cause; ///< why it can't be felt, as it was told; empty: it can
         std::vector<midair::base::Message> geometry; ///< what can't be felt of its shape
         bool isUnderstood = true;                    ///< nothing is wrong with its property
     };
@@ -159,7 +159,8 @@ private:
     {
         unsigned int now = 0;
         unsigned int sinceTags = 0; ///< tags are looked for when it is 0
-        bool isKept = false;        ///< the objects are those of the last frame
+        bool isKept = false;        ///< what is known holds
+        std::size_t objects = 0;    ///< of the last frame
         unsigned int changes = 0;   ///< propertyChanges() of the last frame
         bool isAnySet = true;       ///< a setter has changed a property since
     };
@@ -171,6 +172,10 @@ private:
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
     bool mustWait(const HapticInstance& instance);
+    static bool silences(const HapticInstance& instance);
+    osg::Node& contentOf(osg::Node& node) const;
+    static void renew(Known& known);
+    void put(const Known& known);
     void fill(const HapticInstance& instance);
     void tellStates(const HapticInstance& instance, const Known& known);
     void fillParts(const HapticInstance& instance, Known& known);
@@ -194,6 +199,7 @@ private:
     midair::bridge::ExtractOptions _extract;
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
+    std::unordered_map<std::uint64_t, bool> _waiting; ///< whether one that waits silences all
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
     Collected _collected;
