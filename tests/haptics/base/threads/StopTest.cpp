@@ -20,7 +20,7 @@
 #include <gtest/gtest.h>
 
 using namespace midair::haptics;
-using Clock = std::chrono::steady_clock;
+using StdClock = std::chrono::steady_clock;
 
 namespace
 {
@@ -29,9 +29,9 @@ namespace
 // a core to spare.
 constexpr double kSoon_s = 20.0;
 
-double since_s(Clock::time_point start)
+double since_s(StdClock::time_point start)
 {
-    return std::chrono::duration<double>(Clock::now() - start).count();
+    return std::chrono::duration<double>(StdClock::now() - start).count();
 }
 
 /// Asks for a stop from another thread, a moment after it is made.
@@ -82,7 +82,7 @@ TEST_P(Solvers, IsBrokenOffAndIsSilent)
     ControlPoints points = spherePoints(300, 0.03, {0.0, 0.0, 0.15});
     Eigen::VectorXcf q;
     SolveReport report;
-    const Clock::time_point start = Clock::now();
+    const StdClock::time_point start = StdClock::now();
     {
         const Later later(source);
         // Those that have nothing left to gain end by themselves, over and over, until the request
@@ -169,7 +169,7 @@ TEST(Stop, LouderRoundsAndSharedThreadsAreBrokenOffToo)
     options.pool = std::make_shared<midair::base::ThreadPool>(2);
     Eigen::VectorXcf q;
     const Later later(source);
-    const Clock::time_point start = Clock::now();
+    const StdClock::time_point start = StdClock::now();
     const SolveReport report = makeSolver("wgs", options)
                                    ->solve(spherePoints(200, 0.03, {0.0, 0.0, 0.15}),
                                            TransducerArray::singleBoard(),
@@ -267,7 +267,7 @@ TEST(Stop, OutlinesAndSweepsAndSamplersAreBrokenOffWhileTheyWork)
     {
         midair::base::StopSource source;
         const Later later(source);
-        const Clock::time_point start = Clock::now();
+        const StdClock::time_point start = StdClock::now();
         EXPECT_THROW(work(source.token()), midair::base::Stopped);
         EXPECT_LT(since_s(start), kSoon_s);
     };
@@ -328,7 +328,7 @@ TEST(Stop, AMonitorThatIsEndedBreaksOffItsCertificate)
     ASSERT_TRUE(eventually([&] { return monitor->isWaiting(); }));
     monitor->submit(field);
     ASSERT_TRUE(eventually([&] { return !monitor->isWaiting(); }));
-    const Clock::time_point start = Clock::now();
+    const StdClock::time_point start = StdClock::now();
     monitor.reset();
     EXPECT_LT(since_s(start), kSoon_s);
 }
@@ -369,7 +369,7 @@ TEST(Limits, OutlinesOfAHugeLengthAreRefusedBeforeTheyArePlaced)
     // A thousand of them, each within what one outline may have, are 100 million places where
     // pressure would be judged.
     const std::vector<Outline> outlines(1000, Outline::line({0, 0, 0.1}, {80, 0, 0.1}));
-    const Clock::time_point start = Clock::now();
+    const StdClock::time_point start = StdClock::now();
     Eigen::VectorXcf q;
     EXPECT_THROW(OutlineHologram().solve(outlines, TransducerArray::singleBoard(), Medium(), q),
                  midair::base::InputError);
