@@ -219,7 +219,7 @@ std::vector<bridge::HandFrame> starHand()
         for (bridge::HandJoint& joint : hand.joints)
             joint.position += tip;
         roundOff(hand);
-        frames.push_back({rounded(i / kStarRate_Hz, 1e-5), {hand}});
+        frames.push_back({rounded(i / kStarRate_Hz, 1e-5), {hand}, {}});
     }
     return frames;
 }

@@ -43,7 +43,8 @@ osg::ref_ptr<HapticScene> emptyScene()
 struct Frames
 {
     osg::ref_ptr<HapticScene> scene = new HapticScene;
-    SceneCollector collector{nullptr, [](const midair::base::Message&) {}};
+    midair::base::MessageLog log;
+    SceneCollector collector{nullptr, [this]() -> midair::base::MessageLog& { return log; }};
     std::vector<HapticObject> objects;
 
     void collect() { collector.collect({{scene.get(), osg::Matrixd()}}, objects); }

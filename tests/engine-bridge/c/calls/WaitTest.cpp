@@ -107,7 +107,7 @@ TEST(CPlay, AnEarThatIsNowhereSilencesUntilAllAreRight)
     ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
     const double wrong[] = {0.0, 0.0, 0.5, std::nan(""), 0.0, 0.5};
     EXPECT_EQ(midair_set_ears(of.scene, wrong, 2), MIDAIR_INVALID);
-    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_SILENT));
     midair_field* field = nullptr;
     EXPECT_EQ(midair_wait_field(of.scene, 1e6, &field), MIDAIR_SILENCED);
     EXPECT_EQ(midair_set_ears(of.scene, wrong, 65), MIDAIR_INVALID);
