@@ -116,7 +116,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     ++_frames.now;
     const unsigned int changes = propertyChanges();
     _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
-    if (_frames.isAnySet || _frames.sinceTags == 0) _waiting.clear();
+    if (_frames.isAnySet || _frames.sinceTags == 0) _frames.waiting.clear();
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
@@ -138,7 +138,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
         _collected.isChanged = true;
     objects.resize(_collected.count);
     _frames.isKept = true;
-    if (_collected.beingRead == 0) _waiting.clear();
+    if (_collected.beingRead == 0) _frames.waiting.clear();
     if (_frames.now % MeshCache::kKeptFrames == 0) forgetUnseen();
     return _collected.isChanged;
 }
@@ -309,7 +309,7 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 bool SceneCollector::mustWait(const HapticInstance& instance)
 {
     if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
-    const auto [waiting, isFirst] = _waiting.try_emplace(instance.id, false);
+    const auto [waiting, isFirst] = _frames.waiting.try_emplace(instance.id, false);
     if (isFirst) waiting->second = silences(instance);
     if (waiting->second) _collected.isSilenced = true;
     ++_collected.beingRead;

@@ -164,12 +164,13 @@ private:
     struct Frames
     {
         unsigned int now = 0;
-        unsigned int sinceTags = 0; ///< tags are looked for when it is 0
-        bool isKept = false;        ///< what is known holds
-        std::size_t objects = 0;    ///< of the last frame
-        unsigned int calm = 0;      ///< Collected::calm of the last frame
-        unsigned int changes = 0;   ///< propertyChanges() of the last frame
-        bool isAnySet = true;       ///< a setter has changed a property since
+        unsigned int sinceTags = 0;                      ///< tags are looked for when it is 0
+        bool isKept = false;                             ///< what is known holds
+        std::size_t objects = 0;                         ///< of the last frame
+        unsigned int calm = 0;                           ///< Collected::calm of the last frame
+        std::unordered_map<std::uint64_t, bool> waiting; ///< whether one that waits silences all
+        unsigned int changes = 0;                        ///< propertyChanges() of the last frame
+        bool isAnySet = true;                            ///< a setter has changed a property since
     };
 
     void lookForMarks(const std::vector<SceneRoot>& roots);
@@ -208,7 +209,6 @@ private:
     midair::bridge::ExtractOptions _extract;
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
-    std::unordered_map<std::uint64_t, bool> _waiting; ///< whether one that waits silences all
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
     Collected _collected;
