@@ -122,6 +122,12 @@ public:
         _budget.forNew -= std::min(work, _budget.forNew);
     }
 
+    /// The same of work that comes first, which leaves kLeastBytes.
+    void spendBefore(std::size_t work)
+    {
+        spend(std::min(work, std::max(_budget.forNew, kLeastBytes) - kLeastBytes));
+    }
+
     void endFrame();
 
     std::uint64_t extractions() const { return _extractions; }

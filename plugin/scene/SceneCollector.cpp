@@ -37,6 +37,8 @@ constexpr const char* kUntouched = "; it isn't felt where it is touched";
 
 /// What a new instance costs besides its mesh, in bytes that take as long to copy.
 constexpr std::size_t kInstanceWork = 4096;
+/// What looking for tags costs for an instance, likewise.
+constexpr std::size_t kTagWork = 512;
 
 bool isPlain(const osg::Node& node)
 {
@@ -117,12 +119,14 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     const unsigned int changes = propertyChanges();
     _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
     if (_frames.isAnySet || _frames.sinceTags == 0) _frames.waiting.clear();
-    if (_frames.sinceTags == 0) lookForMarks(roots);
+    _meshes.beginFrame();
+    const bool isTagFrame = _frames.sinceTags == 0;
+    if (isTagFrame) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
     _visitor.collect(roots, _unmarked && isUnmarked ? &*_unmarked : nullptr);
     noteMarks();
-    _meshes.beginFrame();
+    if (isTagFrame) _meshes.spendBefore(kTagWork * _visitor.instances().size());
     _obstacles.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
         if (instance.obstacle)
