@@ -44,7 +44,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
 {
     _context.counters.snapshots += 1 + superseded;
     _context.counters.superseded += superseded;
-    _saidBefore = base::MessageLog::saidNow();
+    _said.before = base::MessageLog::saidNow();
     try
     {
         if (_invalid) throw base::CodedError(_invalid->code, _invalid->text);
@@ -88,7 +88,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
         stage->end();
     _solved.resize(0);
     silence();
-    _context.messages.endField(_saidBefore);
+    _context.messages.endField(_said.before);
     auto result = begin(snapshot);
     result->handedOver_s = _context.clock.now_s();
     result->latency_ms = (result->handedOver_s - snapshot.time_s) * 1e3;
@@ -192,7 +192,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     haptics::FieldSequence sequence = compose(snapshot, set, points, array);
     const auto age_ms = [&] { return (_context.clock.now_s() - snapshot.time_s) * 1e3; };
     const bool goesOn = isPlayedAlready(sequence, points);
-    if (!goesOn) _context.messages.endField(_saidBefore);
+    if (!goesOn) _context.messages.endField(_said.before);
     if (goesOn)
     {
         _output.playOn(sequence, points, array, *result);
@@ -261,7 +261,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
     if (!_context.last || result.state != _context.last->state) device().tell(result.state);
     device().tellOfDriver();
     device().endWhatIsOver();
-    _told = _context.messages.changes();
+    _said.told = _context.messages.changes();
     result.messages = _context.messages.all();
     result.told = _context.messages.messages();
     return made;
@@ -284,7 +284,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         if (!_isChanged) step = attendStages();
         if (!step.result && !step.isAll) step.result = lookAfterDevice();
         device().endWhatIsOver();
-        if (!step.result && _context.messages.changes() != _told)
+        if (!step.result && _context.messages.changes() != _said.told)
             step.result = std::make_shared<HologramResult>(*_context.last);
         if (!step.result) return nullptr;
         return _context.last = finish(std::move(step.result));

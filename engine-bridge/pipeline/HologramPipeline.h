@@ -90,6 +90,13 @@ public:
     std::vector<std::string> messages() const { return _context.messages.all(); }
 
 private:
+    /// How far the messages had come.
+    struct Said
+    {
+        std::uint64_t before = 0; ///< MessageLog::saidNow() as the snapshot came
+        std::uint64_t told = 0;   ///< MessageLog::changes() of the last result
+    };
+
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
@@ -128,8 +135,7 @@ private:
     const std::array<PipelineStage*, 5> _stages{&_hands, &_ears, &_contacts, &_refiner, &_monitor};
     bool _isChanged = false;               // the options have changed since the last result
     std::optional<base::Message> _invalid; // what is wrong with the options; none: nothing
-    std::uint64_t _saidBefore = 0;         // MessageLog::saidNow() as the snapshot came
-    std::uint64_t _told = 0;               // MessageLog::changes() of the last result
+    Said _said;
     Eigen::VectorXcf
         _solved; // what the last result was made of, before caps; empty: something else
     UpdateRate _updates;

@@ -1,6 +1,7 @@
 #include "haptics/solvers/HologramSolver.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "haptics/solvers/Solvers.h"
@@ -61,7 +62,8 @@ std::unique_ptr<HologramSolver> makeSolver(const std::string& name, const Solver
     if (!options.isValid(&why)) throw base::InputError(why);
     for (const NamedSolver& solver : kSolvers)
         if (name == solver.name) return solver.make(options);
-    throw base::InputError(
+    throw base::CodedError(
+        base::MessageCode::SOLVER_UNKNOWN,
         fmt::format("unknown solver '{}'; known are {}", name, fmt::join(solverNames(), ", ")));
 }
 

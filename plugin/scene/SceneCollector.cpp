@@ -112,10 +112,11 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     _collected.beingRead = 0;
     _collected.isChanged = !_frames.isKept;
     _collected.known = 0;
+    _frames.calm = std::exchange(_collected.calm, 0);
     ++_frames.now;
     const unsigned int changes = propertyChanges();
     _frames.isAnySet = std::exchange(_frames.changes, changes) != changes;
-    if (_frames.isAnySet || _frames.sinceTags == 0) _waiting.clear();
+    if (_frames.isAnySet || _frames.sinceTags == 0) _frames.waiting.clear();
     if (_frames.sinceTags == 0) lookForMarks(roots);
     _frames.sinceTags = (_frames.sinceTags + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
@@ -137,7 +138,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
         _collected.isChanged = true;
     objects.resize(_collected.count);
     _frames.isKept = true;
-    if (_collected.beingRead == 0) _waiting.clear();
+    if (_collected.beingRead == 0) _frames.waiting.clear();
     if (_frames.now % MeshCache::kKeptFrames == 0) forgetUnseen();
     return _collected.isChanged;
 }
@@ -308,7 +309,7 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 bool SceneCollector::mustWait(const HapticInstance& instance)
 {
     if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
-    const auto [waiting, isFirst] = _waiting.try_emplace(instance.id, false);
+    const auto [waiting, isFirst] = _frames.waiting.try_emplace(instance.id, false);
     if (isFirst) waiting->second = silences(instance);
     if (waiting->second) _collected.isSilenced = true;
     ++_collected.beingRead;
@@ -365,17 +366,9 @@ void SceneCollector::fill(const HapticInstance& instance)
     if (possible)
     {
         _extract.paint = paintOf(known.property);
-        _warnings.clear();
-        shape = instance.points ? instance.points->getModifiedCount()
-                                : _meshes.look(contentOf(*instance.node), _extract, _warnings);
-        if (shape != known.shape)
-        {
-            known.geometry.clear();
-            _log().ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
-        }
-        tellGeometry(known, fresh);
-        if (!instance.points && _meshes.isBeingRead(contentOf(*instance.node)))
-            ++_collected.beingRead;
+        shape = instance.points           ? instance.points->getModifiedCount()
+                : mayRest(known, changed) ? known.shape
+                                          : lookAt(known, *instance.node, fresh);
     }
     const bool stands = _frames.isKept && !changed && known.shape == shape &&
                         isSame(known.world, instance.world) && known.clips == instance.clips;
@@ -404,6 +397,32 @@ void SceneCollector::fill(const HapticInstance& instance)
     }
     put(known);
     if (!known.objects.empty()) ++_collected.felt;
+}
+
+// Where there are many whose meshes have not changed for a while, these are looked at in turn.
+bool SceneCollector::mayRest(Known& known, bool isChanged)
+{
+    if (isChanged || !_frames.isKept) known.calm = 0;
+    if (++known.calm <= kCalmFrames) return false;
+    const unsigned int turns = std::min(_frames.calm / kMostLooks + 1, kCalmFrames);
+    return (_collected.calm++ + _frames.now) % turns != 0;
+}
+
+std::uint64_t SceneCollector::lookAt(Known& known, osg::Node& node, bool isBack)
+{
+    osg::Node& content = contentOf(node);
+    _warnings.clear();
+    const std::uint64_t shape = _meshes.look(content, _extract, _warnings);
+    const bool isRead = _meshes.isBeingRead(content);
+    if (isRead) ++_collected.beingRead;
+    if (shape != known.shape || isRead) known.calm = 0;
+    if (shape != known.shape)
+    {
+        known.geometry.clear();
+        _log().ends({MessageCode::OBJECT_GEOMETRY, known.id, kMesh});
+    }
+    tellGeometry(known, isBack);
+    return shape;
 }
 
 // The objects may be those of an older snapshot.

@@ -73,6 +73,10 @@ public:
     /// Makes the next collect() look for tags, which otherwise happens every kTagFrames frames.
     void dirtyTags() { _frames.sinceTags = 0; }
     static constexpr unsigned int kTagFrames = 60;
+    /// An object whose mesh has not changed for so many frames, and is one of more than kMostLooks,
+    /// is looked at in turn with the others: kMostLooks of them in a frame.
+    static constexpr unsigned int kCalmFrames = 60;
+    static constexpr unsigned int kMostLooks = 128;
 
     /// Collects one frame: puts what is felt below \a roots into \a objects, which may be those of
     /// an older frame, or none, but of no other collector. Returns false if they have not changed
@@ -120,6 +124,7 @@ private:
         HapticProperty raw;      ///< as the node has it
         HapticProperty property; ///< raw, with values out of range repaired
         unsigned int seen = 0;   ///< frame
+        unsigned int calm = 0;   ///< frames since its mesh has changed
         std::uint64_t shape = 0; ///< version from the mesh cache
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
@@ -152,17 +157,20 @@ private:
         int beingRead = 0;
         int known = 0;          ///< objects that were met
         bool isAnyBack = false; ///< one was not in the frame before
+        unsigned int calm = 0;  ///< objects that may be looked at in turn
         bool isChanged = false;
         bool isSilenced = false;
     };
     struct Frames
     {
         unsigned int now = 0;
-        unsigned int sinceTags = 0; ///< tags are looked for when it is 0
-        bool isKept = false;        ///< what is known holds
-        std::size_t objects = 0;    ///< of the last frame
-        unsigned int changes = 0;   ///< propertyChanges() of the last frame
-        bool isAnySet = true;       ///< a setter has changed a property since
+        unsigned int sinceTags = 0;                      ///< tags are looked for when it is 0
+        bool isKept = false;                             ///< what is known holds
+        std::size_t objects = 0;                         ///< of the last frame
+        unsigned int calm = 0;                           ///< Collected::calm of the last frame
+        std::unordered_map<std::uint64_t, bool> waiting; ///< whether one that waits silences all
+        unsigned int changes = 0;                        ///< propertyChanges() of the last frame
+        bool isAnySet = true;                            ///< a setter has changed a property since
     };
 
     void lookForMarks(const std::vector<SceneRoot>& roots);
@@ -174,6 +182,8 @@ private:
     bool mustWait(const HapticInstance& instance);
     static bool silences(const HapticInstance& instance);
     osg::Node& contentOf(osg::Node& node) const;
+    bool mayRest(Known& known, bool isChanged);
+    std::uint64_t lookAt(Known& known, osg::Node& node, bool isBack);
     static void renew(Known& known);
     void put(const Known& known);
     void fill(const HapticInstance& instance);
@@ -199,7 +209,6 @@ private:
     midair::bridge::ExtractOptions _extract;
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
-    std::unordered_map<std::uint64_t, bool> _waiting; ///< whether one that waits silences all
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
     Collected _collected;

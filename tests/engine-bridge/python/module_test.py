@@ -404,9 +404,9 @@ class Messages(unittest.TestCase):
 
         for code, make, mend in (
             ("settings.silenced", lambda s, p: s.__setitem__("maxPressure", "loud"), lambda s, p: s.__setitem__("maxPressure", 0)),
-            ("property.silenced", lambda s, p: p.__setitem__("pressure", "loud"), lambda s, p: p.__setitem__("pressure", 1)),
+            ("property.silenced", lambda s, p: p.__setitem__("enabled", "loud"), lambda s, p: p.__setitem__("enabled", "true")),
             ("object.unreachable", lambda s, p: p.set_pose(far(40.0)), lambda s, p: p.set_pose(far(0.0))),
-            ("solver.unknown", lambda s, p: s.__setitem__("solver", "nosuch"), lambda s, p: s.__setitem__("solver", "greedy+refine")),
+            ("solver.unknown", lambda s, p: s.__setitem__("solver", "nosuch"), lambda s, p: s.__setitem__("solver", "gauss-newton")),
         ):
             with self.subTest(code), focus()[0] as scene:
                 points = scene.add_points([0.0, 0.0, 0.01])

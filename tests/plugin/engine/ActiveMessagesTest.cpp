@@ -48,7 +48,7 @@ const std::vector<Mistake>& mistakes()
         {"solver",
          "solver.unknown",
          [](BoxScene& box) { box.scene->setSolver("nosuch"); },
-         [](BoxScene& box) { box.scene->setSolver("greedy+refine"); }},
+         [](BoxScene& box) { box.scene->setSolver("gauss-newton"); }},
         {"pressure",
          "property.silenced",
          [](BoxScene& box) { box.surface->setPressure(-5.0); },

@@ -80,9 +80,9 @@ TEST(CMessages, AreActiveUntilTheMistakeIsMended)
     const std::vector<Mistake> mistakes = {
         {"settings.silenced", set("maxPressure", "loud"), set("maxPressure", "0")},
         {"settings.silenced", variable("loud"), variable(nullptr)},
-        {"property.silenced", setObject("pressure", "loud"), setObject("pressure", "1")},
+        {"property.silenced", setObject("enabled", "loud"), setObject("enabled", "true")},
         {"object.unreachable", move(40.0), move(0.0)},
-        {"solver.unknown", set("solver", "nosuch"), set("solver", "greedy+refine")},
+        {"solver.unknown", set("solver", "nosuch"), set("solver", "gauss-newton")},
         {"cap.pressure", set("maxPressure", "200 Pa"), set("maxPressure", "0")},
     };
     for (const Mistake& mistake : mistakes)
@@ -114,7 +114,7 @@ TEST(CMessages, HaveANumberATextAndTimes)
     Focus of;
     ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
     ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
-    midair_object_set(of.scene, of.points, "pressure", "loud");
+    midair_object_set(of.scene, of.points, "enabled", "loud");
     ASSERT_EQ(midair_update(of.scene, 1e5), MIDAIR_SILENCED);
     std::vector<midair_message> all = listed(of.scene);
     ASSERT_EQ(all.size(), 1U);
@@ -129,7 +129,7 @@ TEST(CMessages, HaveANumberATextAndTimes)
     EXPECT_EQ(midair_message_text(of.scene, 12345, text, sizeof text, nullptr), MIDAIR_UNKNOWN);
     ASSERT_EQ(midair_clear_messages(of.scene), MIDAIR_OK);
     EXPECT_EQ(listed(of.scene).size(), 1U) << "it is active";
-    midair_object_set(of.scene, of.points, "pressure", "1");
+    midair_object_set(of.scene, of.points, "enabled", "true");
     ASSERT_EQ(midair_update(of.scene, 1e5), MIDAIR_OK);
     all = listed(of.scene);
     ASSERT_EQ(all.size(), 1U);
