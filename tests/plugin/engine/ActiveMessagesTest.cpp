@@ -36,11 +36,6 @@ std::ostream& operator<<(std::ostream& out, const Mistake& mistake)
     return out << mistake.name;
 }
 
-void setTag(BoxScene& box, const std::string& tag)
-{
-    box.surface->setUserValue("haptic", tag);
-}
-
 const std::vector<Mistake>& mistakes()
 {
     static const osg::Matrixd kStretched = osg::Matrixd::scale(2.0, 1.0, 1.0);
@@ -227,5 +222,5 @@ TEST(ActiveMessages, OfACallbackThatThrowsDontReachIt)
     ASSERT_TRUE(viewer.framesUntil([&] { return !callback->codes.empty(); }));
     viewer.frames(5);
     EXPECT_EQ(callback->codes, std::vector<std::string>{"object.unreachable"});
-    EXPECT_TRUE(says(*box.scene, "the message callback has thrown no lamp"));
+    EXPECT_TRUE(::says(*box.scene, "the message callback has thrown no lamp"));
 }

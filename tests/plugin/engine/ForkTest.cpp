@@ -17,7 +17,7 @@ namespace
 bool isClosed(const HapticScene& scene)
 {
     return scene.getStatistics().state == ArrayState::CLOSED && !scene.getField() &&
-           says(scene, "the program has forked");
+           ::says(scene, "the program has forked");
 }
 
 } // namespace

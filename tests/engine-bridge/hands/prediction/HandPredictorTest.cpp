@@ -117,8 +117,8 @@ PredictionErrors tipErrors(PredictionMethod method, double noise_m, bool moves)
 /// The largest relative difference of a bone's length from that in \a measured.
 double worstBone(const Hand& hand, const Hand& measured)
 {
-    const auto capsules = handCapsules({0.0, {hand}});
-    const auto before = handCapsules({0.0, {measured}});
+    const auto capsules = handCapsules({0.0, {hand}, {}});
+    const auto before = handCapsules({0.0, {measured}, {}});
     double worst = 0.0;
     for (std::size_t i = 0; i < capsules.size(); ++i)
     {
@@ -289,7 +289,7 @@ TEST(HandPredictor, AJointThatIsNoNumberStopsThatHandAloneAndIsToldOnce)
               std::vector<std::string>{"the ring tip of the left hand is said to be tracked and "
                                        "has no finite place: the hand is not predicted as long as "
                                        "that lasts"});
-    EXPECT_EQ(handCapsules({0.0, {last[0]}}).size(), static_cast<std::size_t>(kHandBones - 1));
+    EXPECT_EQ(handCapsules({0.0, {last[0]}, {}}).size(), static_cast<std::size_t>(kHandBones - 1));
     for (const HandJoint& joint : last[1].joints)
         EXPECT_TRUE(joint.position.allFinite() && std::isfinite(joint.sigma_m));
     EXPECT_NEAR(moving.ahead_m(moving.go(40)), 0.5 * 0.05, 1e-5); // and goes on with the other
@@ -373,7 +373,7 @@ TEST(HandPredictor, WhatTheTrackerPredictsGetsItsErrorOnly)
     const Hand hand = moving.go();
     EXPECT_TRUE(isSame(hand, handAt(movingTip(moving.time_s))));
     EXPECT_NEAR(hand.joints[INDEX_TIP].sigma_m, std::hypot(1e-3, 0.5 * 5.0 * 0.05 * 0.05), 1e-9);
-    EXPECT_EQ(handCapsules({0.0, {hand}})[0].sigma_m, hand.joints[INDEX_TIP].sigma_m);
+    EXPECT_EQ(handCapsules({0.0, {hand}, {}})[0].sigma_m, hand.joints[INDEX_TIP].sigma_m);
 }
 
 TEST(HandPredictor, AFingerThatCrossesAPlateIsPressedOnTheSideThatMeetsIt)
