@@ -5,6 +5,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
@@ -236,7 +237,8 @@ std::unique_ptr<HologramSolver> makeAnySolver(const std::string& name, const Sol
     {
         for (const std::string& own : ownSolverNames())
             known.push_back(own);
-        throw InputError(
+        throw base::CodedError(
+            base::MessageCode::SOLVER_UNKNOWN,
             fmt::format("unknown solver '{}'; known are {}", name, fmt::join(known, ", ")));
     }
     return makeSolver(name, options);

@@ -370,22 +370,18 @@ void addProblem(py::module_& module)
     Class<PyProblem, std::shared_ptr<PyProblem>>(
         module,
         "Problem",
-        "What a solver is asked for. n: points, m: transducers; its arrays are "
-        "the solver's to "
+        "What a solver is asked for. n: points, m: transducers; its arrays are the solver's to "
         "keep.")
         .def_readonly("positions",
                       &PyProblem::positions,
-                      "Places of the points, float64, shape (n, 3), m, in the "
-                      "array's frame.")
+                      "Places of the points, float64, shape (n, 3), m, in the array's frame.")
         .def_readonly("targets",
                       &PyProblem::targets,
-                      "Peak pressures wanted, float64, shape (n,), Pa if pascal, "
-                      "else only ratios.")
+                      "Peak pressures wanted, float64, shape (n,), Pa if pascal, else only ratios.")
         .def_readonly("matrix",
                       &PyProblem::matrix,
-                      "Pressure of each transducer at full drive and phase 0 at "
-                      "each point, complex64, shape "
-                      "(n, m), Pa: p = matrix @ q for activations q.")
+                      "Pressure of each transducer at full drive and phase 0 at each point, "
+                      "complex64, shape (n, m), Pa: p = matrix @ q for activations q.")
         .def_readonly("pascal", &PyProblem::pascal, "True: targets are in Pa; False: ratios.")
         .def_readonly("phase_only", &PyProblem::phaseOnly, "True: all amplitudes are to be equal.")
         .def_readonly("loudness", &PyProblem::loudness, "As the scene asks for it, a float.")
@@ -431,11 +427,8 @@ void addExtending(py::module_& module)
         },
         py::arg("name"),
         py::arg("function"),
-        "Registers a solver: scene[\"solver\"] = name uses it. function(problem) "
-        "takes a Problem "
-        "and "
-        "returns m activations, complex, shape (m,), |q| <= 1. What it raises "
-        "fails the solve: "
+        "Registers a solver: scene[\"solver\"] = name uses it. function(problem) takes a Problem "
+        "and returns m activations, complex, shape (m,), |q| <= 1. What it raises fails the solve: "
         "Scene.solve() raises Error \"failed\". It may be called on any thread.");
     define(module,
            "register_device",
@@ -445,25 +438,19 @@ void addExtending(py::module_& module)
            py::arg("phase_levels") = 256,
            py::arg("amplitudes") = std::vector<float>(),
            py::arg("fields_per_second") = 0.0,
-           "Registers a device: scene.play(\"SCHEME:path?key=value\") plays on "
-           "it. open(path, "
-           "options, boards) takes a str, a dict of str and int32 (m,), and "
-           "returns an object "
-           "with play(phases, amplitudes), two arrays of uint8 (m,), silence() "
-           "and, if it "
-           "likes, is_ready() and close(). amplitudes: what the levels are, "
-           "rising from 0 to "
-           "1; fields_per_second: Hz, the most that it takes, 0: any number.");
+           "Registers a device: scene.play(\"SCHEME:path?key=value\") plays on it. open(path, "
+           "options, boards) takes a str, a dict of str and int32 (m,), and returns an object with "
+           "play(phases, amplitudes), two arrays of uint8 (m,), silence() and, if it likes, "
+           "is_ready() and close(). amplitudes: what the levels are, rising from 0 to 1; "
+           "fields_per_second: Hz, the most that it takes, 0: any number.");
     define(module,
            "register_hands",
            &registerHands,
            py::arg("name"),
            py::arg("open"),
-           "Registers a hand source: open_hands(\"NAME:options\") takes it. "
-           "open(options) returns "
-           "an object with hands(time), which takes s and returns an array of "
-           "hand_dtype, in "
-           "m, or None.");
+           "Registers a hand source: open_hands(\"NAME:options\") takes it. open(options) returns "
+           "an object with hands(time), which takes s and returns an array of hand_dtype, in m, or "
+           "None.");
 }
 
 } // namespace midair::python

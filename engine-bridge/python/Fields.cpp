@@ -256,27 +256,23 @@ void addPressures(FieldClass& field)
         .def("activations",
              &activations,
              py::arg("index") = 0,
-             "Returns the activations of field index in turn, complex64, shape "
-             "(m,), 1 is full "
+             "Returns the activations of field index in turn, complex64, shape (m,), 1 is full "
              "drive; a view that can't be written and keeps the field's memory.")
         .def("levels",
              &levels,
              py::arg("index") = 0,
-             "Returns phases and amplitudes of field index in the array's "
-             "levels, two arrays of "
+             "Returns phases and amplitudes of field index in the array's levels, two arrays of "
              "int32, shape (m,): the last columns of midair-solve's drive.csv.")
         .def("pressures",
              &pressures,
              py::arg("places"),
              py::arg("index") = 0,
-             "Returns the complex peak pressure of field index in Pa at places "
-             "(n, 3) in m, "
+             "Returns the complex peak pressure of field index in Pa at places (n, 3) in m, "
              "complex64, shape (n,).")
         .def("felt",
              &felt,
              py::arg("places"),
-             "Returns the root of the mean of |p|^2 over all fields in Pa at "
-             "places (n, 3) in m, "
+             "Returns the root of the mean of |p|^2 over all fields in Pa at places (n, 3) in m, "
              "float32, shape (n,).")
         .def(
             "write_drive",
@@ -287,28 +283,25 @@ void addPressures(FieldClass& field)
             },
             py::arg("file"),
             py::arg("index") = 0,
-            "Writes field index as midair-solve's drive.csv; file: str or "
-            "os.PathLike.")
+            "Writes field index as midair-solve's drive.csv; file: str or os.PathLike.")
         .def("to_bytes",
              &bytesOf,
-             "Returns all of the field as bytes, of which from_bytes() makes an "
-             "equal one; so does "
+             "Returns all of the field as bytes, of which from_bytes() makes an equal one; so does "
              "pickle.")
         .def_static("from_bytes",
                     &fieldFrom,
                     py::arg("data"),
-                    "Returns the Field that to_bytes() of the same version has "
-                    "made data of.");
+                    "Returns the Field that to_bytes() of the same version has made data of.");
 }
 
 void addFigures(FieldClass& field)
 {
     field
-        .def_property_readonly("points",
-                               &points,
-                               "The control points, a structured array, shape (n,), a copy: "
-                               "position and normal (3,) in m, wanted_Pa, achieved_Pa, object, "
-                               "field.")
+        .def_property_readonly(
+            "points",
+            &points,
+            "The control points, a structured array, shape (n,), a copy: position and normal (3,) "
+            "in m, wanted_Pa, achieved_Pa, object, field.")
         .def_property_readonly("figures",
                                &figures,
                                "All figures by name, a dict of float, as in midair-solve's "
@@ -316,8 +309,7 @@ void addFigures(FieldClass& field)
         .def_property_readonly(
             "fields",
             [](const PyField& field) { return infoOf(field).fields; },
-            "k, the number of fields that are played in turn, an int; 1: one is "
-            "held.")
+            "k, the number of fields that are played in turn, an int; 1: one is held.")
         .def_property_readonly(
             "transducers",
             [](const PyField& field) { return infoOf(field).transducers; },
@@ -391,33 +383,27 @@ void addArrays(py::module_& module)
     Class<PyArray, std::shared_ptr<PyArray>>(
         module,
         "Array",
-        "Array(name)\n--\n\n"
-        "Transducers; immutable. Its frame is right-handed, in metres; the "
-        "origin of \"octagon\" "
-        "is "
-        "the centre of its workspace, inside the prism; that of \"board\" the "
-        "middle of its own "
-        "plane z = 0, from which it emits towards +z: (0, 0, 0.15) is over it.")
+        "Array(name)\n--\n\nTransducers; immutable. Its frame is right-handed, in metres; the "
+        "origin of \"octagon\" is the centre of its workspace, inside the prism; that of \"board\" "
+        "the middle of its own plane z = 0, from which it emits towards +z: (0, 0, 0.15) is over "
+        "it.")
         .def(py::init(&loadArray),
              py::arg("name"),
-             "Loads \"octagon\", \"board\", the name of a shipped array, or a "
-             "JSON file (str or "
+             "Loads \"octagon\", \"board\", the name of a shipped array, or a JSON file (str or "
              "os.PathLike).")
         .def_static("from_json",
                     &readArray,
                     py::arg("json"),
                     "Returns the Array that the text of such a file describes.")
-        .def_static("make",
-                    &makeArray,
-                    py::arg("name"),
-                    py::arg("transducers"),
-                    py::arg("frequency") = 40e3,
-                    py::arg("source") = 10.1,
-                    "Returns an Array of transducers, an array of "
-                    "transducer_dtype, shape (m,). "
-                    "frequency: Hz; source: peak pressure times distance on the "
-                    "axis at full "
-                    "drive, Pa m.")
+        .def_static(
+            "make",
+            &makeArray,
+            py::arg("name"),
+            py::arg("transducers"),
+            py::arg("frequency") = 40e3,
+            py::arg("source") = 10.1,
+            "Returns an Array of transducers, an array of transducer_dtype, shape (m,). frequency: "
+            "Hz; source: peak pressure times distance on the axis at full drive, Pa m.")
         .def_property_readonly("transducers",
                                &transducers,
                                "All transducers, an array of transducer_dtype, shape (m,); a copy. "
@@ -437,8 +423,7 @@ void addFields(py::module_& module)
         midair_point, position, normal, wanted_Pa, achieved_Pa, object, field, reserved);
     FieldClass field(module,
                      "Field",
-                     "What was solved or is played; immutable, and it pickles. m: "
-                     "transducers, n: "
+                     "What was solved or is played; immutable, and it pickles. m: transducers, n: "
                      "control points, k: fields in turn.");
     addPressures(field);
     addFigures(field);
@@ -449,10 +434,8 @@ void addSolvers(py::module_& module)
 {
     Class<PySolver>(module,
                     "Solver",
-                    "Solver(scene, array)\n--\n\n"
-                    "Solves one set of points after the other, each from the "
-                    "last field, without "
-                    "caps.")
+                    "Solver(scene, array)\n--\n\nSolves one set of points after the other, each "
+                    "from the last field, without caps.")
         .def(py::init(&openSolver),
              py::arg("scene"),
              py::arg("array"),
@@ -462,15 +445,12 @@ void addSolvers(py::module_& module)
              py::arg("positions"),
              py::arg("targets"),
              py::arg("pascal") = false,
-             "Returns activations, complex64, shape (m,), for points (n, 3) in m "
-             "and their targets "
-             "(n,), in Pa if pascal, else relative to each other. Ctrl-C breaks "
-             "it off.")
+             "Returns activations, complex64, shape (m,), for points (n, 3) in m and their targets "
+             "(n,), in Pa if pascal, else relative to each other. Ctrl-C breaks it off.")
         .def("figure",
              &figureOf,
              py::arg("name"),
-             "Returns a figure of the last solve by its name, a float: \"rms\", "
-             "\"level_Pa\".")
+             "Returns a figure of the last solve by its name, a float: \"rms\", \"level_Pa\".")
         .def(
             "close",
             [](PySolver& solver) { solver.owned->close(); },

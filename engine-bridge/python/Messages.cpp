@@ -95,8 +95,8 @@ void addMessages(py::module_& module, SceneClass& scene)
 {
     Class<PyMessage>(module,
                      "Message",
-                     "A message about a scene. It is active from when it is said until what "
-                     "it says has ended; one about what has happened is never active.")
+                     "A message about a scene. It is active from when it is said until what it "
+                     "says has ended; one about what has happened is never active.")
         .def_property_readonly(
             "code",
             [](const PyMessage& m) { return m.of.code; },
@@ -110,7 +110,9 @@ void addMessages(py::module_& module, SceneClass& scene)
             [](const PyMessage& m) { return m.of.object; },
             "Object.number of the one that it is about; 0: none.")
         .def_property_readonly(
-            "active", [](const PyMessage& m) { return m.of.active != 0; }, "True: it holds.")
+            "active",
+            [](const PyMessage& m) { return m.of.active != 0; },
+            "True: what it says still holds.")
         .def_property_readonly(
             "since",
             [](const PyMessage& m) { return m.of.since_s; },
@@ -133,25 +135,24 @@ void addMessages(py::module_& module, SceneClass& scene)
             },
             "Returns severity, code and text.");
     scene
-        .def(
-            "on_message",
-            &onMessage,
-            py::arg("callback"),
-            "Sets the function that gets each Message that was said, has begun or has ended; None: "
-            "none. update() calls it before it returns, the first time with all that are kept. "
-            "What it raises goes to sys.unraisablehook.")
+        .def("on_message",
+             &onMessage,
+             py::arg("callback"),
+             "Sets the function that gets each Message that was said, has begun or has ended; "
+             "None: none. update() calls it before it returns, the first time with all that are "
+             "kept. What it raises goes to sys.unraisablehook.")
         .def(
             "clear_messages",
             [](const PyScene& s) { checked(midair_clear_messages, s.get()); },
             "Forgets all messages that are not active.")
-        .def_property_readonly("messages",
-                               &messagesOf,
-                               "All messages that are kept, at most 100, the oldest first: a list "
-                               "of Message.")
-        .def_property_readonly("active_messages",
-                               &activeMessagesOf,
-                               "The messages of what holds now, the oldest first: a list of "
-                               "Message.");
+        .def_property_readonly(
+            "messages",
+            &messagesOf,
+            "All messages that are kept, at most 100, the oldest first: a list of Message.")
+        .def_property_readonly(
+            "active_messages",
+            &activeMessagesOf,
+            "The messages of what holds now, the oldest first: a list of Message.");
 }
 
 } // namespace midair::python

@@ -98,22 +98,16 @@ PYBIND11_MODULE(midair, module)
     using namespace midair::python;
     py::options options;
     options.disable_function_signatures(); // they are Python's: Signatures.h
-    module.doc() = "Mid-air haptics: arrays of ultrasound transducers, fields that are "
-                   "felt, devices "
-                   "that play them.\n\n"
-                   "Places are in metres and in the array's frame, pressures peak pascals, "
-                   "times seconds. "
-                   "(n, 3) is an array of n places; one place may be (3,). Whatever fails "
-                   "raises "
-                   "midair.Error, a wrong shape ValueError, a wrong type TypeError.";
+    module.doc() =
+        "Mid-air haptics: arrays of ultrasound transducers, fields that are felt, devices that "
+        "play them.\n\nPlaces are in metres and in the array's frame, pressures peak pascals, "
+        "times seconds. (n, 3) is an array of n places; one place may be (3,). Whatever fails "
+        "raises midair.Error, a wrong shape ValueError, a wrong type TypeError.";
     PyObject* const error = PyErr_NewExceptionWithDoc(
         "midair.Error",
-        "What a call of midair fails with. status: \"invalid\" (a value), "
-        "\"closed\", \"unknown\" "
-        "(a name or an index), \"refused\", \"not yet\", \"stopped\" "
-        "(cancelled), \"silenced\" (a "
-        "value that concerns safety), \"failed\" (a solver of yours raised, or "
-        "the library did), "
+        "What a call of midair fails with. status: \"invalid\" (a value), \"closed\", \"unknown\" "
+        "(a name or an index), \"refused\", \"not yet\", \"stopped\" (cancelled), \"silenced\" (a "
+        "value that concerns safety), \"failed\" (a solver of yours raised, or the library did), "
         "\"silent\" (of solve(raise_if_silent=True)).",
         PyExc_RuntimeError,
         nullptr);
@@ -133,15 +127,13 @@ PYBIND11_MODULE(midair, module)
         module,
         "settings",
         [] { return settings(false); },
-        "Returns name and summary of each setting of a scene, a list of pairs of "
-        "str. The summary "
+        "Returns name and summary of each setting of a scene, a list of pairs of str. The summary "
         "has unit, values and default.");
     define(
         module,
         "properties",
         [] { return settings(true); },
-        "Returns name and summary of each property of an object, a list of pairs "
-        "of str.");
+        "Returns name and summary of each property of an object, a list of pairs of str.");
     // Threads of scenes call Python, which they can't once it ends; arrays fall
     // silent.
     py::module_::import("atexit").attr("register")(py::cpp_function(

@@ -102,16 +102,24 @@ struct SolvedField
     midair_field* field = nullptr;
 };
 
-PyField solve(const PyScene& scene, bool raiseIfSilent)
+/// Takes the field of a call that Ctrl-C ends.
+PyField taken(const std::function<midair_status(midair_field**)>& call,
+              const std::function<void()>& cancel)
 {
     const auto on = std::make_shared<SolvedField>();
-    midair_scene* const handle = scene.get();
-    const Outcome outcome = interruptible([handle, on] { return midair_solve(handle, &on->field); },
-                                          [handle] { midair_cancel(handle); });
+    const Outcome outcome = interruptible([call, on] { return call(&on->field); }, cancel);
     if (outcome.status < 0) raise(outcome.status, outcome.why);
-    PyField solved = fieldOf(on->field, outcome.status, outcome.why);
+    PyField field = fieldOf(on->field, outcome.status, outcome.why);
     on->field = nullptr;
-    if (solved.isSilent && raiseIfSilent) raise(outcome.status, outcome.why);
+    return field;
+}
+
+PyField solve(const PyScene& scene, bool raiseIfSilent)
+{
+    midair_scene* const handle = scene.get();
+    PyField solved = taken([handle](midair_field** field) { return midair_solve(handle, field); },
+                           [handle] { midair_cancel(handle); });
+    if (solved.isSilent && raiseIfSilent) raise(MIDAIR_SILENT, solved.why);
     return solved;
 }
 
@@ -124,9 +132,10 @@ PyField newest(const PyScene& scene)
 
 PyField waitField(const PyScene& scene, double timeout)
 {
-    midair_field* field = nullptr;
-    const midair_status status = checked(midair_wait_field, scene.get(), timeout, &field);
-    return fieldOf(field, status, midair_last_error());
+    midair_scene* const handle = scene.get();
+    return taken([handle, timeout](midair_field** field)
+                 { return midair_wait_field(handle, timeout, field); },
+                 [] {});
 }
 
 void setEars(const PyScene& scene, const Doubles& positions)
@@ -303,8 +312,7 @@ void addProperties(ObjectClass& object)
         .def(
             "keys",
             [](const PyObjectOfScene&) { return namesOf(true); },
-            "Returns the names of all properties, a list of str; dict(object) "
-            "has their values.")
+            "Returns the names of all properties, a list of str; dict(object) has their values.")
         .def("__repr__", &describeObject, "Returns the object's number and its scene.")
         .def(
             "__setitem__",
@@ -336,14 +344,12 @@ void addPlaces(ObjectClass& object)
         .def("set_pose",
              &setPose,
              py::arg("matrix"),
-             "Sets where the object is: a rotation and a translation in m, shape "
-             "(4, 4), for "
+             "Sets where the object is: a rotation and a translation in m, shape (4, 4), for "
              "columns, in the array's frame.")
         .def("move_vertices",
              &moveVertices,
              py::arg("vertices"),
-             "Replaces the vertices, or the places of points: as many, (n, 3), "
-             "in m.")
+             "Replaces the vertices, or the places of points: as many, (n, 3), in m.")
         .def(
             "remove",
             [](const PyObjectOfScene& object)
@@ -357,8 +363,8 @@ void addObject(py::module_& module)
 {
     ObjectClass object(module,
                        "Object",
-                       "An object of a scene: object[\"pressure\"] = \"500 Pa\" sets a property "
-                       "by its name in scene files, and for name in object names them all.");
+                       "An object of a scene: object[\"pressure\"] = \"500 Pa\" sets a property by "
+                       "its name in scene files, and for name in object names them all.");
     addProperties(object);
     addPlaces(object);
 }
@@ -392,12 +398,9 @@ void addHands(py::module_& module)
            py::arg("id"),
            py::arg("tip"),
            py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
-           "Returns the open hand of an adult with its index finger's tip at "
-           "tip, (3,), in m; an "
-           "array "
-           "of hand_dtype, shape (1,). id: 0 left, 1 right; orientation: x, y, "
-           "z, w, (4,): turned by "
-           "it the fingers point along -z and the back of the hand along +y.");
+           "Returns the open hand of an adult with its index finger's tip at tip, (3,), in m; an "
+           "array of hand_dtype, shape (1,). id: 0 left, 1 right; orientation: x, y, z, w, (4,): "
+           "turned by it the fingers point along -z and the back of the hand along +y.");
 }
 
 void addSettings(SceneClass& scene)
@@ -405,8 +408,7 @@ void addSettings(SceneClass& scene)
     scene
         .def(py::init(&makeScene),
              py::arg("array"),
-             "Makes a scene without objects. array: an Array, the name of one, "
-             "or a JSON file (str "
+             "Makes a scene without objects. array: an Array, the name of one, or a JSON file (str "
              "or os.PathLike).")
         .def(
             "__contains__",
@@ -424,8 +426,7 @@ void addSettings(SceneClass& scene)
         .def(
             "keys",
             [](const PyScene&) { return namesOf(false); },
-            "Returns the names of all settings, a list of str; dict(scene) has "
-            "their values.")
+            "Returns the names of all settings, a list of str; dict(scene) has their values.")
         .def("__repr__", &describeScene, "Returns the array and what its device does.")
         .def("__setitem__",
              &set,
@@ -443,43 +444,32 @@ void addSolving(SceneClass& scene)
              py::arg("vertices"),
              py::arg("triangles"),
              py::arg("intensity") = py::none(),
-             "Adds a mesh and returns its Object. vertices: (n, 3), m; "
-             "triangles: integers (t, 3), "
-             "indices of vertices, (a, b, b) is a line, (a, a, a) a point; "
-             "intensity: (n,), 0 .. "
+             "Adds a mesh and returns its Object. vertices: (n, 3), m; triangles: integers (t, 3), "
+             "indices of vertices, (a, b, b) is a line, (a, a, a) a point; intensity: (n,), 0 .. "
              "1, a factor on the pressure, None: 1.")
         .def("add_file",
              &addFile,
              py::arg("file"),
              py::arg("size") = 0.0,
-             "Adds the mesh of a Wavefront OBJ file (str or os.PathLike) and "
-             "returns its Object. "
-             "size: its largest extent in m, and its centre goes to the origin; "
-             "0: as in the "
-             "file.")
+             "Adds the mesh of a Wavefront OBJ file (str or os.PathLike) and returns its Object. "
+             "size: its largest extent in m, and its centre goes to the origin; 0: as in the file.")
         .def("add_points",
              &addPoints,
              py::arg("positions"),
              py::arg("pressures") = py::none(),
              py::arg("pascal") = false,
-             "Adds points that are solved for as they are and returns their "
-             "Object. positions: (n, "
-             "3), m; pressures: (n,), Pa if pascal, else relative to each other, "
-             "None: 1.")
+             "Adds points that are solved for as they are and returns their Object. positions: (n, "
+             "3), m; pressures: (n,), Pa if pascal, else relative to each other, None: 1.")
         .def("solve",
              &solve,
              py::arg("raise_if_silent") = false,
-             "Solves the scene once, as midair-solve does, and returns the "
-             "Field. A field that is "
-             "silence says so by silent and why, or raises Error with "
-             "raise_if_silent. A solver of "
-             "yours that raises is an Error whose status is \"failed\". Ctrl-C "
-             "breaks it off.")
+             "Solves the scene once, as midair-solve does, and returns the Field. A field that is "
+             "silence says so by silent and why, or raises Error with raise_if_silent. A solver of "
+             "yours that raises is an Error whose status is \"failed\". Ctrl-C breaks it off.")
         .def(
             "cancel",
             [](const PyScene& s) { checked(midair_cancel, s.get()); },
-            "Breaks off all solves of the scene that run now, in other threads: "
-            "they raise Error, "
+            "Breaks off all solves of the scene that run now, in other threads: they raise Error, "
             "whose status is \"stopped\".");
 }
 
@@ -491,15 +481,13 @@ void addPlaying(SceneClass& scene)
             [](const PyScene& s, const std::string& device)
             { checked(midair_play, s.get(), device.c_str()); },
             py::arg("device") = "sim:",
-            "Plays the scene on that device, a URI, from the next update() on. "
-            "Returns at once: "
+            "Plays the scene on that device, a URI, from the next update() on. Returns at once: "
             "state says how opening it goes.")
         .def(
             "update",
             [](const PyScene& s, double time) { checked(midair_update, s.get(), time); },
             py::arg("time"),
-            "Takes the scene as it is to the device; to be called with each "
-            "frame. time: s, which "
+            "Takes the scene as it is to the device; to be called with each frame. time: s, which "
             "must not decrease.")
         .def(
             "stop",
@@ -509,17 +497,16 @@ void addPlaying(SceneClass& scene)
             "mute",
             [](const PyScene& s, bool muted) { checked(midair_mute, s.get(), muted ? 1 : 0); },
             py::arg("muted"),
-            "True: silences the array at once and keeps it silent; False: plays "
-            "again.")
+            "True: silences the array at once and keeps it silent; False: plays again.")
         .def("newest_field",
              &newest,
-             "Returns the newest Field that was played; Error \"not yet\": none "
-             "so far.")
+             "Returns the newest Field that was played; Error \"not yet\": none so far.")
         .def("wait_field",
              &waitField,
              py::arg("timeout") = 5.0,
              "Waits, at most timeout s, for the Field of the newest update(), and returns it. "
-             "Error \"not yet\": it isn't there by then, or, at once, none comes.")
+             "Error \"not yet\": it isn't there by then, or, at once, none comes. Ctrl-C ends the "
+             "wait.")
         .def("set_ears",
              &setEars,
              py::arg("positions"),
@@ -528,9 +515,9 @@ void addPlaying(SceneClass& scene)
         .def_property_readonly(
             "ears",
             [](const PyScene& s) { return all(s, midair_ears); },
-            "How loud it is at each ear of set_ears(), then at each of \"earPoints\", a "
-            "structured array, shape (n,): position (3,) in m, level_dB now, eq_dB on average, "
-            "max_dB over a second; a copy.");
+            "How loud it is at each ear of set_ears(), then at each of \"earPoints\", a structured "
+            "array, shape (n,): position (3,) in m, level_dB now, eq_dB on average, max_dB over a "
+            "second; a copy.");
 }
 
 void addHandsAndState(SceneClass& scene)
@@ -539,26 +526,21 @@ void addHandsAndState(SceneClass& scene)
         .def("set_hands",
              &setHands,
              py::arg("hands"),
-             "Sets the hands for 0.2 s: an array of hand_dtype, shape (n,), in m "
-             "and in the array's "
-             "frame.")
+             "Sets the hands for 0.2 s: an array of hand_dtype, shape (n,), in m and in the "
+             "array's frame.")
         .def(
             "open_hands",
             [](const PyScene& s, const std::string& source)
             { checked(midair_open_hands, s.get(), source.c_str()); },
             py::arg("source"),
-            "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", "
-            "\"osc:\" or "
-            "\"NAME:options\" of register_hands(); \"none\": from set_hands() "
-            "again.")
+            "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", \"osc:\" or "
+            "\"NAME:options\" of register_hands(); \"none\": from set_hands() again.")
         .def_property_readonly(
             "state",
             &stateOf,
-            "What the array does, a dict: state is \"closed\", \"opening\", "
-            "\"silent\", \"playing\", \"muted\", \"lost\" or \"fault\"; numbers "
-            "of "
-            "fields are sent, played, dropped, lost, refused and waiting; faults "
-            "and reconnects are the device's.")
+            "What the array does, a dict: state is \"closed\", \"opening\", \"silent\", "
+            "\"playing\", \"muted\", \"lost\" or \"fault\"; numbers of fields are sent, played, "
+            "dropped, lost, refused and waiting; faults and reconnects are the device's.")
         .def_property_readonly(
             "status",
             [](const PyScene& s) { return textFrom(midair_device_status, s.get()); },
@@ -566,14 +548,12 @@ void addHandsAndState(SceneClass& scene)
         .def_property_readonly(
             "contacts",
             [](const PyScene& s) { return all(s, midair_contacts); },
-            "The contacts of the newest field, a structured array, shape (n,): "
-            "centre (3,) in m, "
+            "The contacts of the newest field, a structured array, shape (n,): centre (3,) in m, "
             "depth_m, area_m2, speed_m_s, pressure_Pa and so on; a copy.")
         .def_property_readonly(
             "touches",
             [](const PyScene& s) { return all(s, midair_touches); },
-            "Fingers near objects with touchEvents, a structured array, shape "
-            "(n,): position (3,) "
+            "Fingers near objects with touchEvents, a structured array, shape (n,): position (3,) "
             "in m, distance_m, force_N and so on; a copy.")
         .def("close", &PyScene::close, "Stops playing, silences the device, forgets the scene.")
         .def(
@@ -600,18 +580,14 @@ void addScenes(py::module_& module)
 {
     addHands(module);
     addObject(module);
-    SceneClass scene(module,
-                     "Scene",
-                     "Scene(array)\n--\n\n"
-                     "Objects, settings, hands, and the device that plays them. "
-                     "scene[\"maxPressure\"] = \"800 "
-                     "Pa\" sets a setting by its name in scene files, and for name in scene "
-                     "names them all. "
-                     "Places are in the array's frame: the origin of \"octagon\" is the "
-                     "centre of its "
-                     "workspace, that of \"board\" the middle of its own plane, so that (0, "
-                     "0, 0.15) is over "
-                     "it. A scene closes at the end of a with statement.");
+    SceneClass scene(
+        module,
+        "Scene",
+        "Scene(array)\n--\n\nObjects, settings, hands, and the device that plays them. "
+        "scene[\"maxPressure\"] = \"800 Pa\" sets a setting by its name in scene files, and for "
+        "name in scene names them all. Places are in the array's frame: the origin of \"octagon\" "
+        "is the centre of its workspace, that of \"board\" the middle of its own plane, so that "
+        "(0, 0, 0.15) is over it. A scene closes at the end of a with statement.");
     addSettings(scene);
     addSolving(scene);
     addPlaying(scene);

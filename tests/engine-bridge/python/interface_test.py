@@ -358,6 +358,25 @@ class CtrlC(unittest.TestCase):
             os._exit(0 if not focus()[0].solve().silent else 1)
         self.assertEqual(os.waitpid(child, 0)[1], 0)
 
+    def test_a_wait_ends(self):
+        begun = threading.Event()
+
+        def never(problem):
+            begun.set()
+            while not problem.stopped:
+                pass
+            return np.ones(problem.matrix.shape[1])
+
+        midair.register_solver("never", never)
+        scene, _ = focus()
+        scene["solver"] = "never"
+        scene.play("sim:")
+        scene.update(0.0)
+        threading.Thread(target=lambda: (begun.wait(60), os.kill(os.getpid(), signal.SIGINT))).start()
+        with self.assertRaises(KeyboardInterrupt):
+            scene.wait_field(3600)
+        scene.close()
+
     def test_cancel_is_stopped(self):
         begun = threading.Event()
 
