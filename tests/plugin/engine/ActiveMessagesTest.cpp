@@ -164,7 +164,6 @@ TEST_P(MessagesOfMistakes, AreActiveUntilTheyAreMended)
     EXPECT_GT(found->since_s, 0.0);
     EXPECT_GE(found->until_s, found->since_s);
     EXPECT_LE(found->until_s, midair::base::steadySeconds());
-    EXPECT_GE(found->count, 2U) << "it was made twice";
     box.scene->clearMessages();
     EXPECT_TRUE(box.scene->getStatistics().told.empty());
 }
@@ -222,5 +221,5 @@ TEST(ActiveMessages, OfACallbackThatThrowsDontReachIt)
     ASSERT_TRUE(viewer.framesUntil([&] { return !callback->codes.empty(); }));
     viewer.frames(5);
     EXPECT_EQ(callback->codes, std::vector<std::string>{"object.unreachable"});
-    EXPECT_TRUE(::says(*box.scene, "the message callback has thrown no lamp"));
+    EXPECT_TRUE(::says(*box.scene, "the message callback has thrown \"no lamp\""));
 }

@@ -244,11 +244,9 @@ TEST(Messages, NoAmplitudeIsNoPressureThatIsTooLow)
     box.scene->setMaxAmplitude(0.0);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return !toldBy(box.scene->getStatistics()).empty(); }));
-    EXPECT_EQ(
-        toldBy(box.scene->getStatistics()),
-        std::vector<std::string>{"field.silenced | silent: the cap of the amplitude is below "
-                                 "the array's lowest level: raise MaxAmplitude if it is 0, or mend "
-                                 "what another message says is not understood"});
+    EXPECT_EQ(toldBy(box.scene->getStatistics()),
+              std::vector<std::string>{"field.silenced | silent: the cap of the amplitude is below "
+                                       "the array's lowest level: raise MaxAmplitude, which is 0"});
     EXPECT_EQ(box.scene->getStatistics().state, ArrayState::SILENT);
     box.scene->setMaxAmplitude(1.0);
     EXPECT_TRUE(viewer.framesUntil(
