@@ -67,8 +67,8 @@ class Played:
             if touch["touching"]:
                 print("touch %d %d %.6g m %.6g N"
                       % (touch["hand"], touch["finger"], touch["distance_m"], touch["force_N"]))
-        for line in self.scene.messages.splitlines():
-            print("told", line)
+        for message in self.scene.messages:
+            print("told", message.text)
         print(".", flush=True)
 
 
