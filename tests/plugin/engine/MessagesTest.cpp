@@ -173,7 +173,7 @@ TEST(Messages, AnUnknownSolverHasOneCode)
         ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().told.empty(); }));
         const auto told = box.scene->getStatistics().told;
         ASSERT_EQ(told.size(), 1u) << told[1].text;
-        EXPECT_EQ(told[0].code, "scene.closed") << isRunning;
+        EXPECT_EQ(told[0].code, "solver.unknown") << isRunning;
         EXPECT_NE(told[0].text.find("nonsense"), std::string::npos) << told[0].text;
         EXPECT_FALSE(box.result()->playing);
     }

@@ -254,5 +254,5 @@ TEST(ArrayDescription, AFileThatIsReadForAnotherSettingHasNotChanged)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     viewer.frames(3);
     for (const HapticMessage& message : box.scene->getStatistics().told)
-        EXPECT_EQ(message.code, "scene.closed") << message.text;
+        EXPECT_EQ(message.code, "solver.unknown") << message.text;
 }
