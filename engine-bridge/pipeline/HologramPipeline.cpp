@@ -23,6 +23,15 @@ haptics::ComposerOptions tried(haptics::ComposerOptions options)
     return options;
 }
 
+// Returns how far the messages have come.
+std::uint64_t tellMessages(const base::MessageLog& log, HologramResult& result)
+{
+    const std::uint64_t changes = log.changes();
+    result.messages = log.all();
+    result.told = log.messages();
+    return changes;
+}
+
 } // namespace
 
 HologramPipeline::HologramPipeline(HologramOptions options) :
@@ -261,9 +270,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
     if (!_context.last || result.state != _context.last->state) device().tell(result.state);
     device().tellOfDriver();
     device().endWhatIsOver();
-    _said.told = _context.messages.changes();
-    result.messages = _context.messages.all();
-    result.told = _context.messages.messages();
+    _said.told = tellMessages(_context.messages, result);
     return made;
 }
 
@@ -284,9 +291,13 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         if (!_isChanged) step = attendStages();
         if (!step.result && !step.isAll) step.result = lookAfterDevice();
         device().endWhatIsOver();
-        if (!step.result && _context.messages.changes() != _said.told)
-            step.result = std::make_shared<HologramResult>(*_context.last);
-        if (!step.result) return nullptr;
+        if (!step.result && _context.messages.changes() == _said.told) return nullptr;
+        if (!step.result)
+        {
+            auto same = std::make_shared<HologramResult>(*_context.last);
+            _said.told = tellMessages(_context.messages, *same);
+            return _context.last = same;
+        }
         return _context.last = finish(std::move(step.result));
     }
     catch (const base::Stopped&)
