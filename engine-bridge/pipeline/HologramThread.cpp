@@ -157,9 +157,9 @@ bool HologramThread::Progress::await(std::uint64_t snapshots, double timeout_s)
 {
     const double until_s = base::steadySeconds() + timeout_s;
     base::Lock lock(_mutex);
-    while (processed < snapshots && !_isEnded && base::steadySeconds() < until_s)
+    while (_processed < snapshots && !_isEnded && base::steadySeconds() < until_s)
         _changed.waitUntil_s(lock, until_s);
-    return processed >= snapshots;
+    return _processed >= snapshots;
 }
 
 bool HologramThread::Progress::isEnded() const
@@ -171,7 +171,7 @@ bool HologramThread::Progress::isEnded() const
 void HologramThread::Progress::advance(std::uint64_t snapshots)
 {
     const base::Lock lock(_mutex);
-    processed += snapshots;
+    _processed += snapshots;
     _changed.notifyAll();
 }
 

@@ -111,7 +111,7 @@ public:
 
     /// The number of snapshots whose result is there, those that a newer one replaced included:
     /// once it is that of all submitted ones, nothing is waited for. Without a pipeline, too.
-    std::uint64_t processed() const { return _progress->processed; }
+    std::uint64_t processed() const { return _progress->_processed; }
 
     /// The same for who waits, perhaps beyond this object's end. Any thread.
     class Progress
@@ -127,7 +127,7 @@ public:
         void advance(std::uint64_t snapshots);
         void end();
 
-        std::atomic<std::uint64_t> processed{0};
+        std::atomic<std::uint64_t> _processed{0};
         mutable base::Mutex _mutex;
         base::Condition _changed;
         bool _isEnded MIDAIR_GUARDED_BY(_mutex) = false;

@@ -80,7 +80,8 @@ SceneSolve HapticEngine::solveInput(const SceneRoot& root)
     listen(input.snapshot.ears, settings.earCamera);
     if (!input.snapshot.ears.allFinite())
         throw midair::base::InputError("an ear is at a place that is not finite");
-    input.settings = midair::bridge::restricted(settings, innerLimits());
+    const midair::bridge::SceneSettings& own = settings;
+    input.settings = midair::bridge::restricted(own, innerLimits());
     auto array = midair::bridge::arrayOn(playedOn(settings), settings.dead, settings.weak);
     midair::bridge::keepToSignal(array.drive);
     input.array = std::make_shared<const midair::haptics::TransducerArray>(std::move(array));

@@ -490,6 +490,7 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
 void SceneCollector::tellLeftOut(const Known& known, const std::vector<std::string>& leftOut)
 {
     std::vector<midair::base::Message> told;
+    told.reserve(leftOut.size());
     for (const std::string& what : leftOut)
         told.push_back(about(MessageCode::POINTS_INVALID, known.path, what, known.origin));
     _log().sayNow({MessageCode::POINTS_INVALID, known.id}, told);

@@ -17,13 +17,13 @@ void beChild()
 }
 
 // Before main(), so that no fork of the program goes unseen.
-const int registered = ::pthread_atfork(nullptr, nullptr, beChild);
+const int kRegistered = ::pthread_atfork(nullptr, nullptr, beChild);
 
 } // namespace
 
 std::uint64_t forks() noexcept
 {
-    static_cast<void>(registered);
+    static_cast<void>(kRegistered);
     return count.load(std::memory_order_relaxed);
 }
 
