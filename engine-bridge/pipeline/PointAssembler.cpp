@@ -88,6 +88,13 @@ std::string askForUnit(double width_m, double metresPerUnit, double least_m, dou
         "should metresPerUnit be {:g} ({}), not {:g}?", found_m, unitName(found_m), metresPerUnit);
 }
 
+// The end of a message: what the unit should be, after \a before, and which size fits.
+std::string unitAndSize(const char* before, const std::string& unit, const std::string& fits)
+{
+    if (unit.empty()) return fits.empty() ? "" : "; " + fits;
+    return before + unit + (fits.empty() ? "" : " " + fits);
+}
+
 } // namespace
 
 PointAssembler::PointAssembler(const haptics::TransducerArray& array,
@@ -404,15 +411,10 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
                               object.path,
                               fmt::format("is {:.3g} m wide, under half a wavelength ({:.2g} m): "
                                           "it is one focus, and no louder than one point of "
-                                          "something larger{}{}{}{}",
+                                          "something larger{}",
                                           width_m,
                                           limit_m,
-                                          unit.empty() ? "" : "; ",
-                                          unit,
-                                          fits.empty()   ? ""
-                                          : unit.empty() ? "; "
-                                                         : " ",
-                                          fits),
+                                          unitAndSize("; ", unit, fits)),
                               object.origin));
 }
 
@@ -454,15 +456,10 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     _messages.say(topic,
                   base::about(topic.code,
                               object.path,
-                              fmt::format("is {:.3g} m wide, the array {:.3g} m{}{}{}{}",
+                              fmt::format("is {:.3g} m wide, the array {:.3g} m{}",
                                           width_m,
                                           array_m,
-                                          unit.empty() ? "" : ": ",
-                                          unit,
-                                          fits.empty()   ? ""
-                                          : unit.empty() ? "; "
-                                                         : " ",
-                                          fits),
+                                          unitAndSize(": ", unit, fits)),
                               object.origin));
 }
 

@@ -172,8 +172,9 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->isTimed = true;
             ++of->frame;
             of->player.rest();
-            of->player.log().sayNow({base::MessageCode::SETTINGS_SILENCED}, of->faults());
-            const std::string why = of->whySilenced();
+            const std::vector<base::Message> faults = of->faults();
+            of->player.log().sayNow({base::MessageCode::SETTINGS_SILENCED}, faults);
+            const std::string why = of->whySilenced(faults);
             if (!why.empty())
             {
                 of->player.silence();
@@ -353,20 +354,13 @@ midair_status midair_ears(midair_scene* scene, midair_ear* ears, size_t capacity
         [&]
         {
             const auto of = sceneOf(scene);
-            given(count, "count");
-            std::vector<haptics::PlaceExposure> all;
-            {
-                const base::Lock lock(of->mutex);
-                if (!of->device.empty()) all = of->player.ears();
-            }
-            *count = all.size();
-            if (all.size() > capacity)
-                fail(MIDAIR_TOO_SMALL,
-                     fmt::format("capacity is {}; there are {}", capacity, all.size()));
-            if (!all.empty()) given(ears, "ears");
-            std::transform(all.begin(),
-                           all.end(),
+            const base::Lock lock(of->mutex);
+            const std::vector<haptics::PlaceExposure> all =
+                of->device.empty() ? std::vector<haptics::PlaceExposure>() : of->player.ears();
+            return copyAll(all,
                            ears,
+                           capacity,
+                           count,
                            [](const haptics::PlaceExposure& one) {
                                return midair_ear{{one.x_m, one.y_m, one.z_m},
                                                  one.level_dB,

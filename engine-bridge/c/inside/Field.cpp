@@ -3,6 +3,7 @@
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/player/SceneSolve.h"
+#include "engine-bridge/playing/PressureCap.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "engine-bridge/solving/OneSolve.h"
 #include "haptics/base/threads/Forks.h"
@@ -112,9 +113,7 @@ void requireSolved(const haptics::SolveReport& report)
 
 bool isSilence(const Field& field)
 {
-    const std::vector<Eigen::VectorXcf>& all = field.sequence.fields;
-    return std::all_of(
-        all.begin(), all.end(), [](const Eigen::VectorXcf& q) { return q.isZero(0.0F); });
+    return bridge::isSilent(field.sequence.fields);
 }
 
 midair_status soundsOrWhy(const Field& field)

@@ -90,9 +90,8 @@ std::vector<base::Message> Scene::faults() const
     return all;
 }
 
-std::string Scene::whySilenced() const
+std::string Scene::whySilenced(const std::vector<base::Message>& all) const
 {
-    const std::vector<base::Message> all = faults();
     if (!all.empty()) return all.front().text;
     return settings.enabled ? "" : "the scene is not enabled";
 }

@@ -138,7 +138,9 @@ struct Scene
     /// What isn't understood, so that nothing is played.
     std::vector<base::Message> faults() const MIDAIR_REQUIRES(mutex);
     /// Why nothing is played, or an empty text.
-    std::string whySilenced() const MIDAIR_REQUIRES(mutex);
+    std::string whySilenced() const MIDAIR_REQUIRES(mutex) { return whySilenced(faults()); }
+    /// The same where the \a all are known already.
+    std::string whySilenced(const std::vector<base::Message>& all) const MIDAIR_REQUIRES(mutex);
     /// The array, as its file was read last, with the transducers that the settings name dead or
     /// weak. Throws InputError.
     std::shared_ptr<const ArrayPair> markedArray() const MIDAIR_REQUIRES(mutex);
