@@ -108,7 +108,7 @@ extern "C"
     /// scene plays on it, a file that has changed is read again, for its fields from then on. The
     /// octagon's origin is the centre of its workspace, that of "board" the middle of its plane.
     MIDAIR_API midair_status midair_array_load(const char* name_or_file, midair_array** array);
-    /// Reads the text of such a file (haptics/array/arrays/README.md).
+    /// Reads the text of such a file (samples/guides/ARRAYS.md).
     MIDAIR_API midair_status midair_array_from_json(const char* json, midair_array** array);
     /// Makes one of 1 .. 65536 transducers, with the data sheet's directivity and ringing of a
     /// T4010A1. \a frequency_Hz: up to 1e7; \a source_Pa_m: peak pressure times distance on the

@@ -14,7 +14,7 @@ extern "C"
 #endif
 
     /// Plays the scene from now on, on the device of this URI: "sim:", "usb:", "record:FILE", a
-    /// registered scheme, several with commas in between (device/README.md). Returns at once: array
+    /// registered scheme, several with commas in between (DEVICES.md). Returns at once: array
     /// and device are opened on a thread of the scene's, midair_state() says how that goes, and
     /// midair_messages() why it failed. Another device replaces the one before.
     MIDAIR_API midair_status midair_play(midair_scene* scene, const char* device);
@@ -83,7 +83,7 @@ extern "C"
         MIDAIR_FAULT = 2    ///< nothing is played
     };
 
-    /// A message about the scene; its codes are in plugin/MESSAGES.md. It is active from when it is
+    /// A message about the scene; its codes are in MESSAGES.md. It is active from when it is
     /// said until what it says has ended: the device is back, the setting is corrected. One about
     /// what has happened is never active.
     typedef struct midair_message
@@ -142,7 +142,7 @@ extern "C"
                                              size_t count);
 
     /// How loud it is at an ear, as of now: levels in dB re 20 uPa, rms, as those of
-    /// haptics/EARS.md.
+    /// samples/guides/SAFETY.md.
     typedef struct midair_ear
     {
         double position[3]; ///< m, array frame
@@ -191,7 +191,7 @@ extern "C"
                                               const midair_hand* hands,
                                               size_t count);
     /// Takes the hands from a source instead: "recorded:FILE", "recorded:FILE?loop", "openxr:",
-    /// "osc:", with their options (engine-bridge/hands/HANDS.md), or "NAME:options" of
+    /// "osc:", with their options (samples/guides/HANDS.md), or "NAME:options" of
     /// midair_register_hands(); "" or "none": from midair_set_hands() again. A recording's times
     /// are those of midair_update(). What a source has to say is in midair_messages().
     MIDAIR_API midair_status midair_open_hands(midair_scene* scene, const char* source);

@@ -100,7 +100,7 @@ void addMessages(py::module_& module, SceneClass& scene)
         .def_property_readonly(
             "code",
             [](const PyMessage& m) { return m.of.code; },
-            "What it is about, for programs: 'device.lost'; plugin/MESSAGES.md has all.")
+            "What it is about, for programs: 'device.lost'; samples/guides/MESSAGES.md has all.")
         .def_property_readonly("severity",
                                &severityOf,
                                "'notice', 'warning' or 'fault': with a fault nothing is played.")

@@ -15,7 +15,7 @@ struct PatBoard
                            ///< directivity are the transducer's data sheet's
 };
 
-/// Reads the text of a `.pat` file (format: haptics/array/arrays/README.md); \a source: its name in
+/// Reads the text of a `.pat` file (format: samples/guides/ARRAYS.md); \a source: its name in
 /// messages. Throws InputError: "source, line N: what it is; what it must be".
 PatBoard readPat(const std::string& text, const std::string& source);
 

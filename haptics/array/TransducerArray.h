@@ -126,7 +126,7 @@ struct TransducerArray
     /// names of nothing.
     static std::string fileOf(const std::string& nameOrPath);
 
-    /// Reads the array that \a json describes (format: haptics/array/arrays/README.md); \a source:
+    /// Reads the array that \a json describes (format: samples/guides/ARRAYS.md); \a source:
     /// its name in messages. Throws InputError: "source: path in the file: what it is; what it must
     /// be".
     static TransducerArray fromJson(const std::string& json, const std::string& source);

@@ -56,7 +56,7 @@ private:
 double audibleShare(double rate_Hz);
 
 /// Limits near 40 kHz that are known for the public and for workers, dB re 20 uPa, rms: those in
-/// bold in haptics/EARS.md, which names where they were read. Who has to choose one is told both.
+/// bold in SAFETY.md, which names where they were read. Who has to choose one is told both.
 constexpr double kPublicEarLimit_dB = 100.0;
 constexpr double kWorkersEarLimit_dB = 110.0;
 

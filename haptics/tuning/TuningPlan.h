@@ -11,7 +11,7 @@
 namespace midair::haptics
 {
 
-/// How transducers are told apart by one microphone; TUNING.md has the rule of each.
+/// How transducers are told apart by one microphone; CALIBRATION.md has the rule of each.
 enum class TuningMethod
 {
     SINGLE,   ///< one transducer at a time, complex readings

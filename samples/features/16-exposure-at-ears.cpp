@@ -1,5 +1,5 @@
 // Exposure: how loud the ultrasound is where ears may be, and a limit that every field keeps to.
-// No safety certificate: haptics/EARS.md says what the numbers mean.
+// No safety certificate: samples/guides/SAFETY.md says what the numbers mean.
 
 #include "Frames.h"
 

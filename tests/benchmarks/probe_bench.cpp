@@ -1,5 +1,5 @@
 // midair-probe-bench: what ringing transducers make of fields in turn, beside the steady fields,
-// and how long the probe and the means take on one core. README.md quotes the tables.
+// and how long the probe and the means take on one core. ACCURACY.md quotes the tables.
 
 #include "haptics/probe/PressureProbe.h"
 #include "haptics/propagation/PressureField.h"

@@ -40,7 +40,7 @@ gcc -std=c99 -D_POSIX_C_SOURCE=199309L -Wall -Wextra -Wpedantic -Werror "$here/c
     -o "$folder/by-pkg-config" || fail "pkg-config's flags don't build the program"
 cmake -G Ninja -S "$here/c" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 &&
     cmake --build "$folder/build" >"$folder/log" 2>&1 || fail "$(cat "$folder/log")"
-awk '/^```c$/ { block = 1; next } /^```/ { block = 0 } block' "$here/../../engine-bridge/c/C.md" >"$folder/program.c"
+awk '/^```c$/ { block = 1; next } /^```/ { block = 0 } block' "$here/../../samples/guides/C.md" >"$folder/program.c"
 # shellcheck disable=SC2086
 gcc -std=c99 -Wall -Wextra -Wpedantic -Werror "$folder/program.c" $flags -Wl,-rpath,"$libraries" -o "$folder/of-the-document" ||
     fail "the program of C.md isn't built"

@@ -24,5 +24,5 @@ done < <(find "$folder/usr" -name '*.md')
 echo "$links links of installed documents"
 
 # The getting-started and the guide for C++, for somebody who has the prefix alone.
-xvfb-run -a -s '-screen 0 640x480x24' "$here/../documents/blocks.py" --root "$here/../.." --prefix "$folder/usr" plugin/TUTORIAL.md \
-    samples/guides/CPP.md engine-bridge/c/C.md
+xvfb-run -a -s '-screen 0 640x480x24' "$here/../documents/blocks.py" --root "$here/../.." --prefix "$folder/usr" samples/guides/START.md \
+    samples/guides/CPP.md samples/guides/C.md

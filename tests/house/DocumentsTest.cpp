@@ -76,7 +76,7 @@ TEST(Documents, EachSettingHasItsSetter)
         textOfFile(root / "engine-bridge/include/osgMidair/SceneSettings") +
         textOfFile(root / "engine-bridge/include/osgMidair/ObjectSettings") +
         textOfFile(root / "haptics/include/osgMidair/FieldSettings");
-    const std::string text = textOfFile(root / "plugin/SCENES.md");
+    const std::string text = textOfFile(root / "samples/guides/SETTINGS.md");
     const std::string tables =
         text.substr(text.find("## Objects"), text.find("## Names") - text.find("## Objects"));
     static const std::regex row(R"(\n\| `(\w+)` \|)");

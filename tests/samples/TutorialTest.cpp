@@ -1,4 +1,4 @@
-// plugin/TUTORIAL.md has a gallery of all scenes. Its commands are run by tests/documents.
+// samples/guides/START.md has a gallery of all scenes. Its commands are run by tests/documents.
 
 #include <filesystem>
 #include <fstream>
@@ -9,7 +9,7 @@
 
 TEST(Tutorial, NamesEachSceneOfTheGallery)
 {
-    std::ifstream in(MIDAIR_ROOT "/plugin/TUTORIAL.md");
+    std::ifstream in(MIDAIR_ROOT "/samples/guides/START.md");
     std::stringstream text;
     text << in.rdbuf();
     for (const auto& entry : std::filesystem::directory_iterator(MIDAIR_ROOT "/samples/scenes"))

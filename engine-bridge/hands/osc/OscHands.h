@@ -10,7 +10,7 @@
 namespace midair::bridge
 {
 
-/// \{ Addresses of what is sent; engine-bridge/hands/HANDS.md has their arguments.
+/// \{ Addresses of what is sent; samples/guides/HANDS.md has their arguments.
 constexpr const char* kOscHand = "/midair/hand";
 constexpr const char* kOscText = "/midair/text";
 constexpr const char* kOscHorizon = "/midair/horizon";

@@ -26,7 +26,7 @@ enum class Severity
     FAULT    ///< nothing is played
 };
 
-/// What a message is about. There is no message without; plugin/MESSAGES.md has a line for each.
+/// What a message is about. There is no message without; MESSAGES.md has a line for each.
 enum class MessageCode
 {
     AIR_TEMPERATURE,

@@ -297,7 +297,7 @@ std::string describe(const EarNeed& need, const std::string& array)
     limit(haptics::kWorkersEarLimit_dB, "workers", need.workersShare);
     return text + "  earLimit=none  nothing is held down\n"
                   "  Choose one: --set earLimit=.., or OSG_MIDAIR_EAR_LIMIT. Where the limits come "
-                  "from is in haptics/EARS.md; none is known to be safe.";
+                  "from is in samples/guides/SAFETY.md; none is known to be safe.";
 }
 
 } // namespace midair::samples

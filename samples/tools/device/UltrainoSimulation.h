@@ -21,7 +21,7 @@ constexpr std::size_t kMostUltrainoBytes = std::size_t(16) << 20; ///< of the fi
 constexpr std::size_t kMostUltrainoXml = std::size_t(64) << 20;   ///< of what is in it
 
 /// Reads the bytes of a `.xml.gz` file, or of one without compression (format:
-/// haptics/array/arrays/README.md); \a source: its name in messages. Throws InputError.
+/// samples/guides/ARRAYS.md); \a source: its name in messages. Throws InputError.
 UltrainoSimulation readUltraino(const std::string& bytes, const std::string& source);
 
 } // namespace midair::samples

@@ -92,7 +92,7 @@ std::vector<Cell> allCells(bool quick, const Cell& common)
     return cells;
 }
 
-// The production solver's table in README.md.
+// The production solver's table in ACCURACY.md.
 std::vector<Cell> productionCells(const Cell& common)
 {
     std::vector<Cell> cells;

@@ -150,7 +150,7 @@ TEST(Autd3Device, switches_at_once_where_that_is_asked_for)
     expectSafe(rehearsal);
 }
 
-// As device/AUTD3.md says.
+// As samples/guides/AUTD3.md says.
 TEST(Autd3Device, says_how_many_fields_its_cable_carries)
 {
     Rehearsal timed(16);

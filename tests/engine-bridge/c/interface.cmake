@@ -7,7 +7,7 @@ add_test(NAME CInterface.headers_are_c99_and_cpp
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/engine-bridge/c/headers.sh ${PROJECT_SOURCE_DIR}/engine-bridge/c)
 set_tests_properties(CInterface.headers_are_c99_and_cpp PROPERTIES LABELS engine-bridge/c TIMEOUT 120)
 add_test(NAME CInterface.threads_of_each_function
-         COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/engine-bridge/c/threads.sh ${PROJECT_SOURCE_DIR}/engine-bridge/c)
+         COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/engine-bridge/c/threads.sh ${PROJECT_SOURCE_DIR}/engine-bridge/c ${PROJECT_SOURCE_DIR}/samples/guides/C.md)
 set_tests_properties(CInterface.threads_of_each_function PROPERTIES LABELS engine-bridge/c TIMEOUT 60)
 
 # midair_python_test(NAME FILE): one of unittest's files, with the module of this build.

@@ -130,7 +130,7 @@ TEST(Exposure, OfTwoAmplitudesTheLargerCountsAtEars)
 // What installations tell their operators stands in the table of what is known.
 TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
 {
-    std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
+    std::ifstream file(MIDAIR_ROOT "/samples/guides/SAFETY.md");
     std::ostringstream text;
     text << file.rdbuf();
     const auto row = [](const char* whose, double limit_dB) {
@@ -146,7 +146,7 @@ TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
 // the same source as the row above.
 TEST(Exposure, EachLimitOfTheDocumentNamesWhereItWasRead)
 {
-    std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
+    std::ifstream file(MIDAIR_ROOT "/samples/guides/SAFETY.md");
     int rows = 0;
     for (std::string line; std::getline(file, line) && line != "## What lowers it";)
     {

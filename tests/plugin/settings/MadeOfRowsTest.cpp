@@ -257,8 +257,8 @@ const Lines kObjectHeaders = {"engine-bridge/include/osgMidair/ObjectSettings",
 
 TEST(MadeOfRows, ValuesOfScenesAndOverlays)
 {
-    expectText("plugin/SCENES.md",
-               withRows("plugin/SCENES.md",
+    expectText("samples/guides/SETTINGS.md",
+               withRows("samples/guides/SETTINGS.md",
                         {{"objects", [] { return valueRows(surfaceProperties(), "property"); }},
                          {"scenes", [] { return valueRows(sceneSettings(), "setting"); }},
                          {"safety", safetyLines},
@@ -268,8 +268,8 @@ TEST(MadeOfRows, ValuesOfScenesAndOverlays)
 
 TEST(MadeOfRows, Notations)
 {
-    expectText("plugin/NOTATIONS.md",
-               withRows("plugin/NOTATIONS.md",
+    expectText("samples/guides/SETTINGS.md",
+               withRows("samples/guides/SETTINGS.md",
                         {{"objects", [] { return nameRows(surfaceProperties(), false); }},
                          {"scenes", [] { return nameRows(sceneSettings(), true); }}}));
 }

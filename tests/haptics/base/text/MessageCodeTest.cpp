@@ -28,8 +28,8 @@ TEST(MessageCode, HasOneRowEachInTheirOrder)
 
 TEST(MessageCode, IsInTheDocument)
 {
-    std::ifstream document(MIDAIR_ROOT "/plugin/MESSAGES.md");
-    ASSERT_TRUE(document) << "plugin/MESSAGES.md";
+    std::ifstream document(MIDAIR_ROOT "/samples/guides/MESSAGES.md");
+    ASSERT_TRUE(document) << "samples/guides/MESSAGES.md";
     const std::regex row(R"(\| `([^`]+)` \| (\w+) \| ([^|]+) \| ([^|]+) \|)");
     std::vector<std::string> said;
     for (std::string line; std::getline(document, line);)
