@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# samples/pictures/make.sh: makes the README's pictures anew, from a build in build/ (samples/run.sh makes one). Needs
+# samples/pictures/make.sh: makes the pictures of README.md and of the guides anew, from a build in build/ (samples/run.sh makes one). Needs
 # imagemagick, which writes fields with 192 colours: no difference to be seen (PSNR over 45 dB) at a third of the size. The
-# views hold more hues than that and are dithered.
+# views hold more hues than that and are dithered. concepts.svg is drawn by hand.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)
@@ -18,6 +18,14 @@ cp "$out/contacts/star_5.png" samples/pictures/contacts.png
 build/bin/midair-demo --headless --frames 40 --still --overlays ears,figures --out "$out/ears" >/dev/null
 cp "$out/ears/star_6.png" samples/pictures/ears.png
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
+# touch.gif: the last picture of runs that are longer by three frames each, while the recorded finger touches the star; then backwards.
+for frames in $(seq 52 3 112); do
+    build/bin/midair-demo --headless --frames "$frames" --hands samples/hands/star.csv --render contact --zoom 2.6 --width 640 --height 400 \
+        --overlays points,slice,hands,contacts --out "$out/touch" >/dev/null
+    mv "$out/touch/star_6.png" "$out/touch/frame_$(printf %03d "$frames").png"
+done
+convert -delay 8 "$out"/touch/frame_*.png -crop 440x360+110+40 +repage \( -clone 0--1 -reverse \) -loop 0 -dither None -colors 96 \
+    -layers optimize samples/pictures/touch.gif
 # installation NAME FRAMES [option]..: the last frame of a run, with the program's own visitor.
 installation()
 {

@@ -1,8 +1,9 @@
-// The README shows files of the project; they must be the files.
+// README.md and the guides: short, all of them found from an index, and showing files as they are.
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -11,41 +12,81 @@
 namespace
 {
 
+namespace fs = std::filesystem;
+
+const std::string kGuides = "samples/guides/";
+
 std::string content(const std::string& path)
 {
-    std::ifstream file(path);
+    std::ifstream file(MIDAIR_ROOT "/" + path);
     EXPECT_TRUE(file) << path;
     std::stringstream text;
     text << file.rdbuf();
     return text.str();
 }
 
-TEST(Readme, ShowsTheSceneAsItIs)
+auto linesOf(const std::string& text)
 {
-    const std::string readme = content(MIDAIR_ROOT "/README.md");
-    EXPECT_NE(readme.find("\n" + content(MIDAIR_ROOT "/samples/scenes/star.osgt") + "```"),
-              std::string::npos);
+    return std::count(text.begin(), text.end(), '\n');
+}
+
+/// All documents of the project, below its root.
+std::set<std::string> documents()
+{
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(MIDAIR_ROOT))
+    {
+        const std::string path = fs::relative(entry.path(), MIDAIR_ROOT).generic_string();
+        if (entry.path().extension() == ".md" && path.rfind("build", 0) != 0) found.insert(path);
+    }
+    return found;
 }
 
 TEST(Readme, IsShortAndBeginsWithAPicture)
 {
-    const std::string readme = content(MIDAIR_ROOT "/README.md");
-    EXPECT_LE(std::count(readme.begin(), readme.end(), '\n'), 150);
+    const std::string readme = content("README.md");
+    EXPECT_LT(linesOf(readme), 90);
     EXPECT_LT(readme.find("!["), 100U);
 }
 
 TEST(Readme, LeadsToEachDocument)
 {
-    const std::string readme = content(MIDAIR_ROOT "/README.md");
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(MIDAIR_ROOT))
+    const std::string readme = content("README.md");
+    const std::string index = content(kGuides + "README.md");
+    EXPECT_NE(readme.find("(" + kGuides + "README.md"), std::string::npos);
+    for (const std::string& path : documents())
     {
-        const std::string path =
-            std::filesystem::relative(entry.path(), MIDAIR_ROOT).generic_string();
-        if (entry.path().extension() != ".md" || path == "README.md" ||
-            path.rfind("build", 0) == 0 || path.rfind("tests/", 0) == 0)
-            continue;
-        EXPECT_NE(readme.find("(" + path), std::string::npos) << path;
+        const bool isGuide = path.rfind(kGuides, 0) == 0;
+        if (path == "README.md" || path == kGuides + "README.md") continue;
+        EXPECT_NE(index.find(isGuide ? "(" + path.substr(kGuides.size()) : "(../../" + path),
+                  std::string::npos)
+            << path;
     }
+}
+
+TEST(Guides, AreFewAndHaveNamesOfTheirOwn)
+{
+    std::ptrdiff_t guides = 0;
+    std::ptrdiff_t lines = 0;
+    std::set<std::string> names;
+    for (const std::string& path : documents())
+    {
+        const std::string name = fs::path(path).filename().string();
+        EXPECT_TRUE(names.insert(name).second || name == "README.md") << path;
+        if (path.rfind(kGuides, 0) != 0) continue;
+        ++guides;
+        lines += linesOf(content(path));
+    }
+    EXPECT_GT(guides, 15);
+    EXPECT_LE(guides, 25);
+    EXPECT_LE(lines, 3500);
+}
+
+TEST(Guides, ShowTheSceneAsItIs)
+{
+    EXPECT_NE(
+        content(kGuides + "START.md").find("\n" + content("samples/scenes/star.osgt") + "```"),
+        std::string::npos);
 }
 
 } // namespace

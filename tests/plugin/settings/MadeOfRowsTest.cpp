@@ -96,35 +96,6 @@ Lines valueRows(const SettingTable<T>& table, const std::string& what)
     return rows;
 }
 
-/// midair-demo's option. It takes an object's pressure in Pa, and plays no objects that are off.
-std::string optionOf(const std::string& name, bool isScene)
-{
-    if (!isScene && (name == "enabled" || name == "unit")) return "";
-    std::string option = "`--";
-    for (const char c : name)
-        if (c >= 'A' && c <= 'Z')
-            option += std::string("-") + static_cast<char>(c - 'A' + 'a');
-        else
-            option += c;
-    return option + "`";
-}
-
-/// A row for each setting: its name, in node files, in tags and options, as a variable and on the
-/// command line.
-template<typename T>
-Lines nameRows(const SettingTable<T>& table, bool isScene)
-{
-    Lines rows = {
-        "| property | in node files | in tags, options and settings files | variable | midair-demo "
-        "|",
-        "|---|---|---|---|---|"};
-    for (const Setting<T>& row : table.rows())
-        rows.push_back("| `" + row.name + "` | `" + row.storedName() + "` | `" + row.name +
-                       "=` | " + (row.variable.empty() ? "" : "`OSG_MIDAIR_" + row.variable + "`") +
-                       " | " + optionOf(row.name, isScene) + " |");
-    return rows;
-}
-
 template<typename T>
 std::string safetyNames(const SettingTable<T>& table)
 {
@@ -140,6 +111,15 @@ Lines safetyLines()
                        safetyNames(surfaceProperties()) + ".",
                    "",
                    140);
+}
+
+Lines variableLines()
+{
+    std::string names;
+    for (const auto& row : sceneSettings().rows())
+        if (!row.variable.empty())
+            names += (names.empty() ? "`OSG_MIDAIR_" : ", `OSG_MIDAIR_") + row.variable + "`";
+    return wrapped(names + ".", "", 140);
 }
 
 Lines overlayRows()
@@ -262,16 +242,9 @@ TEST(MadeOfRows, ValuesOfScenesAndOverlays)
                         {{"objects", [] { return valueRows(surfaceProperties(), "property"); }},
                          {"scenes", [] { return valueRows(sceneSettings(), "setting"); }},
                          {"safety", safetyLines},
+                         {"variables", variableLines},
                          {"overlays", overlayRows},
                          {"overlays' numbers", overlayNumberRows}}));
-}
-
-TEST(MadeOfRows, Notations)
-{
-    expectText("samples/guides/SETTINGS.md",
-               withRows("samples/guides/SETTINGS.md",
-                        {{"objects", [] { return nameRows(surfaceProperties(), false); }},
-                         {"scenes", [] { return nameRows(sceneSettings(), true); }}}));
 }
 
 TEST(MadeOfRows, CommentsOfSetters)

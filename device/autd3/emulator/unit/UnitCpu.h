@@ -42,7 +42,7 @@ struct UnitMoment
     bool causeLasts = false;
 };
 
-/// The commands of a unit, with their lengths and results, as firmware 0.10 has them (AUTD3.md says
+/// The commands of a unit, their lengths and results, as firmware 0.10 has them (PROTOCOL.md says
 /// where). Not emulated, and refused as bad payload: foci, switches by GPIO, banks that take turns;
 /// as unknown: firmware update, GPIO, reboot.
 class UnitCpu

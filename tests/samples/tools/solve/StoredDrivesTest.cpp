@@ -1,5 +1,7 @@
-// midair-solve against drives that an earlier build of it has left, level by level, with every
-// instruction set; how they were made is told in tests/data/drives/README.md.
+// midair-solve against drives that an earlier build of it (g++ 12.2, Release, AVX-512) has left,
+// level by level. tests/data/drives/SET/NAME.drive has, field by field, 3984 bytes of phase levels,
+// then 3984 of duty levels, in the array's order; plain, avx2 and avx512 are of one binary under
+// OSG_MIDAIR_SIMD. Below stands how midair-solve made each.
 
 #include "tests/haptics/base/simd/OnEverySet.h"
 #include "tests/samples/Shell.h"
