@@ -508,8 +508,17 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
             {base::MessageCode::POINTS_BUDGET,
              fmt::format("more points than the budget of {}; objects of lower priority get fewer",
                          _selector.maxPoints)});
+    tellUnfelt(snapshot, report);
+}
+
+// Of all objects of which no point is felt the first is named.
+void PointAssembler::tellUnfelt(const SceneSnapshot& snapshot,
+                                const haptics::SelectionReport& report)
+{
+    const auto objectOf = [&](std::size_t i) -> const HapticObject&
+    { return snapshot.objects[static_cast<std::size_t>(_posed[i].object)]; };
     std::vector<base::Topic> unfelt;
-    const HapticObject* first = nullptr; // the one that the message names
+    const HapticObject* first = nullptr;
     for (std::size_t i = 0; i < _posed.size(); ++i)
     {
         const std::uint64_t whole = objectOf(i).touchId();

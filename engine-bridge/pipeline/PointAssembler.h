@@ -147,6 +147,7 @@ private:
     void holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const;
     void tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out);
     void tellLeftOut(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
+    void tellUnfelt(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     bool withinReach(const HapticObject& object) const;
     void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
     void keepSide(const HapticObject& object, haptics::PosedObject& posed);

@@ -52,21 +52,31 @@ void addFigures(const HologramResult& result, SceneStatistics& all)
     all.stop = haptics::stopReasonName(result.report().stop);
 }
 
-bool sameObject(const HapticObject& a, const HapticObject& b)
-{
-    return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
-           a.clips == b.clips && a.pose.matrix() == b.pose.matrix();
-}
-
 } // namespace
 
 void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
 {
-    _objects = snapshot.objects;
+    _felt.resize(snapshot.objects.size());
+    for (std::size_t i = 0; i < _felt.size(); ++i)
+    {
+        const HapticObject& object = snapshot.objects[i];
+        _felt[i].id = object.id;
+        _felt[i].meshId = object.meshId;
+        _felt[i].properties = object.properties;
+        _felt[i].clips = object.clips;
+        _felt[i].pose = object.pose;
+    }
     _around = snapshot.around;
     _ears = snapshot.ears;
     _at_s = now_s;
     _isAny = true;
+}
+
+bool SubmittedFrame::isSame(const HapticObject& object, const Felt& felt)
+{
+    return object.id == felt.id && object.meshId == felt.meshId &&
+           object.properties == felt.properties && object.clips == felt.clips &&
+           object.pose.matrix() == felt.pose.matrix();
 }
 
 bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) const
@@ -79,9 +89,9 @@ bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) con
         return true;
     return objectsToo && !std::equal(snapshot.objects.begin(),
                                      snapshot.objects.end(),
-                                     _objects.begin(),
-                                     _objects.end(),
-                                     sameObject);
+                                     _felt.begin(),
+                                     _felt.end(),
+                                     isSame);
 }
 
 ScenePlayer::ScenePlayer(Host host) :

@@ -20,6 +20,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -44,10 +45,21 @@ public:
     /// objects, where it is known that they are the same.
     bool differs(const SceneSnapshot& snapshot, bool objectsToo) const;
 
-    bool hasObjects() const { return !_objects.empty(); }
+    bool hasObjects() const { return !_felt.empty(); }
 
 private:
-    std::vector<HapticObject> _objects;
+    /// What of an object the field depends on.
+    struct Felt
+    {
+        std::uint64_t id = 0;
+        std::uint64_t meshId = 0;
+        HapticProperties properties;
+        std::vector<Eigen::Vector4d> clips;
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    };
+    static bool isSame(const HapticObject& object, const Felt& felt);
+
+    std::deque<Felt> _felt; // grows without moving what it has
     HandsAndObstacles _around;
     Eigen::Matrix3Xd _ears = Eigen::Matrix3Xd(3, 0);
     double _at_s = 0.0;

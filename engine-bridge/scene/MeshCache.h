@@ -61,7 +61,7 @@ public:
     static constexpr int kKeptFrames = 600; ///< so that a blinking object isn't read each time
     /// Copied in slices a frame, and what new subtrees cost besides, in bytes that take as long: 2
     /// ms of a slow core together. What is looked at in a frame takes of it, too, but kLeastBytes.
-    static constexpr std::size_t kFrameBytes = std::size_t(1) << 19;
+    static constexpr std::size_t kFrameBytes = 5 * (std::size_t(1) << 16);
     static constexpr std::size_t kLeastBytes = kFrameBytes / 8;
     /// Left for small new ones where large ones are read.
     static constexpr std::size_t kBesideLarge = kFrameBytes / 4;

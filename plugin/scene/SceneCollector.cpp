@@ -39,6 +39,8 @@ constexpr const char* kUntouched = "; it isn't felt where it is touched";
 constexpr std::size_t kInstanceWork = 4096;
 /// What looking for tags costs for an instance, likewise.
 constexpr std::size_t kTagWork = 512;
+/// What it costs to meet an instance for the first time, likewise.
+constexpr std::size_t kMeetWork = 1024;
 
 bool isPlain(const osg::Node& node)
 {
@@ -126,7 +128,10 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
     _visitor.collect(roots, _unmarked && isUnmarked ? &*_unmarked : nullptr);
     noteMarks();
-    if (isTagFrame) _meshes.spendBefore(kTagWork * _visitor.instances().size());
+    const std::size_t met = _visitor.instances().size();
+    const std::size_t before = std::exchange(_frames.instances, met);
+    _meshes.spendBefore(kMeetWork * (met - std::min(before, met)) +
+                        (isTagFrame ? kTagWork * met : 0));
     _obstacles.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
         if (instance.obstacle)

@@ -169,6 +169,7 @@ private:
         std::size_t objects = 0;                         ///< of the last frame
         unsigned int calm = 0;                           ///< Collected::calm of the last frame
         std::unordered_map<std::uint64_t, bool> waiting; ///< whether one that waits silences all
+        std::size_t instances = 0;                       ///< that the last one met
         unsigned int changes = 0;                        ///< propertyChanges() of the last frame
         bool isAnySet = true;                            ///< a setter has changed a property since
     };

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -129,9 +130,10 @@ std::vector<HandCapsule> handAt(double x_m)
     std::vector<HandCapsule> hand;
     for (int bone = 0; bone < 20; ++bone)
     {
+        const int row = bone / 5;
         HandCapsule one;
         one.bone = bone;
-        one.shape.a = Eigen::Vector3d(x_m + 0.01 * (bone % 5), 0.02 * (bone / 5), 0.0);
+        one.shape.a = Eigen::Vector3d(x_m + 0.01 * (bone % 5), 0.02 * row, 0.0);
         one.shape.b = one.shape.a + Eigen::Vector3d(0.0, 0.02, 0.0);
         one.shape.radius_m = 0.008;
         hand.push_back(one);
@@ -139,25 +141,8 @@ std::vector<HandCapsule> handAt(double x_m)
     return hand;
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+std::vector<Row> allRows()
 {
-    int frames = 200;
-    int objects = 0;
-    std::string only;
-    CLI::App app("What a frame costs the hologram's thread, ms of processor time");
-    app.add_option("--frames", frames, "of each row")->check(CLI::Range(2, 100000));
-    app.add_option("--only", only, "the row of this name, or all whose name has this in it");
-    app.add_option(
-           "--objects", objects, "new, moving and resting ones in an own loop, instead of the rows")
-        ->check(CLI::Range(1, 100000));
-    CLI11_PARSE(app, argc, argv);
-    if (objects > 0)
-    {
-        bench::printFrames(objects);
-        return 0;
-    }
     const auto still = [](SceneSnapshot&, int) {};
     const auto farMoves = [](SceneSnapshot& s, int frame)
     {
@@ -166,7 +151,7 @@ int main(int argc, char** argv)
     };
     const auto moves = [](SceneSnapshot& s, int frame)
     { s.objects[0].pose.translation() << 0.01 * std::sin(0.1 * frame), 0.0, 0.0; };
-    const std::vector<Row> rows = {
+    return {
         {"still", 0.0, still},
         {"what is 3 m away moves", 0.0, farMoves},
         {"the same, a cap that doesn't bind", kNotBinding_Pa, farMoves},
@@ -193,6 +178,12 @@ int main(int argc, char** argv)
         {"an update under a cap that binds", 300.0, moves},
         {"0.1 K of air", 0.0, still, true},
     };
+}
+
+/// The row called \a only, or all whose name has this in it.
+void timeRows(int frames, const std::string& only)
+{
+    const std::vector<Row> rows = allRows();
     std::printf("%s; octagon, %d frames\n%-42s %4s %8s %8s %10s %7s\n",
                 processor().c_str(),
                 frames,
@@ -207,5 +198,38 @@ int main(int argc, char** argv)
     for (const Row& row : rows)
         if (isName ? row.name == only : std::string(row.name).find(only) != std::string::npos)
             time(row, frames);
+}
+
+int run(int argc, char** argv)
+{
+    int frames = 200;
+    int objects = 0;
+    std::string only;
+    CLI::App app("What a frame costs the hologram's thread, ms of processor time");
+    app.add_option("--frames", frames, "of each row")->check(CLI::Range(2, 100000));
+    app.add_option("--only", only, "the row of this name, or all whose name has this in it");
+    app.add_option(
+           "--objects", objects, "new, moving and resting ones in an own loop, instead of the rows")
+        ->check(CLI::Range(1, 100000));
+    CLI11_PARSE(app, argc, argv);
+    if (objects > 0)
+        bench::printFrames(objects);
+    else
+        timeRows(frames, only);
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-update-bench: %s\n", error.what());
+        return 1;
+    }
 }

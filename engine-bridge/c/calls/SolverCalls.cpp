@@ -61,7 +61,7 @@ std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
     if (CallbackScope::isInside())
         fail(MIDAIR_INVALID, "a callback may not call a function with a scene or a solver");
     static_cast<void>(kSolversWatchForks);
-    const std::shared_ptr<OpenSolver> solver = solvers().find(handle);
+    std::shared_ptr<OpenSolver> solver = solvers().find(handle);
     if (!solver->isOurs) fail(MIDAIR_CLOSED, std::string("the midair_solver is ") + base::kForked);
     return solver;
 }

@@ -77,8 +77,8 @@ struct HandErrors
 
 double worstBone(const Hand& hand, const Hand& measured)
 {
-    const auto after = handCapsules({0.0, {hand}});
-    const auto before = handCapsules({0.0, {measured}});
+    const auto after = handCapsules({0.0, {hand}, {}});
+    const auto before = handCapsules({0.0, {measured}, {}});
     double worst = 0.0;
     for (std::size_t i = 0; i < after.size(); ++i)
     {

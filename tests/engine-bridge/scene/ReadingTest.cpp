@@ -199,10 +199,10 @@ TEST_F(Reading, ManySmallOnesUseUpAFramesShare)
         return count;
     };
     constexpr std::size_t kCost = MeshCache::kSubtreeWork + 98 * 12 + 1200 + 24;
-    EXPECT_NEAR(static_cast<double>(readUntilFull()), MeshCache::kFrameBytes / kCost, 1.0);
+    EXPECT_NEAR(readUntilFull(), static_cast<double>(MeshCache::kFrameBytes) / kCost, 1.0);
     for (int i = 0; i < 200; ++i)
         readUntilFull();
-    EXPECT_NEAR(static_cast<double>(readUntilFull()), MeshCache::kLeastBytes / kCost, 1.0)
+    EXPECT_NEAR(readUntilFull(), static_cast<double>(MeshCache::kLeastBytes) / kCost, 1.0)
         << "what is there takes its share, too";
 }
 

@@ -142,17 +142,18 @@ TEST_F(DeviceDriverTest, WhatItThrowsWhileItIsOpenedIsAMessage)
             error);
     }();
     ASSERT_TRUE(registered);
-    for (const auto& [place, thrown] : {std::pair{"make", "\"no bus\""},
-                                        std::pair{"open", "what is no std::exception"},
-                                        std::pair{"levels", "\"no levels\""}})
+    for (const auto& one : {std::pair{"make", "\"no bus\""},
+                            std::pair{"open", "what is no std::exception"},
+                            std::pair{"levels", "\"no levels\""}})
     {
-        where = place;
+        const char* thrown = one.second;
+        where = one.first;
         BoxScene box;
         box.scene->setDevice("throwing:");
         HeadlessViewer viewer(box.scene);
         EXPECT_TRUE(viewer.framesUntil(
             [&] { return says(*box.scene, std::string("its driver has thrown ") + thrown); }))
-            << place;
+            << where;
         EXPECT_EQ(box.scene->getStatistics().state, ArrayState::CLOSED);
     }
     EXPECT_GT(drivenLog().silences, 0) << "one that was open is silenced";
