@@ -34,7 +34,7 @@ struct OwnTemporaryFolder
     pid_t owner = 0;
 };
 
-const OwnTemporaryFolder ownTemporaryFolder;
+const OwnTemporaryFolder kOwnTemporaryFolder;
 
 } // namespace
 
@@ -44,6 +44,6 @@ const OwnTemporaryFolder ownTemporaryFolder;
 extern "C" int __lsan_is_turned_off(); // NOLINT(bugprone-reserved-identifier)
 extern "C" int __lsan_is_turned_off()  // NOLINT(bugprone-reserved-identifier)
 {
-    return ::getpid() == ownTemporaryFolder.owner ? 0 : 1;
+    return ::getpid() == kOwnTemporaryFolder.owner ? 0 : 1;
 }
 #endif

@@ -89,9 +89,7 @@ void onMessage(const PyScene& scene, const py::object& callback)
         checked(midair_on_message, scene.get(), &callBack, static_cast<void*>(&own));
 }
 
-} // namespace
-
-void addMessages(py::module_& module, SceneClass& scene)
+void addMessage(py::module_& module)
 {
     Class<PyMessage>(module,
                      "Message",
@@ -134,6 +132,13 @@ void addMessages(py::module_& module, SceneClass& scene)
                     .format(severityOf(m), m.of.code, m.of.active ? "" : " (over)", m.text);
             },
             "Returns severity, code and text.");
+}
+
+} // namespace
+
+void addMessages(py::module_& module, SceneClass& scene)
+{
+    addMessage(module);
     scene
         .def("on_message",
              &onMessage,

@@ -63,10 +63,13 @@ struct Balls
     void move(double by_m)
     {
         for (std::size_t i = 0; i < all.size(); ++i)
+        {
+            const std::size_t layer = i / 100;
             all[i]->setMatrix(
                 osg::Matrixd::translate(0.01 * static_cast<double>(i % 10) - 0.045 + by_m,
                                         0.01 * static_cast<double>(i / 10 % 10) - 0.045,
-                                        0.1 + 0.01 * static_cast<double>(i / 100)));
+                                        0.1 + 0.01 * static_cast<double>(layer)));
+        }
     }
 
     double update_ms()

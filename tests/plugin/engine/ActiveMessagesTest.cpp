@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -36,10 +37,10 @@ std::ostream& operator<<(std::ostream& out, const Mistake& mistake)
     return out << mistake.name;
 }
 
-const std::vector<Mistake>& mistakes()
+std::vector<Mistake> mistakesOfSettings()
 {
     static const osg::Matrixd kStretched = osg::Matrixd::scale(2.0, 1.0, 1.0);
-    static const std::vector<Mistake> all = {
+    return {
         {"solver",
          "solver.unknown",
          [](BoxScene& box) { box.scene->setSolver("nosuch"); },
@@ -84,6 +85,12 @@ const std::vector<Mistake>& mistakes()
          "settings.silenced",
          [](BoxScene&) { setenv("OSG_MIDAIR_MAX_PRESSURE", "loud", 1); },
          [](BoxScene&) { unsetenv("OSG_MIDAIR_MAX_PRESSURE"); }},
+    };
+}
+
+std::vector<Mistake> mistakesOfWhatIsFelt()
+{
+    return {
         {"far",
          "object.unreachable",
          [](BoxScene& box) { box.move(40.0); },
@@ -101,6 +108,13 @@ const std::vector<Mistake>& mistakes()
          [](BoxScene& box) { box.scene->setMaxAmplitude(0.0); },
          [](BoxScene& box) { box.scene->setMaxAmplitude(1.0); }},
     };
+}
+
+std::vector<Mistake> mistakes()
+{
+    std::vector<Mistake> all = mistakesOfSettings();
+    for (Mistake& mistake : mistakesOfWhatIsFelt())
+        all.push_back(std::move(mistake));
     return all;
 }
 
