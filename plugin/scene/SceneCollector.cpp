@@ -36,11 +36,11 @@ constexpr const char* kMesh = "mesh";
 constexpr const char* kUntouched = "; it isn't felt where it is touched";
 
 /// What a new instance costs besides its mesh, in bytes that take as long to copy.
-constexpr std::size_t kInstanceWork = 4096;
+constexpr std::size_t kInstanceWork = 2048;
 /// What looking for tags costs for an instance, likewise.
 constexpr std::size_t kTagWork = 512;
 /// What it costs to meet an instance for the first time, likewise.
-constexpr std::size_t kMeetWork = 1024;
+constexpr std::size_t kMeetWork = 256;
 
 bool isPlain(const osg::Node& node)
 {

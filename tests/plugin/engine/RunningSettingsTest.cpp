@@ -235,7 +235,7 @@ TEST_F(Running, ALossAndAReturnAreToldByStateCallbackAndNotice)
 {
     osg::ref_ptr<Changes> changes = new Changes;
     box.scene->setDeviceCallback(changes);
-    box.scene->setDevice("sim:?unplug_at=300ms&replug_at=1500ms");
+    box.scene->setDevice("sim:?unplug_at=1200ms&replug_at=2400ms");
     Notices notices;
     ASSERT_TRUE(viewer.framesUntil([&] { return changes->has(ArrayState::PLAYING); }));
     ASSERT_TRUE(viewer.framesUntil([&] { return changes->has(ArrayState::LOST); }));
