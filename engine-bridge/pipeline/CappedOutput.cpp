@@ -175,16 +175,22 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
                                  const std::vector<Eigen::VectorXcf>& wanted,
                                  haptics::SolveReport& report)
 {
-    if (_isDead || _context.options.isSilencedElsewhere) return; // told already
+    const auto isOld = [](const base::Message& message)
+    { return message.code == base::MessageCode::FIELD_SILENCED; };
+    if (_isDead || _context.options.isSilencedElsewhere) // told already
+    {
+        _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
+        return;
+    }
     const double most = _output->amplitudeCap();
+    // It was lowered for options that are about to come, which say by whom.
+    if (most < _context.options.maxAmplitude) return;
     const std::string amplitude = most <= 0.0  ? "MaxAmplitude, which is 0"
                                   : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
                                                : "max-amplitude of the device";
     const std::string told = _pressure.cap->tellOfSilence(
         where, wanted, {_pressure.name, "Pressure or Loudness", amplitude}, report);
     if (told.empty()) return;
-    const auto isOld = [](const base::Message& message)
-    { return message.code == base::MessageCode::FIELD_SILENCED; };
     _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
     _told.emplace_back(base::MessageCode::FIELD_SILENCED, told);
 }
