@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <functional>
 #include <random>
 #include <string>
@@ -189,9 +190,7 @@ void runTimes(const EvenedScene& scene, const Setup& setup)
     std::printf("ringingShare of 8 fields: %.3f ms\n", cpu_ms() - rate_ms);
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     CLI::App app("What ringing makes of fields in turn, and how long that takes to know");
     Setup setup;
@@ -214,4 +213,19 @@ int main(int argc, char** argv)
     }
     runTimes(evenedSphere(), setup);
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-probe-bench: %s\n", error.what());
+        return 1;
+    }
 }

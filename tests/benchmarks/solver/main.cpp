@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 
 #include <CLI/CLI.hpp>
 
@@ -191,39 +192,44 @@ void runAll(const std::vector<Cell>& cells, const Request& request)
     }
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     CLI::App app(
         "Run time against error of the hologram solvers (octagonal prism, 3984 transducers)");
     Request request;
     addOptions(app, request);
     CLI11_PARSE(app, argc, argv);
+    Cell& cell = request.cell;
+    const bool one =
+        !request.quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
+                               app.count("--solver") + app.count("--mode") >
+                           0);
+    if (!request.oldBinary.empty())
+    {
+        // A block is short, so that a machine that slows down slows a whole round.
+        if (app.count("--repeats") == 0) cell.repeats = 15;
+        bench::compare(one ? std::vector<Cell>{cell} : productionCells(cell),
+                       request.oldBinary,
+                       request.rounds);
+        return 0;
+    }
+    cell.surface = !request.noSurface;
+    if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
+    runAll(one ? std::vector<Cell>{cell} : allCells(request.quick, cell), request);
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        Cell& cell = request.cell;
-        const bool one =
-            !request.quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
-                                   app.count("--solver") + app.count("--mode") >
-                               0);
-        if (!request.oldBinary.empty())
-        {
-            // A block is short, so that a machine that slows down slows a whole round.
-            if (app.count("--repeats") == 0) cell.repeats = 15;
-            bench::compare(one ? std::vector<Cell>{cell} : productionCells(cell),
-                           request.oldBinary,
-                           request.rounds);
-            return 0;
-        }
-        cell.surface = !request.noSurface;
-        if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
-        runAll(one ? std::vector<Cell>{cell} : allCells(request.quick, cell), request);
+        return run(argc, argv);
     }
-    catch (const base::InputError& error)
+    catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-bench: %s\n", error.what());
         return 1;
     }
-    return 0;
 }
