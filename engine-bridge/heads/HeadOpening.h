@@ -3,12 +3,47 @@
 #include "engine-bridge/heads/HeadSource.h"
 
 #include <functional>
+#include <future>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::bridge
 {
+
+/// A recording of heads that is read on a separate thread, so that no frame waits for a file; until
+/// then there is no head. It begins when it is first asked: of that time, 0 is the recording's. For
+/// one thread.
+class OpeningHead : public HeadSource
+{
+public:
+    /// \a open: runs in the thread; what it throws is told. \a name: for the status. The destructor
+    /// waits for the thread, whose time the reader's limits bound.
+    OpeningHead(std::function<std::shared_ptr<HeadSource>()> open, std::string name) :
+        _name(std::move(name)),
+        _opening(std::async(std::launch::async, std::move(open)))
+    {
+    }
+
+    /// Plays \a source, a recording that is open.
+    explicit OpeningHead(std::shared_ptr<HeadSource> source) : _source(std::move(source)) {}
+
+    bool headAt(double time_s, Head& head) override;
+    std::string status() const override
+    {
+        return _source ? _source->status() : _name + ": not open";
+    }
+    std::vector<std::string> takeMessages() override { return std::exchange(_messages, {}); }
+
+private:
+    const std::string _name;
+    std::future<std::shared_ptr<HeadSource>> _opening; ///< not valid: it has come to its end
+    std::shared_ptr<HeadSource> _source;               ///< null until it is open
+    std::optional<double> _begin_s;                    ///< when it was first asked; none: never
+    std::vector<std::string> _messages;
+};
 
 /// Makes a head source of the application's from what stands behind the colon of its text. Whatever
 /// it throws, and null, mean that there is none.

@@ -1,27 +1,17 @@
 #pragma once
 
+#include "engine-bridge/hands/Head.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
 namespace midair::bridge
 {
-
-/// Where a head is at a time.
-struct Head
-{
-    double time_s = 0.0;
-    /// From the head to the scene's world, rigid, metres. Its origin is the midpoint between the
-    /// eyes; it looks along -z, with +y up and +x to its right, as OSG's eye space and OpenXR's
-    /// view space do.
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    bool isTracked = false; ///< false: it isn't known where the head is, and the pose says nothing
-    double age_s = 0.0;     ///< >= 0; how long before \c time_s it was seen
-};
 
 /// A source of one viewer's head: a tracker, a recording, the application or a mouse.
 class HeadSource
@@ -61,6 +51,34 @@ public:
 
 private:
     const Eigen::Isometry3d _pose;
+};
+
+/// Plays the heads of a recording, which may hold hands as well (their source is
+/// RecordedHandSource): lines whose joint is "head". The head depends only on the time asked for.
+class RecordedHeadSource : public HeadSource
+{
+public:
+    /// A head is interpolated between two that are at most this far apart; in a longer gap there
+    /// is none.
+    static constexpr double kLongestGap_s = 0.25;
+
+    /// Throws base::InputError, which names the file and the line. \a loop: the recording repeats
+    /// after its last head; else there is none after it.
+    explicit RecordedHeadSource(const std::string& path, bool loop = false);
+    /// \a name appears in messages.
+    RecordedHeadSource(std::istream& in, const std::string& name, bool loop = false);
+
+    bool headAt(double time_s, Head& head) override;
+    std::string status() const override;
+
+    const std::vector<Head>& heads() const { return _heads; } ///< in the order of their times
+
+private:
+    void read(std::istream& in);
+
+    std::string _name;
+    bool _loop;
+    std::vector<Head> _heads;
 };
 
 /// A head that the application sets; all members may be called from any thread.
