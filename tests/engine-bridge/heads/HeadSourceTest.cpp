@@ -198,9 +198,9 @@ TEST(HeadSource, ARecordingIsReadBesideTheFramesAndBeginsWithTheFirst)
     OpeningHead source([&] { return openHead("recorded:" + file); }, file);
     Head head;
     EXPECT_TRUE(eventually([&] { return source.headAt(40.0, head); }));
-    EXPECT_TRUE(source.headAt(40.1, head));
-    EXPECT_NEAR(head.pose.translation().x(), 0.1, 1e-7);
-    EXPECT_EQ(head.time_s, 40.1);
+    EXPECT_TRUE(source.headAt(40.05, head));
+    EXPECT_NEAR(head.pose.translation().x(), 0.05, 1e-7);
+    EXPECT_EQ(head.time_s, 40.05);
     OpeningHead missing([] { return openHead("recorded:nowhere.csv"); }, "nowhere.csv");
     std::vector<std::string> told;
     EXPECT_TRUE(eventually(
@@ -211,7 +211,7 @@ TEST(HeadSource, ARecordingIsReadBesideTheFramesAndBeginsWithTheFirst)
             return !told.empty();
         }));
     EXPECT_EQ(told.at(0),
-              "hand recording \"nowhere.csv\" can't be read: No such file or directory");
+              "\"hand recording \"nowhere.csv\" can't be read: No such file or directory\"");
     EXPECT_EQ(missing.status(), "nowhere.csv: not open");
     std::remove(file.c_str());
 }

@@ -181,7 +181,7 @@ TEST(HeadTracker, WhatIsWrongWithANameIsTold)
     EXPECT_EQ(tracker.setNamed("fixed 0 0 0.5"), "");
     tracker.locate(0.0);
     EXPECT_TRUE(tracker.head().isTracked);
-    EXPECT_NE(tracker.setNamed("fixt 0 0 0.5"), "");
+    EXPECT_NE(tracker.setNamed("fixd 0 0 0.5"), "");
     EXPECT_TRUE(tells(tracker.troubles(), "(did you mean fixed?)"));
     tracker.locate(0.1);
     EXPECT_FALSE(tracker.lastPlace());
