@@ -34,7 +34,7 @@ int32_t headOfCap(void* instance, double, midair_head* head)
 }
 
 /// How many places of the program's are listened at.
-std::size_t earsOf(midair_scene* scene)
+std::size_t headEarsOf(midair_scene* scene)
 {
     std::size_t count = 0;
     midair_ear ears[8];
@@ -56,7 +56,7 @@ TEST(CHead, IsSetAndItsEarsAreListenedAt)
                              [&]
                              {
                                  midair_set_head(of.scene, &head);
-                                 return earsOf(of.scene) == 2;
+                                 return headEarsOf(of.scene) == 2;
                              }))
         << of.messages();
     ASSERT_EQ(midair_last_head(of.scene, &last), MIDAIR_OK);
@@ -65,10 +65,10 @@ TEST(CHead, IsSetAndItsEarsAreListenedAt)
     // One that is lost, as nobody sets it, is listened at where it was.
     ASSERT_TRUE(updatesUntil(of.scene,
                              [&] { return midair_last_head(of.scene, &last) == MIDAIR_NOT_YET; }));
-    EXPECT_EQ(earsOf(of.scene), 2u);
+    EXPECT_EQ(headEarsOf(of.scene), 2u);
     EXPECT_NE(of.messages().find("the head is lost"), std::string::npos) << of.messages();
     ASSERT_EQ(midair_set_head(of.scene, nullptr), MIDAIR_OK);
-    EXPECT_TRUE(updatesUntil(of.scene, [&] { return earsOf(of.scene) == 0; }));
+    EXPECT_TRUE(updatesUntil(of.scene, [&] { return headEarsOf(of.scene) == 0; }));
 }
 
 TEST(CHead, ThatCantBeIsAnError)
