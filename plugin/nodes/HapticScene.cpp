@@ -24,6 +24,7 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     _engine->setHandSource(other.getHandSource());
+    _engine->setHeadSource(other.getHeadSource());
     _engine->setTouchCallback(other.getTouchCallback());
     _engine->setObstacles(other.getObstacles());
     _engine->setEars(other.getEars());
@@ -83,6 +84,22 @@ void HapticScene::setHandSource(HandSource* source)
 HandSource* HapticScene::getHandSource() const
 {
     return _engine->handSource();
+}
+
+void HapticScene::setHeadSource(HeadSource* source)
+{
+    _engine->lookNext();
+    _engine->setHeadSource(source);
+}
+
+HeadSource* HapticScene::getHeadSource() const
+{
+    return _engine->headSource();
+}
+
+bool HapticScene::getHead(Head& head) const
+{
+    return _engine->head(head);
 }
 
 void HapticScene::setTouchCallback(TouchCallback* callback)
