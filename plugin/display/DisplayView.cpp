@@ -366,8 +366,8 @@ void DisplayView::Inside::update(double time_s)
     locate(time_s);
     for (const auto& shown : _shown)
     {
-        osg::ref_ptr<osgViewer::View> view;
-        if (shown->view.lock(view)) apply(*shown, *view);
+        // A viewer is mostly no object that is counted, so it can't be locked.
+        if (osgViewer::View* view = shown->view.get()) apply(*shown, *view);
     }
 }
 
