@@ -105,8 +105,8 @@ screen(const Vector3d& left, const Vector3d& right, const Vector3d& up)
     display.lowerLeft = left;
     display.lowerRight = right;
     display.upperLeft = up;
-    display.width = 520;
-    display.height = 300;
+    display.width = 1040;
+    display.height = 600;
     display.eye = "fixed 0 -0.8 0.3";
     return display;
 }
