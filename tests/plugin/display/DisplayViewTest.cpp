@@ -94,7 +94,10 @@ osg::ref_ptr<osg::Geometry> face(const Vector3d& at, const Vector3d& normal)
 /// A viewer without a window that shows \a root on \a display.
 struct Seen
 {
-    Seen(const Display& display, osg::Node* root, const Eigen::Isometry3d& head)
+    Seen(const Display& display,
+         osg::Node* root,
+         const Eigen::Isometry3d& head,
+         const std::string& how = {})
     {
         std::string error;
         viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -103,7 +106,7 @@ struct Seen
         EXPECT_TRUE(isThere) << error;
         viewer.setSceneData(root);
         viewer.getCamera()->setClearColor(osg::Vec4(0, 0, 0, 1));
-        view = DisplayView::open(textOf(display), error);
+        view = DisplayView::open(how + textOf(display), error);
         EXPECT_TRUE(view) << error;
         if (!view) return;
         view->setHead(midair::bridge::toOsg(head.matrix()));
@@ -398,6 +401,37 @@ TEST(DisplayView, IsLitFromWhereTheLampIs)
             // Lambert: 0.6 of the lamp, and OSG's tenth that is around anyway.
             EXPECT_NEAR(shade, 255 * ((side > 0.0 ? 0.6 : 0.0) + 0.1), 2) << name;
         }
+}
+
+// What the window shows of the scene came by the screen and the optics, not by the window's camera.
+TEST(DisplayView, RehearsesWhatIsSeenWhereItIsFelt)
+{
+    for (const auto& [name, display] : displays::all())
+    {
+        const Vector3d at = kPlaces[0];
+        const osg::ref_ptr<osg::Group> root = oneFace(at, -Vector3d::UnitY());
+        Seen seen(display, root, displays::head(0.0), "sim:");
+        ASSERT_TRUE(seen.isThere && seen.view);
+        const osg::ref_ptr<osg::Image> image = seen.picture();
+        const osg::Camera& camera = *seen.viewer.getCamera();
+        EXPECT_NE(seen.viewer.getSceneData(), root.get());
+        const osg::Vec3d there =
+            midair::bridge::toOsg(at) * camera.getViewMatrix() * camera.getProjectionMatrix();
+        const Vector2d expected(0.5 * (there.x() + 1.0) * display.width,
+                                0.5 * (there.y() + 1.0) * display.height);
+        Spot drawn;
+        constexpr int kAround = 40;
+        for (int y = -kAround; y <= kAround; ++y)
+            for (int x = -kAround; x <= kAround; ++x)
+            {
+                const int column = static_cast<int>(expected.x()) + x;
+                const int row = static_cast<int>(expected.y()) + y;
+                if (image->data(column, row)[0] > 110) drawn.add(column + 0.5, row + 0.5);
+            }
+        drawn.finish();
+        EXPECT_GT(drawn.count, 50.0) << name;
+        EXPECT_LE((drawn.middle - expected).norm(), 1.0) << name;
+    }
 }
 
 TEST(DisplayView, TakesManipulatorsAway)
