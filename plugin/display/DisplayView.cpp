@@ -113,10 +113,13 @@ osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
     return settings;
 }
 
-/// Faces turn the other way in a picture that is flipped; also those of models that say theirs.
+/// Faces turn the other way in a picture that is flipped; also those of models that say theirs. A
+/// thread may still draw the frame before with the camera's state, which changes only if it must.
 void turnFaces(osg::Camera& camera, bool isFlipped)
 {
     osg::StateSet* state = camera.getOrCreateStateSet();
+    const bool isTurned = state->getAttribute(osg::StateAttribute::FRONTFACE) != nullptr;
+    if (isTurned == isFlipped) return;
     if (isFlipped)
         state->setAttribute(new osg::FrontFace(osg::FrontFace::CLOCKWISE),
                             osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE);

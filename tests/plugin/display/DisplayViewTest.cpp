@@ -434,6 +434,20 @@ TEST(DisplayView, RehearsesWhatIsSeenWhereItIsFelt)
     }
 }
 
+// Another thread may still draw the frame before with it.
+TEST(DisplayView, ChangesTheCamerasStateOnce)
+{
+    const osg::ref_ptr<osg::Group> root = oneFace(kPlaces[0], -Vector3d::UnitY());
+    Seen seen(displays::halfMirror(), root, displays::head(0.0));
+    ASSERT_TRUE(seen.isThere && seen.view);
+    const osg::ref_ptr<const osg::StateAttribute> before =
+        seen.viewer.getCamera()->getStateSet()->getAttribute(osg::StateAttribute::FRONTFACE);
+    ASSERT_TRUE(before);
+    seen.view->update(1e6);
+    EXPECT_EQ(seen.viewer.getCamera()->getStateSet()->getAttribute(osg::StateAttribute::FRONTFACE),
+              before);
+}
+
 TEST(DisplayView, TakesManipulatorsAway)
 {
     const osg::ref_ptr<osg::Group> root = oneFace(kPlaces[0], -Vector3d::UnitY());
