@@ -1,3 +1,4 @@
+#include "plugin/display/DisplayOfUser.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/engine/SceneKeys.h"
@@ -50,11 +51,17 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
             if (_engine->follow(event->getActionAdapter()))
+            {
                 SceneKeys::addTo(event->getActionAdapter(), *_engine);
+                showOnDisplayOfUser(event->getActionAdapter());
+            }
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
     {
         if (osgGA::GUIActionAdapter* view = _engine->followAbove(*this))
+        {
             SceneKeys::addTo(view, *_engine);
+            showOnDisplayOfUser(view);
+        }
         // This node alone may have asked for the traversal; a large scene need not be looked at.
         if (getNumChildrenRequiringUpdateTraversal() <= 1) return;
     }
