@@ -11,8 +11,6 @@
 namespace midair::bridge
 {
 
-struct RecordedRow;
-
 /// A source of tracked hands: a tracker, a recording, the application or a mouse. Positions are in
 /// metres in the world frame of the scene.
 class HandSource
@@ -35,8 +33,7 @@ public:
     virtual std::vector<std::string> takeMessages() { return {}; }
 };
 
-/// Plays a recording: the frame depends only on the time asked for. The heads in it are another
-/// source's.
+/// Plays a recording: the frame depends only on the time asked for.
 class RecordedHandSource : public HandSource
 {
 public:
@@ -58,7 +55,6 @@ public:
 
 private:
     void read(std::istream& in);
-    std::string take(const RecordedRow& row, std::size_t& hands);
 
     std::string _name;
     bool _loop;

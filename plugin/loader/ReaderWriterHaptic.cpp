@@ -291,7 +291,7 @@ public:
     const FormatDescriptionMap& supportedOptions() const override
     {
         _options = _supportedOptions;
-        for (const char* name : {"solver", "device", "hands", "heads"})
+        for (const char* name : {"solver", "device", "hands"})
         {
             const std::string own = registeredNames(name);
             if (!own.empty()) _options[std::string(name) + "="] += "; registered: " + own;

@@ -29,20 +29,6 @@ constexpr double kFarthest_s = 1.0;
 /// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
 
-/// When nobody has asked so far.
-constexpr double kNever_s = -std::numeric_limits<double>::infinity();
-
-bool isRecent(double asked_s)
-{
-    return base::steadySeconds() - asked_s < kIdleAfter_s;
-}
-
-/// A NaN counts as 0.
-double horizonOf(double ahead_s)
-{
-    return ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
-}
-
 auto after(double time_s)
 {
     return std::chrono::steady_clock::now() + std::chrono::duration<double>(time_s);
@@ -83,7 +69,7 @@ std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
 
 OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) :
     _options(options),
-    _asked{kNever_s, kNever_s},
+    _asked_s(-std::numeric_limits<double>::infinity()),
     _thread([this] { run(); })
 {
 }
@@ -160,26 +146,19 @@ bool OpenXrTracker::takeTurn()
 void OpenXrTracker::follow(OpenXrSession& session)
 {
     HandFrame frame;
-    Head head;
     base::Lock lock(_mutex);
     while (!_stop)
     {
-        const bool areHands = isRecent(_asked.hands_s);
-        const bool isHead = isRecent(_asked.head_s);
-        const bool asked = areHands || isHead;
+        const bool asked = isAskedFor();
         lock.unlock();
         session.handleEvents();
-        frame.hands.clear();
-        if (areHands) session.locate(frame, _horizon_s);
-        head.isTracked = false;
-        if (isHead) session.locateHead(head, _headHorizon_s);
-        head.time_s = frame.time_s = base::steadySeconds();
+        if (asked) session.locate(frame, _horizon_s);
+        frame.time_s = base::steadySeconds();
         lock.lock();
         _leftOut = session.jointsLeftOut();
         _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
-        if (areHands) _frame = frame;
-        if (isHead) _head = head;
-        if (areHands && !frame.hands.empty()) ++_frames;
+        if (asked) _frame = frame;
+        if (asked && !frame.hands.empty()) ++_frames;
         const auto end = after(asked ? kInterval_s : kIdleInterval_s);
         while (!_stop && (asked || !isAskedFor()) && _wake.waitUntil(lock, end))
         {
@@ -191,7 +170,6 @@ void OpenXrTracker::lose(const std::string& why)
 {
     const base::Lock lock(_mutex);
     _frame.hands.clear();
-    _head.isTracked = false;
     _condition = why;
     _messages.say({base::MessageCode::HANDS_SOURCE, why});
 }
@@ -204,46 +182,26 @@ void OpenXrTracker::say(const std::string& message)
 
 bool OpenXrTracker::isAskedFor() const
 {
-    return isRecent(_asked.hands_s) || isRecent(_asked.head_s);
-}
-
-// Wakes the thread where it isn't looked for yet; returns the time.
-double OpenXrTracker::noteAsked(double& asked_s)
-{
-    if (!isRecent(asked_s)) _wake.notifyAll();
-    return asked_s = base::steadySeconds();
+    return base::steadySeconds() - _asked_s < kIdleAfter_s;
 }
 
 bool OpenXrTracker::latest(HandFrame& frame)
 {
     const base::Lock lock(_mutex);
-    const double now_s = noteAsked(_asked.hands_s);
+    if (!isAskedFor()) _wake.notifyAll();
+    _asked_s = base::steadySeconds();
     frame.hands.clear();
-    if (now_s - _frame.time_s > kStale_s) return false;
+    if (_asked_s - _frame.time_s > kStale_s) return false;
     frame.hands = _frame.hands;
     for (Hand& hand : frame.hands)
-        hand.age_s = now_s - _frame.time_s;
+        hand.age_s = _asked_s - _frame.time_s;
     return !frame.hands.empty();
-}
-
-bool OpenXrTracker::latestHead(Head& head)
-{
-    const base::Lock lock(_mutex);
-    const double now_s = noteAsked(_asked.head_s);
-    head = _head;
-    head.age_s = std::max(0.0, now_s - _head.time_s);
-    head.isTracked = _head.isTracked && head.age_s <= kStale_s;
-    return head.isTracked;
 }
 
 void OpenXrTracker::setHorizon(double ahead_s)
 {
-    _horizon_s = horizonOf(ahead_s);
-}
-
-void OpenXrTracker::setHeadHorizon(double ahead_s)
-{
-    _headHorizon_s = horizonOf(ahead_s);
+    // A NaN counts as 0.
+    _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
 }
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
