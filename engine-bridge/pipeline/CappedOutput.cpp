@@ -175,13 +175,13 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
                                  const std::vector<Eigen::VectorXcf>& wanted,
                                  haptics::SolveReport& report)
 {
-    const auto isOld = [](const base::Message& message)
-    { return message.code == base::MessageCode::FIELD_SILENCED; };
-    if (_isDead || _context.options.isSilencedElsewhere) // told already
+    const auto forget = [this]
     {
+        const auto isOld = [](const base::Message& message)
+        { return message.code == base::MessageCode::FIELD_SILENCED; };
         _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
-        return;
-    }
+    };
+    if (_isDead || _context.options.isSilencedElsewhere) return forget(); // told already
     const double most = _output->amplitudeCap();
     // It was lowered for options that are about to come, which say by whom.
     if (most < _context.options.maxAmplitude) return;
@@ -191,7 +191,7 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
     const std::string told = _pressure.cap->tellOfSilence(
         where, wanted, {_pressure.name, "Pressure or Loudness", amplitude}, report);
     if (told.empty()) return;
-    _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
+    forget();
     _told.emplace_back(base::MessageCode::FIELD_SILENCED, told);
 }
 
