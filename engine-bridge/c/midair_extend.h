@@ -124,6 +124,27 @@ extern "C"
     MIDAIR_API midair_status midair_register_hands(const char* name,
                                                    const midair_hand_source* source);
 
+    struct midair_head; // midair_play.h
+
+    /// Source of the head; as midair_hand_source, of midair_open_head(). midair_solve() calls head(),
+    /// too.
+    typedef struct midair_head_source
+    {
+        size_t struct_size; ///< sizeof(midair_head_source)
+        void* user;         ///< given to open()
+        /// \a options: what stands behind "NAME:". Returns an instance, or NULL with the reason in
+        /// \a error.
+        void* (*open)(void* user, const char* options, char* error, size_t error_size);
+        /// Fills \a head with that at \a time_s, of midair_update(). Returns 1; 0: it is lost.
+        int32_t (*head)(void* instance, double time_s, struct midair_head* head);
+        /// Called once, last. NULL: nothing is to be closed.
+        void (*close)(void* instance);
+    } midair_head_source;
+
+    /// Registers a head source: midair_open_head() then takes "NAME:options".
+    MIDAIR_API midair_status midair_register_head(const char* name,
+                                                  const midair_head_source* source);
+
 #ifdef __cplusplus
 }
 #endif

@@ -203,6 +203,30 @@ extern "C"
                                               const double orientation[4],
                                               midair_hand* hand);
 
+    // --- Head ------------------------------------------------------------------------------------
+
+    /// Where the viewer's head is. It looks along its -z, with +y up and +x to its right.
+    typedef struct midair_head
+    {
+        double position[3];    ///< m, array frame, at most 1000 from its origin: between the eyes
+        double orientation[4]; ///< x, y, z, w; of length 1
+        double age_s;          ///< >= 0; how long before this call the tracker saw it
+    } midair_head;
+
+    /// Sets the head for the updates that follow; 0.2 s after the last call it is lost. Its ears,
+    /// 8 cm to the left and to the right, are listening places as those of midair_set_ears() are,
+    /// and after it was lost they count where they were last. NULL: there is no head any more. A
+    /// head that can't be is an error, and the one before is lost.
+    MIDAIR_API midair_status midair_set_head(midair_scene* scene, const midair_head* head);
+    /// Takes the head from a source instead: "fixed X Y Z" (m), "recorded:FILE",
+    /// "recorded:FILE?loop", "openxr:", "osc:" (engine-bridge/hands/HANDS.md), or "NAME:options" of
+    /// midair_register_head(); "" or "none": from midair_set_head() again. As midair_open_hands()
+    /// otherwise.
+    MIDAIR_API midair_status midair_open_head(midair_scene* scene, const char* source);
+    /// Copies the head of the last midair_update(), predicted as hands are, to \a head.
+    /// MIDAIR_NOT_YET: no head is tracked.
+    MIDAIR_API midair_status midair_last_head(midair_scene* scene, midair_head* head);
+
     /// Where a hand touches an object whose property "render", or the scene's, is contact or auto.
     typedef struct midair_contact
     {

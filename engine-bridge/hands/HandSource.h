@@ -11,6 +11,8 @@
 namespace midair::bridge
 {
 
+struct RecordedRow;
+
 /// A source of tracked hands: a tracker, a recording, the application or a mouse. Positions are in
 /// metres in the world frame of the scene.
 class HandSource
@@ -33,7 +35,8 @@ public:
     virtual std::vector<std::string> takeMessages() { return {}; }
 };
 
-/// Plays a recording: the frame depends only on the time asked for.
+/// Plays a recording: the frame depends only on the time asked for. The heads in it are another
+/// source's.
 class RecordedHandSource : public HandSource
 {
 public:
@@ -55,6 +58,7 @@ public:
 
 private:
     void read(std::istream& in);
+    std::string take(const RecordedRow& row, std::size_t& hands);
 
     std::string _name;
     bool _loop;

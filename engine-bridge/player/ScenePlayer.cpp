@@ -97,7 +97,8 @@ bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) con
 ScenePlayer::ScenePlayer(Host host) :
     _host(std::move(host)),
     _log(_host.print),
-    _hands(_host.openHands)
+    _hands(_host.openHands),
+    _heads(_host.openHead)
 {
     _wanted.settings = _played.settings = std::make_shared<const SceneSettings>();
     _air.at(base::steadySeconds(), _wanted.settings->temperature);
@@ -116,6 +117,7 @@ void ScenePlayer::configure(std::shared_ptr<const SceneSettings> settings,
     _wanted.owner = owner;
     judgeCaps();
     _hands.setPrediction(methodOf(_wanted.settings->prediction), _wanted.settings->trackerDelay);
+    _heads.setPrediction(methodOf(_wanted.settings->prediction), _wanted.settings->trackerDelay);
     // A scene that is disabled opens nothing, but keeps a source that is open.
     const std::string& source = _wanted.settings->temperatureSource;
     _air.setSource(mayPlay() || source.empty() ? source : _air.source());
@@ -240,10 +242,29 @@ void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
     const bool isAny = !_snapshot.hands.hands.empty();
     if (isAny) _handsSeen_s = base::steadySeconds();
     const base::Topic source{MessageCode::HANDS_SOURCE};
-    if (_log.begins(source, isAny)) _log.end(MessageCode::HANDS_SOURCE); // it has found them
+    const base::Topic head{MessageCode::HANDS_SOURCE, 0, "head"};
+    const bool hasFound = _log.begins(source, isAny); // each notes what it has found
+    if (_log.begins(head, _heads.head().isTracked) || hasFound) _log.end(MessageCode::HANDS_SOURCE);
     for (base::Message& message : _hands.takeMessages())
         _log.say(std::move(message));
-    _log.sayNow({MessageCode::HANDS_OPEN}, _hands.troubles());
+    for (base::Message& message : _heads.takeMessages())
+        _log.say(std::move(message));
+    std::vector<base::Message> troubles = _hands.troubles();
+    for (base::Message& message : _heads.troubles())
+        troubles.push_back(std::move(message));
+    _log.sayNow({MessageCode::HANDS_OPEN}, troubles);
+}
+
+std::string ScenePlayer::openHead(const std::string& text)
+{
+    if (text != _heads.named()) _log.end(MessageCode::HANDS_SOURCE);
+    return _heads.setNamed(text);
+}
+
+void ScenePlayer::setHeadSource(std::shared_ptr<HeadSource> source)
+{
+    _log.end(MessageCode::HANDS_SOURCE);
+    _heads.setSource(std::move(source));
 }
 
 std::string ScenePlayer::openHands(const std::string& uri)
@@ -274,12 +295,15 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     const bool isHandedOver = !isIdle && submit();
     rest();
     tellSlowSolver(start_s);
+    std::string headStatus = _heads.status(); // the application's code, perhaps: without the lock
     const base::Lock lock(_shared.mutex);
     SceneStatistics& counts = _shared.counts;
     ++counts.frames;
     if (isIdle) ++counts.idleFrames;
     counts.hands = static_cast<int>(_hands.frame().hands.size());
     counts.touching = static_cast<int>(_hands.proximity().touches());
+    counts.headTracked = _heads.head().isTracked;
+    counts.head = std::move(headStatus);
     counts.predicted_ms = 1e3 * _hands.predictedBy_s();
     counts.temperature_C = _wanted.air_C;
     return isHandedOver;
@@ -288,7 +312,7 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
 // A limit holds at all ears, so nothing is played while one of them can't be listened at.
 bool ScenePlayer::mayListen()
 {
-    constexpr Eigen::Index kMostEars = 66; // of the program, and two of a camera
+    constexpr Eigen::Index kMostEars = 66; // of the program, and two of a head
     Eigen::Matrix3Xd& ears = _snapshot.ears;
     if (ears.allFinite() && ears.cols() <= kMostEars) return true;
     const std::string why =
@@ -377,6 +401,7 @@ bool ScenePlayer::close()
     if (std::exchange(_opening.isOpen, false) && _opening.thread)
     {
         _hands.setNamed("");
+        _heads.setNamed("");
         _submitted.forget();
         _opening.thread->setPipeline([] { return std::unique_ptr<HologramPipeline>(); });
         silence();
@@ -441,7 +466,12 @@ void ScenePlayer::takeResult()
     {
         const base::Lock lock(_shared.mutex);
         _shared.latencies.add(result->latency_ms);
-        if (_hands.predicts()) _hands.setLatency(1e-3 * _shared.latencies.percentile(0.5));
+        if (_hands.predicts())
+        {
+            const double latency_s = 1e-3 * _shared.latencies.percentile(0.5);
+            _hands.setLatency(latency_s);
+            _heads.setLatency(latency_s);
+        }
     }
     std::vector<base::Message> told = result->told;
     // The grants have told of a refused array already, with what to do.

@@ -3,6 +3,8 @@
 #include "device/limits/UserLimits.h"
 #include "engine-bridge/air/AirTemperature.h"
 #include "engine-bridge/hands/tracking/HandTracker.h"
+#include "engine-bridge/heads/HeadOpening.h"
+#include "engine-bridge/heads/HeadTracker.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/player/PipelineMaker.h"
@@ -107,6 +109,9 @@ public:
         HandTracker::Opener openHands; ///< as of HandTracker
         /// changes the options of each new pipeline; none: they stay
         std::function<void(HologramOptions&)> filter = {};
+        /// as of HeadTracker
+        HeadTracker::Opener openHead = [](const std::string& text)
+        { return bridge::openHead(text); };
     };
 
     explicit ScenePlayer(Host host);
@@ -188,6 +193,13 @@ public:
     /// As HandTracker::setPresses(), for the next play().
     void setPresses(std::vector<HandPress> presses) { _hands.setPresses(std::move(presses)); }
     const HandTracker& hands() const { return _hands; }
+    /// \{ The same of the head. locateHead() finds it for the frame of \a time_s, before the ears
+    /// of its snapshot are filled.
+    std::string openHead(const std::string& text);
+    void setHeadSource(std::shared_ptr<HeadSource> source);
+    void locateHead(double time_s) { _heads.locate(time_s); }
+    const HeadTracker& heads() const { return _heads; }
+    /// \}
     base::MessageLog& log() { return _log; }
     const base::MessageLog& log() const { return _log; }
     /// Takes over the messages of the newest result.
@@ -290,6 +302,7 @@ private:
     base::MessageLog _log;
     AirTemperature _air{_log};
     HandTracker _hands;
+    HeadTracker _heads;
     double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
     PipelineMaker _maker;
     SceneSnapshot _snapshot; ///< being filled

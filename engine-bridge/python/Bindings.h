@@ -146,6 +146,10 @@ std::size_t rowsOf(const Doubles& places, const char* name, py::ssize_t columns 
 /// Fails unless \a numbers has the shape (\a count), or is one number where \a
 /// count is 1. \a each: "point", what there is one for.
 void requireEach(const py::array& numbers, const char* name, std::size_t count, const char* each);
+/// Fails for a place that isn't (3,), or a turn that isn't (4,). \a name: of the place.
+void requirePose(const Doubles& place, const char* name, const Doubles& orientation);
+/// The same of a head, which is returned.
+midair_head headOf(const Doubles& position, const Doubles& orientation, double age_s);
 /// "(3, 4)"
 std::string shapeOf(const py::array& array);
 /// Returns a whole number; fails for what is none, and out of \a least .. \a

@@ -316,6 +316,36 @@ void closeHands(void* instance)
     delete static_cast<py::object*>(instance);
 }
 
+void* openHead(void* user, const char* options, char* error, std::size_t size)
+{
+    py::object* opened = nullptr;
+    const auto call = [&]
+    {
+        py::object object = static_cast<py::object*>(user)->operator()(options);
+        if (object.is_none()) throw py::value_error("there is no such head source");
+        opened = new py::object(std::move(object));
+    };
+    calledPython(call, error, size);
+    return opened;
+}
+
+std::int32_t headNow(void* instance, double time_s, midair_head* head)
+{
+    std::int32_t isTracked = 0;
+    const auto call = [&]
+    {
+        const py::object result = static_cast<py::object*>(instance)->attr("head")(time_s);
+        if (result.is_none()) return;
+        const py::sequence both = py::cast<py::sequence>(result);
+        if (both.size() != 2)
+            throw py::value_error("head() has to return a position and an orientation, or None");
+        *head = headOf(py::cast<Doubles>(both[0]), py::cast<Doubles>(both[1]), 0.0);
+        isTracked = 1;
+    };
+    calledOrThrown(call);
+    return isTracked;
+}
+
 /// What is registered is called for as long as the program runs.
 void* keptForever(const py::object& callable, const char* name)
 {
@@ -356,6 +386,17 @@ void registerHands(const std::string& name, const py::object& open)
     source.hands = handsNow;
     source.close = closeHands;
     checked(midair_register_hands, name.c_str(), &source);
+}
+
+void registerHead(const std::string& name, const py::object& open)
+{
+    midair_head_source source{};
+    source.struct_size = sizeof source;
+    source.user = keptForever(open, "open");
+    source.open = openHead;
+    source.head = headNow;
+    source.close = closeHands;
+    checked(midair_register_head, name.c_str(), &source);
 }
 
 std::string describeProblem(const PyProblem& problem)
@@ -451,6 +492,15 @@ void addExtending(py::module_& module)
            "Registers a hand source: open_hands(\"NAME:options\") takes it. open(options) returns "
            "an object with hands(time), which takes s and returns an array of hand_dtype, in m, or "
            "None.");
+    define(
+        module,
+        "register_head",
+        &registerHead,
+        py::arg("name"),
+        py::arg("open"),
+        "Registers a head source: open_head(\"NAME:options\") takes it. open(options) returns an "
+        "object with head(time), which takes s and returns a position (3,) in m and an "
+        "orientation (4,), as of set_head(), or None.");
 }
 
 } // namespace midair::python

@@ -246,6 +246,31 @@ void setHands(const PyScene& scene, const py::object& given)
     checked(midair_set_hands, scene.get(), hands.data(), static_cast<std::size_t>(hands.size()));
 }
 
+void setHead(const PyScene& scene,
+             const std::optional<Doubles>& position,
+             const Doubles& orientation,
+             double age_s)
+{
+    if (!position)
+    {
+        checked(midair_set_head, scene.get(), static_cast<const midair_head*>(nullptr));
+        return;
+    }
+    const midair_head head = headOf(*position, orientation, age_s);
+    checked(midair_set_head, scene.get(), &head);
+}
+
+/// None: no head is tracked.
+py::object lastHead(const PyScene& scene)
+{
+    midair_head head{};
+    const midair_status status = unlocked(midair_last_head, scene.get(), &head);
+    if (status == MIDAIR_NOT_YET) return py::none();
+    if (status < 0) raise(status);
+    return py::make_tuple(py::array_t<double>(3, head.position),
+                          py::array_t<double>(4, head.orientation));
+}
+
 /// Contacts or touches, of which there may be more at each look.
 template<typename T>
 py::array all(const PyScene& scene, midair_status (*copy)(midair_scene*, T*, size_t, size_t*))
@@ -265,11 +290,7 @@ py::array all(const PyScene& scene, midair_status (*copy)(midair_scene*, T*, siz
 
 py::array makeHand(const py::object& id, const Doubles& tip, const Doubles& orientation)
 {
-    if (tip.ndim() != 1 || tip.size() != 3)
-        throw py::value_error("tip has to have the shape (3,), not " + shapeOf(tip));
-    if (orientation.ndim() != 1 || orientation.size() != 4)
-        throw py::value_error("orientation has to have the shape (4,), x, y, z, w, not " +
-                              shapeOf(orientation));
+    requirePose(tip, "tip", orientation);
     py::array_t<midair_hand> hand(1);
     const auto number = static_cast<std::int32_t>(integerOf(id, "id", INT32_MIN, INT32_MAX));
     checked(midair_make_hand, number, tip.data(), orientation.data(), hand.mutable_data());
@@ -535,6 +556,28 @@ void addHandsAndState(SceneClass& scene)
             py::arg("source"),
             "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", \"osc:\" or "
             "\"NAME:options\" of register_hands(); \"none\": from set_hands() again.")
+        .def(
+            "set_head",
+            &setHead,
+            py::arg("position"),
+            py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
+            py::arg("age") = 0.0,
+            "Sets the head for 0.2 s: position (3,) in m, in the array's frame, the midpoint "
+            "between the eyes; orientation x, y, z, w, (4,), in whose frame it looks along -z with "
+            "+y up; age in s, 0 or more. Its ears are listened at as those of set_ears() are, also "
+            "after it was lost. None: there is no head any more.")
+        .def(
+            "open_head",
+            [](const PyScene& s, const std::string& source)
+            { checked(midair_open_head, s.get(), source.c_str()); },
+            py::arg("source"),
+            "Takes the head from a source: \"fixed X Y Z\" in m, \"recorded:FILE\", \"openxr:\", "
+            "\"osc:\" or \"NAME:options\" of register_head(); \"none\": from set_head() again.")
+        .def_property_readonly(
+            "head",
+            &lastHead,
+            "The head of the last update(), predicted as hands are: position (3,) in m and "
+            "orientation (4,), a tuple of copies; None: no head is tracked.")
         .def_property_readonly(
             "state",
             &stateOf,
@@ -568,6 +611,26 @@ void addHandsAndState(SceneClass& scene)
 }
 
 } // namespace
+
+void requirePose(const Doubles& place, const char* name, const Doubles& orientation)
+{
+    if (place.ndim() != 1 || place.size() != 3)
+        throw py::value_error(std::string(name) + " has to have the shape (3,), not " +
+                              shapeOf(place));
+    if (orientation.ndim() != 1 || orientation.size() != 4)
+        throw py::value_error("orientation has to have the shape (4,), x, y, z, w, not " +
+                              shapeOf(orientation));
+}
+
+midair_head headOf(const Doubles& position, const Doubles& orientation, double age_s)
+{
+    requirePose(position, "position", orientation);
+    midair_head head{};
+    std::copy_n(position.data(), 3, head.position);
+    std::copy_n(orientation.data(), 4, head.orientation);
+    head.age_s = age_s;
+    return head;
+}
 
 void closeScenes()
 {

@@ -6,6 +6,7 @@
 #include "device/opening/MultiDevice.h"
 #include "engine-bridge/bodies/HandBodies.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/heads/HeadTracker.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/settings/Setting.h"
@@ -16,6 +17,8 @@
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
+#include "plugin/heads/KitHead.h"
+#include "plugin/heads/MouseHead.h"
 #include "plugin/report/Report.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
@@ -72,14 +75,15 @@ void notify(const midair::base::MessageLog::Line& line)
 std::unique_ptr<midair::bridge::ScenePlayer> makePlayer(bool isFirst)
 {
     auto player = std::make_unique<midair::bridge::ScenePlayer>(
-        midair::bridge::ScenePlayer::Host{notify, openSceneHands});
+        midair::bridge::ScenePlayer::Host{notify, openSceneHands, {}, openSceneHead});
     if (isFirst) return player;
     player->keepClosed();
     player->log().say({MessageCode::SCENE_CLOSED, midair::base::kForked});
     return player;
 }
 
-/// Replaces what is real in \a settings: devices by the simulated one, tracked hands by none.
+/// Replaces what is real in \a settings: devices by the simulated one, tracked hands and heads by
+/// none.
 /// Returns what is wrong with the names of these, as nobody tries to open them.
 std::vector<Message> rehearse(HapticSettings& settings)
 {
@@ -96,6 +100,13 @@ std::vector<Message> rehearse(HapticSettings& settings)
         const std::string why = unknownSceneHands(settings.hands);
         if (!why.empty()) wrong.emplace_back(MessageCode::HANDS_OPEN, why);
         settings.hands.clear();
+    }
+    if (!midair::bridge::RecordedUri::parse(settings.heads) &&
+        settings.heads.rfind("fixed ", 0) != 0)
+    {
+        const std::string why = unknownSceneHead(settings.heads);
+        if (!why.empty()) wrong.emplace_back(MessageCode::HANDS_OPEN, why);
+        settings.heads.clear();
     }
     return wrong;
 }
@@ -129,7 +140,7 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
     _root(&root),
     _ownership{
         SceneOwner(root, kind, *this), JoinedScene(*this), PlayingPlace(), kind, std::string()},
-    _given{&settings, nullptr, {}, {}, {}},
+    _given{&settings, nullptr, nullptr, {}, {}, {}},
     _collector(kind == OwnerKind::SCENE ? &root : nullptr,
                [this]() -> midair::base::MessageLog& { return _player->log(); }),
     _shown([](bool) { return std::make_unique<Shown>(); }),
@@ -249,8 +260,9 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     fillSnapshot(frame, start_s - age_s, simulationTime_s);
     attachMouse();
     takePresses();
+    _player->locateHead(simulationTime_s);
     listen(_player->snapshot().ears, settings().earCamera);
-    const bool isHead = settings().earCamera;
+    const bool isHead = settings().earCamera || _player->heads().active();
     const int beingRead = mayPlay() ? _collector.beingRead() : 0;
     _player->play(_places.worldToArray, isFresh);
     _rest.submitTime_s = _player->submitted_s();
@@ -358,11 +370,27 @@ void HapticEngine::setHandSource(HandSource* source)
     _player->setHandSource(source ? std::make_shared<KitHands>(source) : nullptr);
 }
 
-// The hand begins in the middle of the workspace.
+void HapticEngine::setHeadSource(HeadSource* source)
+{
+    _given.head = source;
+    _player->setHeadSource(source ? std::make_shared<KitHead>(source) : nullptr);
+}
+
+bool HapticEngine::head(Head& head) const
+{
+    const midair::bridge::Head& last = _player->heads().head();
+    if (last.isTracked) head = fromBridge(last);
+    return last.isTracked;
+}
+
+// The hand begins in the middle of the workspace, the head at the camera.
 void HapticEngine::attachMouse()
 {
+    if (!_followed.view.valid()) return;
+    if (auto* head = dynamic_cast<MouseHead*>(KitHead::of(_player->heads().active().get())))
+        head->attach(*_followed.view, settings().metresPerUnit);
     auto* mouse = dynamic_cast<MouseSource*>(KitHands::of(_player->hands().active().get()));
-    if (!mouse || !_followed.view.valid()) return;
+    if (!mouse) return;
     const Eigen::Vector3d middle = _places.toArray.inverse().topRightCorner<3, 1>();
     mouse->attach(*_followed.view, settings().metresPerUnit, midair::bridge::toOsg(middle));
 }
@@ -383,25 +411,37 @@ void HapticEngine::takePresses()
     _player->setPresses(std::move(presses));
 }
 
-// The camera's frame is the scene's world in its units, as that of the hands and the ears is.
-void HapticEngine::listen(Eigen::Matrix3Xd& ears, bool hasCamera) const
+// A head that was lost counts where it was last. Before it is seen the camera counts, as it does
+// without a source.
+void HapticEngine::listen(Eigen::Matrix3Xd& ears, bool hasHead) const
 {
-    constexpr double kEar_m = 0.08;
     const Eigen::Affine3d toArray(_places.toArray);
     const auto given = static_cast<Eigen::Index>(_given.ears.size());
     ears.resize(3, given);
     for (Eigen::Index l = 0; l < given; ++l)
         ears.col(l) = toArray * midair::bridge::toEigen(_given.ears[static_cast<std::size_t>(l)]);
-    const osg::Camera* camera = _followed.view.valid() ? _followed.view->getCamera() : nullptr;
-    if (!hasCamera || !camera) return;
-    const osg::Matrixd toWorld = camera->getInverseViewMatrix();
-    const Eigen::Vector3d eye = toArray * midair::bridge::toEigen(toWorld.getTrans());
-    const osg::Vec3d right(toWorld(0, 0), toWorld(0, 1), toWorld(0, 2));
-    const Eigen::Vector3d aside =
-        kEar_m * (toArray.linear() * midair::bridge::toEigen(right)).stableNormalized();
-    if (!eye.allFinite() || !aside.allFinite()) return; // a camera that is nowhere
+    if (!hasHead) return;
+    Eigen::Isometry3d head = Eigen::Isometry3d::Identity();
+    if (const auto& last = _player->heads().lastPlace())
+        head = _places.worldToArray * *last;
+    else if (!findCamera(head))
+        return;
     ears.conservativeResize(3, given + 2);
-    ears.rightCols(2) << eye - aside, eye + aside;
+    ears.rightCols<2>() = midair::bridge::earsOf(head);
+}
+
+// Puts its place, and in x what is to its right, into \a head, array frame. Its own frame is the
+// scene's world in its units, as that of the ears is. Returns false if there is none.
+bool HapticEngine::findCamera(Eigen::Isometry3d& head) const
+{
+    const osg::Camera* camera = _followed.view.valid() ? _followed.view->getCamera() : nullptr;
+    if (!camera) return false;
+    const Eigen::Affine3d toArray(_places.toArray);
+    const osg::Matrixd toWorld = camera->getInverseViewMatrix();
+    const osg::Vec3d right(toWorld(0, 0), toWorld(0, 1), toWorld(0, 2));
+    head.translation() = toArray * midair::bridge::toEigen(toWorld.getTrans());
+    head.linear().col(0) = (toArray.linear() * midair::bridge::toEigen(right)).stableNormalized();
+    return head.matrix().allFinite(); // false for a camera that is nowhere
 }
 
 std::string HapticEngine::name() const
@@ -534,6 +574,9 @@ void HapticEngine::openHands(const HapticSettings& settings)
     const bool isOpen =
         !_settings.isBaked && (mayPlay() || settings.hands == _player->hands().named());
     _player->openHands(isOpen ? settings.hands : ""); // what is wrong is told with the hands
+    const bool isHeadOpen =
+        !_settings.isBaked && (mayPlay() || settings.heads == _player->heads().named());
+    _player->openHead(isHeadOpen ? settings.heads : "");
 }
 
 midair::bridge::PlayedOn HapticEngine::playedOn(const HapticSettings& settings) const

@@ -16,6 +16,7 @@
 #include <osgMidair/HapticMessage>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
+#include <osgMidair/HeadSource>
 
 #include <osg/OperationThread>
 #include <osg/Referenced>
@@ -185,6 +186,9 @@ public:
     /// \{ As of HapticScene.
     void setHandSource(HandSource* source);
     HandSource* handSource() const { return _given.hands; }
+    void setHeadSource(HeadSource* source);
+    HeadSource* headSource() const { return _given.head; }
+    bool head(Head& head) const;
     /// The hands of \a bodies are those of this scene, for as long as it lives: what they push is
     /// touched.
     void addBodies(std::weak_ptr<midair::bridge::HandBodies> bodies)
@@ -282,6 +286,7 @@ private:
     {
         const HapticSettings* const settings; ///< valid while the root is
         osg::ref_ptr<HandSource> hands;
+        osg::ref_ptr<HeadSource> head;
         std::vector<Obstacle> obstacles;
         std::vector<std::weak_ptr<midair::bridge::HandBodies>> bodies;
         std::vector<osg::Vec3d> ears; ///< world frame, scene units
@@ -340,7 +345,8 @@ private:
         bool isBoundKnown = true;     ///< it was when rests() looked last
         unsigned int boundsSeen = 0;  ///< value of bounds in the last update()
         unsigned int changesSeen = 0; ///< value of propertyChanges() then
-        bool possible = false; ///< something was submitted, nothing waits, no hand source is there
+        /// something was submitted, nothing waits, no source of hands or a head is there
+        bool possible = false;
         std::atomic<bool> isNow{false}; ///< of the last frame
         double lookTime_s = 0.0;        ///< time of the last update()
         double submitTime_s = 0.0;
@@ -370,7 +376,8 @@ private:
     void openHands(const HapticSettings& settings);
     void attachMouse();
     void takePresses();
-    void listen(Eigen::Matrix3Xd& ears, bool hasCamera) const;
+    void listen(Eigen::Matrix3Xd& ears, bool hasHead) const;
+    bool findCamera(Eigen::Isometry3d& head) const;
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);
     void fillSnapshot(midair::bridge::SceneSnapshot& snapshot, double metresPerUnit) const;

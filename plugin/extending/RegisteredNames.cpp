@@ -4,6 +4,7 @@
 #include "engine-bridge/extending/ArrayDriver.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/heads/HeadOpening.h"
 
 #include <osgMidair/DeviceDriver>
 #include <osgMidair/FieldSolver>
@@ -51,6 +52,9 @@ std::string registeredNames(const std::string& setting)
     if (setting == "solver") names = midair::bridge::ownSolverNames();
     if (setting == "hands")
         for (const std::string& name : midair::bridge::ownHandNames())
+            names.push_back(name + ":");
+    if (setting == "heads")
+        for (const std::string& name : midair::bridge::ownHeadNames())
             names.push_back(name + ":");
     if (setting == "device")
         for (const midair::device::OwnScheme& scheme : midair::device::ownSchemes())

@@ -291,7 +291,7 @@ public:
     const FormatDescriptionMap& supportedOptions() const override
     {
         _options = _supportedOptions;
-        for (const char* name : {"solver", "device", "hands"})
+        for (const char* name : {"solver", "device", "hands", "heads"})
         {
             const std::string own = registeredNames(name);
             if (!own.empty()) _options[std::string(name) + "="] += "; registered: " + own;

@@ -1,3 +1,4 @@
+#include "plugin/display/DisplayOfUser.h"
 #include "plugin/engine/OwnedEngine.h"
 #include "plugin/engine/SceneKeys.h"
 
@@ -59,9 +60,15 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
         };
         const osg::ref_ptr<HapticEngine> engine = _engine->playing(*node, isInPlace);
         if (event && engine->follow(event->getActionAdapter()))
+        {
             SceneKeys::addTo(event->getActionAdapter(), *engine);
+            showOnDisplayOfUser(event->getActionAdapter());
+        }
         if (osgGA::GUIActionAdapter* view = isUpdate ? engine->followAbove(*node) : nullptr)
+        {
             SceneKeys::addTo(view, *engine);
+            showOnDisplayOfUser(view);
+        }
     }
     traverse(node, visitor);
 }

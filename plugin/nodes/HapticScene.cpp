@@ -1,3 +1,4 @@
+#include "plugin/display/DisplayOfUser.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/engine/SceneKeys.h"
@@ -24,6 +25,7 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     _engine->setHandSource(other.getHandSource());
+    _engine->setHeadSource(other.getHeadSource());
     _engine->setTouchCallback(other.getTouchCallback());
     _engine->setObstacles(other.getObstacles());
     _engine->setEars(other.getEars());
@@ -49,11 +51,17 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
             if (_engine->follow(event->getActionAdapter()))
+            {
                 SceneKeys::addTo(event->getActionAdapter(), *_engine);
+                showOnDisplayOfUser(event->getActionAdapter());
+            }
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
     {
         if (osgGA::GUIActionAdapter* view = _engine->followAbove(*this))
+        {
             SceneKeys::addTo(view, *_engine);
+            showOnDisplayOfUser(view);
+        }
         // This node alone may have asked for the traversal; a large scene need not be looked at.
         if (getNumChildrenRequiringUpdateTraversal() <= 1) return;
     }
@@ -83,6 +91,22 @@ void HapticScene::setHandSource(HandSource* source)
 HandSource* HapticScene::getHandSource() const
 {
     return _engine->handSource();
+}
+
+void HapticScene::setHeadSource(HeadSource* source)
+{
+    _engine->lookNext();
+    _engine->setHeadSource(source);
+}
+
+HeadSource* HapticScene::getHeadSource() const
+{
+    return _engine->headSource();
+}
+
+bool HapticScene::getHead(Head& head) const
+{
+    return _engine->head(head);
 }
 
 void HapticScene::setTouchCallback(TouchCallback* callback)

@@ -61,8 +61,12 @@ public:
         _mode(visitor.getComputeNearFarMode())
     {
         visitor.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+        // Where the scene is drawn for eyes that see it in a mirror, so is this.
+        const osg::RefMatrix* before = visitor.getProjectionMatrix();
+        const double side = before && (*before)(0, 0) < 0.0 ? -1.0 : 1.0;
         visitor.pushProjectionMatrix(new osg::RefMatrix(
-            osg::Matrix::ortho2D(0.0, room.viewport.x(), 0.0, room.viewport.y())));
+            osg::Matrix::ortho2D(0.0, room.viewport.x(), 0.0, room.viewport.y()) *
+            osg::Matrix::scale(side, 1.0, 1.0)));
     }
     ~SheetCull()
     {

@@ -137,6 +137,7 @@ toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticFi
         {"state", midair::bridge::stateName(s.state)},
         {"fields", fieldsJson(s.fields)},
         {"counters", countersJson(s)},
+        {"head", {{"tracked", s.headTracked}, {"status", s.head}}},
         {"hands", {{"known", s.hands}, {"touching", s.touching}, {"predicted_ms", s.predicted_ms}}},
         {"field", fieldJson(s)},
         {"surface", surfaceJson(s)},

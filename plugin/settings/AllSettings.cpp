@@ -96,6 +96,14 @@ std::vector<Setting<S>> hands()
                 .variable("HANDS")
                 .effect(Effect::NOTHING)
                 .noIdentity()
+                .wish(),
+            Row<S>("heads",
+                   &S::heads,
+                   "source of the viewer's head: none, fixed X Y Z, recorded:FILE, "
+                   "recorded:FILE?loop, mouse:, openxr:, osc:, or a name from the user's grants")
+                .variable("HEADS")
+                .effect(Effect::NOTHING)
+                .noIdentity()
                 .wish()};
 }
 
@@ -103,7 +111,8 @@ std::vector<Setting<S>> head()
 {
     return {Row<S>("earCamera",
                    &S::earCamera,
-                   "the viewer's camera stands for a head, whose ears are listening places")
+                   "the viewer's head, or without a source of it the camera, has ears that are "
+                   "listening places")
                 .safety()
                 .effect(Effect::NOTHING)
                 .noIdentity()};

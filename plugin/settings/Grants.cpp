@@ -121,8 +121,8 @@ bool touchesFiles(const std::vector<std::string>& list)
                        });
 }
 
-/// Returns true if hands come from a program or a network that not even a trusted scene may name: a
-/// loader and a helper are code, and what listens at an address is open to others.
+/// Returns true if hands or a head come from a program or a network that not even a trusted scene
+/// may name: a loader and a helper are code, and what listens at an address is open to others.
 bool reachesFurther(const std::string& hands)
 {
     const auto has = [&hands](const char* key) { return hands.find(key) != std::string::npos; };
@@ -153,11 +153,12 @@ void lookBeside(const std::string& folder, HapticSettings& settings)
 {
     settings.array = nameBeside(folder, settings.array);
     settings.temperatureSource = nameBeside(folder, settings.temperatureSource);
-    if (auto recorded = midair::bridge::RecordedUri::parse(settings.hands))
-    {
-        recorded->file = nameBeside(folder, recorded->file);
-        settings.hands = recorded->text();
-    }
+    for (std::string* source : {&settings.hands, &settings.heads})
+        if (auto recorded = midair::bridge::RecordedUri::parse(*source))
+        {
+            recorded->file = nameBeside(folder, recorded->file);
+            *source = recorded->text();
+        }
 }
 
 Grants::Grants(Names names, bool trustsScenes) :
@@ -260,6 +261,7 @@ HapticSettings Grants::apply(HapticSettings settings,
     applyDevice(settings, refuse);
     applyArray(settings, refuse);
     applyHands(settings, refuse);
+    applyHeads(settings, refuse);
     applyThermometer(settings, refuse);
     return settings;
 }
@@ -372,6 +374,28 @@ void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
            why +
                ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
                "name for them in " +
+               grantsFile());
+}
+
+// The ear limit holds at the head that a user has: a file that says where it is, by whatever kind
+// of source, could take it from there.
+void Grants::applyHeads(HapticSettings& settings, const Refuse& refuse) const
+{
+    const std::string asked = settings.heads;
+    const bool wish = isWish(settings, "heads", asked);
+    if (asked.empty() || asked == "none") return;
+    if (const std::string* granted = find(asked))
+    {
+        settings.heads = *granted;
+        return;
+    }
+    if (!wish || (_trustsScenes && !reachesFurther(asked))) return;
+    settings.heads.clear();
+    refuse(MessageCode::GRANTS_REFUSED,
+           "the head",
+           asked,
+           "only the user says where a head is, as the ear limit holds there, so there is none. To "
+           "grant it: OSG_MIDAIR_HEADS, -O heads=.., or a name for it in " +
                grantsFile());
 }
 

@@ -65,6 +65,7 @@ private:
     void applyDevice(HapticSettings& settings, const Refuse& refuse) const;
     void applyArray(HapticSettings& settings, const Refuse& refuse) const;
     void applyHands(HapticSettings& settings, const Refuse& refuse) const;
+    void applyHeads(HapticSettings& settings, const Refuse& refuse) const;
     void applyThermometer(HapticSettings& settings, const Refuse& refuse) const;
 
     Names _names;

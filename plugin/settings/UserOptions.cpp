@@ -50,7 +50,7 @@ struct Other
     const char* text;
 };
 
-constexpr std::array<Other, 7> kOthers = {
+constexpr std::array<Other, 8> kOthers = {
     {{"TRUST",
       "scene",
       "scene: scene files open the devices and hands that they name, without a grant."},
@@ -60,6 +60,10 @@ constexpr std::array<Other, 7> kOthers = {
       "~/.config/osgMidair/grants."},
      {"ARRAYS", "folders", "Where arrays are looked up by their names first; with : between."},
      {"MATERIALS", "file", "Materials of your own, besides the kit's."},
+     {"DISPLAY",
+      "file",
+      "The screen in the room that a viewer's window fills, FILE.display.json; sim:FILE: what an "
+      "eye would see through its optics."},
      {"SLICE",
       "auto/cpu/gpu",
       "Where the slice of a field is computed; auto: by the GPU where there is one."},

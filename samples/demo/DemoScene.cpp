@@ -1,5 +1,6 @@
 #include "samples/demo/DemoScene.h"
 
+#include "samples/shared/DisplayOptions.h"
 #include "samples/shared/OverlayOptions.h"
 #include "samples/shared/ScenesBelow.h"
 #include "samples/shared/SettingOptions.h"
@@ -117,6 +118,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                  options.benchmark,
                  "Runs at 800 x 600 off screen with all overlays as fast as it can, and prints "
                  "frames a second");
+    addDisplay(app, options.display);
     app.add_option("--zoom", options.zoom, "How much nearer the middle is seen, 1 .. 8")
         ->check(CLI::Range(1.0, 8.0))
         ->capture_default_str();

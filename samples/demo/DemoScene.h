@@ -38,6 +38,7 @@ struct DemoOptions
     double zoom = 1.0; ///< of pictures and window, towards the middle
     int width = 1200;
     int height = 800;
+    std::string display; ///< file of a display, or "sim:" before it; empty: a window as any
     MonitorOptions monitor;
 };
 

@@ -1,6 +1,7 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 #include "samples/demo/DemoScene.h"
+#include "samples/shared/DisplayOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/Offscreen.h"
 #include "samples/shared/views/ShownObject.h"
@@ -308,11 +309,13 @@ struct CpuTimes
 struct Show
 {
     explicit Show(const DemoOptions& options) :
+        display(openDisplay(options.display)),
         scene(options),
         monitor(options.monitor, scene.haptics(), "midair-demo: " + scene.name())
     {
         report.options = options;
         report.model = scene.name();
+        if (display) std::printf("display     %s\n", display->getStatus().c_str());
         viewer.setLightingMode(osg::View::NO_LIGHT);
     }
 
@@ -338,6 +341,7 @@ struct Show
         report.transducers = report.statistics.transducers;
     }
 
+    const osg::ref_ptr<osgMidair::DisplayView> display; ///< null: none
     DemoScene scene;
     MuteSignals signals{[this](bool isMuted) { scene.haptics().setMuted(isMuted); }};
     const SilenceAtStop atStop{[this] { scene.haptics().setMuted(true); }};
@@ -446,14 +450,16 @@ int runHeadless(const DemoOptions& options)
     else
         show.monitor.showNothing(report.picturesProblem);
     viewer.setSceneData(scene.root());
+    const bool isScreen = show.display && !show.display->isRehearsal();
     PictureTaker camera(
         *scene.root(),
         scene.overlays(),
-        options.width,
-        options.height,
+        isScreen ? show.display->getWidth() : options.width,
+        isScreen ? show.display->getHeight() : options.height,
         DemoScene::kFovy_deg,
         [&](osg::Camera& view) { aim(view, options.zoom); },
         report.picturesProblem);
+    camera.showOn(show.display);
 
     const int frames = options.frames > 0 ? options.frames : 240;
     const int between = std::max(1, frames / kPictures);
@@ -537,7 +543,10 @@ int runWindow(const DemoOptions& options)
     DemoScene& scene = show.scene;
     osgViewer::Viewer& viewer = show.viewer;
     DemoReport& report = show.report;
-    viewer.setUpViewInWindow(60, 60, options.width, options.height);
+    if (show.display && !show.display->isRehearsal())
+        viewer.setUpViewOnSingleScreen(0);
+    else
+        viewer.setUpViewInWindow(60, 60, options.width, options.height);
     viewer.getCamera()->setProjectionMatrixAsPerspective(DemoScene::kFovy_deg / options.zoom,
                                                          static_cast<double>(options.width) /
                                                              options.height,
@@ -550,7 +559,7 @@ int runWindow(const DemoOptions& options)
     osg::Vec3d up;
     DemoScene::lookAt(eye, centre, up);
     manipulator->setHomePosition(eye, centre, up);
-    viewer.setCameraManipulator(manipulator);
+    if (!show.display) viewer.setCameraManipulator(manipulator);
     osg::ref_ptr<osg::ApplicationUsage> usage = new osg::ApplicationUsage;
     osgMidair::OverlayKeys(&scene.overlays()).getUsage(*usage);
     viewer.addEventHandler(new osgViewer::StatsHandler);
@@ -559,6 +568,7 @@ int runWindow(const DemoOptions& options)
     show.monitor.show(*viewer.getCamera());
     viewer.setSceneData(scene.root());
     viewer.realize();
+    showOn(show.display, viewer);
     report.picturesProblem = "shown in a window";
     const double start = seconds();
     for (int i = 0; !viewer.done() && !isStopAsked() && (options.frames == 0 || i < options.frames);

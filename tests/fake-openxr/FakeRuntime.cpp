@@ -22,6 +22,7 @@ constexpr std::uintptr_t kSession = 2;
 constexpr std::uintptr_t kSpace = 3;
 constexpr std::uintptr_t kLeft = 4;
 constexpr std::uintptr_t kRight = 5;
+constexpr std::uintptr_t kView = 6;
 
 XrSessionState gSession = XR_SESSION_STATE_UNKNOWN;
 bool gRunning = false;
@@ -221,9 +222,10 @@ XrResult createSpace(XrSession, const XrReferenceSpaceCreateInfo* info, XrSpace*
     const XrQuaternionf& turn = info->poseInReferenceSpace.orientation;
     if (turn.x != 0.0f || turn.y != 0.0f || turn.z != 0.0f || turn.w != 1.0f)
         return XR_ERROR_POSE_INVALID;
-    state->space = info->referenceSpaceType;
+    const bool isView = info->referenceSpaceType == XR_REFERENCE_SPACE_TYPE_VIEW;
+    if (!isView) state->space = info->referenceSpaceType;
     ++state->alive;
-    *space = handle<XrSpace>(kSpace);
+    *space = handle<XrSpace>(isView ? kView : kSpace);
     return XR_SUCCESS;
 }
 
@@ -231,6 +233,26 @@ XrResult destroySpace(XrSpace)
 {
     FakeAccess state;
     --state->alive;
+    return XR_SUCCESS;
+}
+
+XrResult locateSpace(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation* location)
+{
+    FakeAccess state;
+    XrResult result = XR_SUCCESS;
+    if (fails(state, "xrLocateSpace", result)) return result;
+    expect(state, gRunning, "a head was located of a session that doesn't run");
+    if (space != handle<XrSpace>(kView) || base != handle<XrSpace>(kSpace))
+        return XR_ERROR_HANDLE_INVALID;
+    if (time < gTime || time > gTime + 1000000000) return XR_ERROR_TIME_INVALID;
+    if (time > gTime && !state->predicts) return XR_ERROR_TIME_INVALID;
+    state->headAhead = time - gTime;
+    // One that is lost is where the runtime thinks that it is.
+    location->locationFlags =
+        XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
+    if (state->head) location->locationFlags |= XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+    location->pose = state->head.value_or(XrPosef{{0, 0, 0, 1}, {0, 0, 0}});
+    ++state->headsLocated;
     return XR_SUCCESS;
 }
 
@@ -307,6 +329,7 @@ XrResult getInstanceProcAddr(XrInstance, const char* name, PFN_xrVoidFunction* f
         FAKE("xrEnumerateReferenceSpaces", enumerateSpaces),
         FAKE("xrCreateReferenceSpace", createSpace),
         FAKE("xrDestroySpace", destroySpace),
+        FAKE("xrLocateSpace", locateSpace),
         FAKE("xrConvertTimespecTimeToTimeKHR", convertTime),
         FAKE("xrCreateHandTrackerEXT", createHandTracker),
         FAKE("xrDestroyHandTrackerEXT", destroyHandTracker),

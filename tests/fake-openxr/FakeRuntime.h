@@ -25,11 +25,14 @@ struct FakeState
     std::string blocked; ///< a function that doesn't return as long as this is set
 
     std::array<std::optional<FakeHand>, 2> hands; ///< left, right; none: not tracked
+    std::optional<XrPosef> head;                  ///< of the view space; none: not tracked
     std::deque<XrSessionState> states;            ///< the next events
     XrStructureType otherEvent = XR_TYPE_UNKNOWN; ///< one event of this type
 
-    bool predicts = true; ///< false: it refuses hands of a later time
-    XrDuration ahead = 0; ///< how much later than it was the last hands were asked for
+    bool predicts = true;     ///< false: it refuses hands, and the head, of a later time
+    XrDuration ahead = 0;     ///< how much later than it was the last hands were asked for
+    XrDuration headAhead = 0; ///< the same of the head
+    int headsLocated = 0;     ///< so far
 
     int instances = 0;                                         ///< made so far
     int located = 0;                                           ///< hands so far

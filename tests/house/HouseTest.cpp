@@ -82,9 +82,10 @@ std::map<std::string, int> heights()
          {"haptics/base", "haptics", "device", "device/autd3/emulator", "engine-bridge"})
         for (const std::string& storey : storeysOf(library))
             height[storey] = next++;
-    // Three folders of what is installed into one.
+    // Four folders of what is installed into one.
     height["plugin/extending/include/osgMidair"] = next;
     height["plugin/overlays/include/osgMidair"] = next;
+    height["plugin/display/include/osgMidair"] = next;
     height["plugin/include/osgMidair"] = next++;
     for (const std::string& storey : storeysOf("plugin"))
         height[storey] = next++;
@@ -108,8 +109,12 @@ std::vector<std::string> includesOf(const fs::path& file)
             includes.push_back(isBeside ? (file.parent_path() / quoted).generic_string() : quoted);
             continue;
         }
-        for (const std::string folder :
-             {"haptics", "engine-bridge", "plugin/extending", "plugin/overlays", "plugin"})
+        for (const std::string folder : {"haptics",
+                                         "engine-bridge",
+                                         "plugin/extending",
+                                         "plugin/overlays",
+                                         "plugin/display",
+                                         "plugin"})
         {
             const std::string installed = folder + "/include/" + (*match)[2].str();
             if (fs::exists(kRoot / installed) || folder == "plugin") includes.push_back(installed);

@@ -60,11 +60,21 @@ bool SetHands::frameAt(double time_s, bridge::HandFrame& frame)
     return any;
 }
 
+bool SetHead::headAt(double time_s, bridge::Head& head)
+{
+    const double now_s = base::steadySeconds();
+    const bool isTracked = bridge::InjectedHeadSource::headAt(now_s, head);
+    head.age_s += now_s - head.time_s;
+    head.time_s = time_s;
+    return isTracked;
+}
+
 Scene::Scene(std::shared_ptr<const ArrayPair> itsArray) :
     array(std::move(itsArray)),
     player({{}, [](const std::string& uri) { return bridge::openHands(uri); }})
 {
     player.setHandSource(hands);
+    player.setHeadSource(head);
 }
 
 std::vector<base::Message> Scene::faults() const
@@ -143,6 +153,12 @@ bridge::SceneSnapshot& Scene::fillSnapshot()
     now.time_s = base::steadySeconds();
     now.simulationTime_s = time_s;
     now.ears = ears;
+    player.locateHead(time_s);
+    if (const auto& last = player.heads().lastPlace())
+    {
+        now.ears.conservativeResize(3, ears.cols() + 2);
+        now.ears.rightCols<2>() = bridge::earsOf(*last);
+    }
     now.objects.clear();
     for (const auto& [number, object] : objects)
     {
@@ -270,10 +286,13 @@ midair_status midair_scene_close(midair_scene* scene)
             }
             std::shared_ptr<void> ended; // dies without the mutex, as the next does
             std::shared_ptr<midair::bridge::HandSource> source;
+            std::shared_ptr<midair::bridge::HeadSource> head;
             const midair::base::Lock lock(closed->mutex);
             closed->isClosed = true;
             ended = closed->endPlaying();
             source = closed->player.hands().active();
             closed->player.setHandSource(nullptr);
+            head = closed->player.heads().active();
+            closed->player.setHeadSource(nullptr);
         });
 }

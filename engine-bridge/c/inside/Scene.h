@@ -3,6 +3,7 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/hands/HandSource.h"
+#include "engine-bridge/heads/HeadSource.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/player/ScenePlayer.h"
 #include "engine-bridge/playing/EarBound.h"
@@ -82,6 +83,13 @@ public:
     bool frameAt(double time_s, bridge::HandFrame& frame) override;
 };
 
+/// A head that the application sets; it is lost 0.2 s after it was set last.
+class SetHead : public bridge::InjectedHeadSource
+{
+public:
+    bool headAt(double time_s, bridge::Head& head) override;
+};
+
 /// What midair_on_message() was given.
 struct MessageListener
 {
@@ -103,6 +111,7 @@ struct Scene
     bool isHeir = false;
     const std::shared_ptr<const ArrayPair> array;
     const std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
+    const std::shared_ptr<SetHead> head = std::make_shared<SetHead>();
 
     mutable base::Mutex mutex;
     SceneSettings settings MIDAIR_GUARDED_BY(mutex); ///< as they were set
@@ -146,7 +155,8 @@ struct Scene
     std::shared_ptr<const ArrayPair> markedArray() const MIDAIR_REQUIRES(mutex);
     /// Gives the settings to the player if they have changed.
     void configure() MIDAIR_REQUIRES(mutex);
-    /// Puts the scene as it is into the player's snapshot, without hands.
+    /// Puts the scene as it is into the player's snapshot, without hands, and with the ears of the
+    /// head as it is now.
     bridge::SceneSnapshot& fillSnapshot() MIDAIR_REQUIRES(mutex);
     /// Ends playing; what is returned has to be destroyed without the mutex.
     std::shared_ptr<void> endPlaying() MIDAIR_REQUIRES(mutex);

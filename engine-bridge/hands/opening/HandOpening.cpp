@@ -42,26 +42,6 @@ std::string schemeOf(const std::string& uri)
     return colon == std::string::npos ? "" : uri.substr(0, colon);
 }
 
-/// The parameter matrix=.., a rigid matrix as scenes have them: row by row, the translation last.
-/// \a otherwise if there is none.
-Eigen::Isometry3d takePlacement(DeviceUri& uri, const Eigen::Isometry3d& otherwise)
-{
-    constexpr double kTolerance = 0.02; // as a scene's calibration has it
-    const std::string matrix = uri.takeText("matrix", "");
-    if (matrix.empty()) return otherwise;
-    std::istringstream in(matrix);
-    std::vector<double> numbers;
-    for (std::string word; in >> word;)
-        if (!base::parseQuantity(word, "", numbers.emplace_back())) numbers.resize(17);
-    PoseAndStretch parts;
-    // Read column by column, row by row is the transpose, which maps columns.
-    if (numbers.size() != 16 || !decompose(Eigen::Map<Eigen::Matrix4d>(numbers.data()), parts) ||
-        !parts.stretch.isIdentity(kTolerance))
-        throw uri.error("matrix=" + matrix +
-                        " should be 16 numbers of a rigid matrix, row by row, translation last");
-    return parts.pose;
-}
-
 /// The helper opens what \a uri names without a helper, and sends those hands, in the scene's
 /// world.
 std::shared_ptr<HandSource> openHelper(const DeviceUri& uri, const std::string& given)
@@ -90,13 +70,7 @@ std::shared_ptr<HandSource> openHelper(const DeviceUri& uri, const std::string& 
 std::shared_ptr<HandSource> openOpenXr(const std::string& text)
 {
     DeviceUri uri(text, "hand source");
-    uri.rejectPath();
-    OpenXrOptions options;
-    options.loader = uri.takeText("loader", options.loader);
-    const std::string space = uri.takeText("space", "");
-    if (!space.empty() && space != "stage" && space != "local")
-        throw uri.error("space=" + space + " should be stage or local");
-    if (!space.empty()) options.space = space == "stage" ? OpenXrSpace::STAGE : OpenXrSpace::LOCAL;
+    const OpenXrOptions options = takeOpenXrOptions(uri);
     const Eigen::Isometry3d placement = takePlacement(uri, OpenXrHandSource::upright());
     const std::string process = uri.takeText("process", "own");
     const std::string helper = uri.takeText("helper", "");
@@ -141,6 +115,36 @@ std::shared_ptr<HandSource> openOwn(const HandSourceMaker& make, const std::stri
 }
 
 } // namespace
+
+Eigen::Isometry3d takePlacement(DeviceUri& uri, const Eigen::Isometry3d& otherwise)
+{
+    constexpr double kTolerance = 0.02; // as a scene's calibration has it
+    const std::string matrix = uri.takeText("matrix", "");
+    if (matrix.empty()) return otherwise;
+    std::istringstream in(matrix);
+    std::vector<double> numbers;
+    for (std::string word; in >> word;)
+        if (!base::parseQuantity(word, "", numbers.emplace_back())) numbers.resize(17);
+    PoseAndStretch parts;
+    // Read column by column, row by row is the transpose, which maps columns.
+    if (numbers.size() != 16 || !decompose(Eigen::Map<Eigen::Matrix4d>(numbers.data()), parts) ||
+        !parts.stretch.isIdentity(kTolerance))
+        throw uri.error("matrix=" + matrix +
+                        " should be 16 numbers of a rigid matrix, row by row, translation last");
+    return parts.pose;
+}
+
+OpenXrOptions takeOpenXrOptions(DeviceUri& uri)
+{
+    uri.rejectPath();
+    OpenXrOptions options;
+    options.loader = uri.takeText("loader", options.loader);
+    const std::string space = uri.takeText("space", "");
+    if (!space.empty() && space != "stage" && space != "local")
+        throw uri.error("space=" + space + " should be stage or local");
+    if (!space.empty()) options.space = space == "stage" ? OpenXrSpace::STAGE : OpenXrSpace::LOCAL;
+    return options;
+}
 
 bool OpeningHands::frameAt(double time_s, HandFrame& frame)
 {

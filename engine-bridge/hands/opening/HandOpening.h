@@ -1,6 +1,10 @@
 #pragma once
 
+#include "device/DeviceUri.h"
 #include "engine-bridge/hands/HandSource.h"
+#include "engine-bridge/hands/openxr/OpenXrTracker.h"
+
+#include <Eigen/Geometry>
 
 #include <functional>
 #include <future>
@@ -72,6 +76,13 @@ struct RecordedUri
     static std::optional<RecordedUri> parse(const std::string& uri);
     std::string text() const;
 };
+
+/// \{ Takes parameters that sources of hands and of heads have: matrix=.., a rigid matrix as scenes
+/// have them, row by row, the translation last (\a otherwise if there is none); loader= and space=
+/// of "openxr:?..".
+Eigen::Isometry3d takePlacement(device::DeviceUri& uri, const Eigen::Isometry3d& otherwise);
+OpenXrOptions takeOpenXrOptions(device::DeviceUri& uri);
+/// \}
 
 /// Makes a hand source of the application's from what stands behind the colon of its URI. Whatever
 /// it throws, and null, mean that there is none.

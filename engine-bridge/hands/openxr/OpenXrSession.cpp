@@ -235,6 +235,7 @@ void OpenXrInstance::loadFunctions()
     load("xrEnumerateReferenceSpaces", _functions.enumerateReferenceSpaces);
     load("xrCreateReferenceSpace", _functions.createReferenceSpace);
     load("xrDestroySpace", _functions.destroySpace);
+    load("xrLocateSpace", _functions.locateSpace);
 
     XrInstanceProperties properties{};
     properties.type = XR_TYPE_INSTANCE_PROPERTIES;
@@ -330,7 +331,8 @@ void OpenXrSession::destroy()
     const OpenXrFunctions& xr = _instance.functions();
     for (XrHandTrackerEXT tracker : _trackers)
         if (tracker != XR_NULL_HANDLE) xr.destroyHandTracker(tracker);
-    if (_space != XR_NULL_HANDLE) xr.destroySpace(_space);
+    for (XrSpace space : {_view, _space})
+        if (space != XR_NULL_HANDLE) xr.destroySpace(space);
     if (_session != XR_NULL_HANDLE) xr.destroySession(_session);
 }
 
@@ -352,11 +354,19 @@ void OpenXrSession::createSpace(OpenXrSpace space)
                                       "the other one",
                           false);
     if (hasStage && space != OpenXrSpace::LOCAL) _spaceType = XR_REFERENCE_SPACE_TYPE_STAGE;
+    _space = makeSpace(_spaceType);
+}
+
+XrSpace OpenXrSession::makeSpace(XrReferenceSpaceType type)
+{
     XrReferenceSpaceCreateInfo info{};
     info.type = XR_TYPE_REFERENCE_SPACE_CREATE_INFO;
-    info.referenceSpaceType = _spaceType;
+    info.referenceSpaceType = type;
     info.poseInReferenceSpace.orientation.w = 1.0f;
-    _instance.check(xr.createReferenceSpace(_session, &info, &_space), "xrCreateReferenceSpace");
+    XrSpace space = XR_NULL_HANDLE;
+    _instance.check(_instance.functions().createReferenceSpace(_session, &info, &space),
+                    "xrCreateReferenceSpace");
+    return space;
 }
 
 void OpenXrSession::handleEvents()
@@ -427,6 +437,42 @@ void OpenXrSession::locate(HandFrame& frame, double ahead_s)
         hand.id = id;
         if (locateHand(id, now, ahead, hand)) frame.hands.push_back(hand);
     }
+}
+
+void OpenXrSession::locateHead(Head& head, double ahead_s)
+{
+    head = {};
+    if (!_running) return;
+    if (_view == XR_NULL_HANDLE) _view = makeSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
+    const XrTime now = _instance.now();
+    const auto ahead = _refusesLaterHead ? 0 : static_cast<XrDuration>(std::llround(1e9 * ahead_s));
+    XrSpaceLocation location{};
+    location.type = XR_TYPE_SPACE_LOCATION;
+    const OpenXrFunctions& xr = _instance.functions();
+    XrResult result = xr.locateSpace(_view, _space, now + ahead, &location);
+    if (result == XR_ERROR_TIME_INVALID && ahead > 0)
+    {
+        _refusesLaterHead = true;
+        _say("openxr: " + runtime() + " tells no head of a later time (" + resultName(result) +
+             "): it is that of now. prediction=kalman predicts it");
+        result = xr.locateSpace(_view, _space, now, &location);
+    }
+    if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST)
+        _instance.check(result, "xrLocateSpace");
+    if (XR_FAILED(result))
+        _say("openxr: " + runtime() + ": xrLocateSpace: " + resultName(result) +
+             "; no head as long as that lasts");
+    constexpr XrSpaceLocationFlags kKnown = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT |
+                                            XR_SPACE_LOCATION_POSITION_VALID_BIT |
+                                            XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+    if (XR_FAILED(result) || (location.locationFlags & kKnown) != kKnown) return;
+    const XrVector3f& p = location.pose.position;
+    const XrQuaternionf& q = location.pose.orientation;
+    const Eigen::Quaterniond turn(Eigen::Quaternionf(q.w, q.x, q.y, q.z));
+    const Eigen::Vector3d place = Eigen::Vector3f(p.x, p.y, p.z).cast<double>();
+    // False for NaN, too.
+    head.isTracked = place.norm() < kFarthest_m && std::abs(turn.norm() - 1.0) < 1e-2;
+    if (head.isTracked) head.pose = headPose(place, turn);
 }
 
 XrResult OpenXrSession::askRuntime(int id, XrTime time, XrHandJointLocationsEXT& locations) const

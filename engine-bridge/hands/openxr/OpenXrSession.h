@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/Head.h"
 #include "engine-bridge/hands/openxr/OpenXrTracker.h"
 #include "haptics/base/InputError.h"
 
@@ -48,6 +49,7 @@ struct OpenXrFunctions
     PFN_xrEnumerateReferenceSpaces enumerateReferenceSpaces = nullptr;
     PFN_xrCreateReferenceSpace createReferenceSpace = nullptr;
     PFN_xrDestroySpace destroySpace = nullptr;
+    PFN_xrLocateSpace locateSpace = nullptr;
     PFN_xrConvertTimespecTimeToTimeKHR convertTimespecTimeToTime = nullptr;
     PFN_xrCreateHandTrackerEXT createHandTracker = nullptr;
     PFN_xrDestroyHandTrackerEXT destroyHandTracker = nullptr;
@@ -93,7 +95,8 @@ private:
 /// "XR_ERROR_RUNTIME_FAILURE" and the like.
 std::string resultName(XrResult result);
 
-/// A session without rendering in which a runtime tracks both hands. To be used by one thread.
+/// A session without rendering in which a runtime tracks both hands and the head. To be used by one
+/// thread.
 class OpenXrSession
 {
 public:
@@ -124,11 +127,17 @@ public:
     /// valid position. Throws OpenXrError when the session is lost.
     void locate(HandFrame& frame, double ahead_s = 0.0);
 
+    /// Puts the head (the runtime's view space) \a ahead_s (>= 0) from now into \a head, in the
+    /// session's space, if its place and turn are known and its place is tracked, which an inferred
+    /// one isn't; else it has isTracked false. As locate() otherwise.
+    void locateHead(Head& head, double ahead_s = 0.0);
+
     /// The number of joints so far with a valid flag and an impossible value.
     std::size_t jointsLeftOut() const { return _leftOut; }
 
 private:
     void createSpace(OpenXrSpace space);
+    XrSpace makeSpace(XrReferenceSpaceType type);
     void handleState(XrSessionState state);
     bool locateHand(int id, XrTime now, XrDuration ahead, Hand& hand);
     XrResult askRuntime(int id, XrTime time, XrHandJointLocationsEXT& locations) const;
@@ -141,7 +150,9 @@ private:
     XrReferenceSpaceType _spaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
     std::array<XrHandTrackerEXT, 2> _trackers{}; ///< left, right
     bool _running = false;
-    bool _refusesLater = false; ///< the runtime tells no hands of a later time
+    XrSpace _view = XR_NULL_HANDLE; ///< the head's; none before it is asked for
+    bool _refusesLater = false;     ///< the runtime tells no hands of a later time
+    bool _refusesLaterHead = false; ///< nor the head
     std::size_t _leftOut = 0;
 };
 

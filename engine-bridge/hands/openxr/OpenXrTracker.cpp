@@ -29,6 +29,20 @@ constexpr double kFarthest_s = 1.0;
 /// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
 
+/// When nobody has asked so far.
+constexpr double kNever_s = -std::numeric_limits<double>::infinity();
+
+bool isRecent(double asked_s)
+{
+    return base::steadySeconds() - asked_s < kIdleAfter_s;
+}
+
+/// A NaN counts as 0.
+double horizonOf(double ahead_s)
+{
+    return ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
+}
+
 auto after(double time_s)
 {
     return std::chrono::steady_clock::now() + std::chrono::duration<double>(time_s);
@@ -69,7 +83,7 @@ std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
 
 OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) :
     _options(options),
-    _asked_s(-std::numeric_limits<double>::infinity()),
+    _asked{kNever_s, kNever_s},
     _thread([this] { run(); })
 {
 }
@@ -146,19 +160,26 @@ bool OpenXrTracker::takeTurn()
 void OpenXrTracker::follow(OpenXrSession& session)
 {
     HandFrame frame;
+    Head head;
     base::Lock lock(_mutex);
     while (!_stop)
     {
-        const bool asked = isAskedFor();
+        const bool areHands = isRecent(_asked.hands_s);
+        const bool isHead = isRecent(_asked.head_s);
+        const bool asked = areHands || isHead;
         lock.unlock();
         session.handleEvents();
-        if (asked) session.locate(frame, _horizon_s);
-        frame.time_s = base::steadySeconds();
+        frame.hands.clear();
+        if (areHands) session.locate(frame, _horizon_s);
+        head.isTracked = false;
+        if (isHead) session.locateHead(head, _headHorizon_s);
+        head.time_s = frame.time_s = base::steadySeconds();
         lock.lock();
         _leftOut = session.jointsLeftOut();
         _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
-        if (asked) _frame = frame;
-        if (asked && !frame.hands.empty()) ++_frames;
+        if (areHands) _frame = frame;
+        if (isHead) _head = head;
+        if (areHands && !frame.hands.empty()) ++_frames;
         const auto end = after(asked ? kInterval_s : kIdleInterval_s);
         while (!_stop && (asked || !isAskedFor()) && _wake.waitUntil(lock, end))
         {
@@ -170,6 +191,7 @@ void OpenXrTracker::lose(const std::string& why)
 {
     const base::Lock lock(_mutex);
     _frame.hands.clear();
+    _head.isTracked = false;
     _condition = why;
     _messages.say({base::MessageCode::HANDS_SOURCE, why});
 }
@@ -182,26 +204,46 @@ void OpenXrTracker::say(const std::string& message)
 
 bool OpenXrTracker::isAskedFor() const
 {
-    return base::steadySeconds() - _asked_s < kIdleAfter_s;
+    return isRecent(_asked.hands_s) || isRecent(_asked.head_s);
+}
+
+// Wakes the thread where it isn't looked for yet; returns the time.
+double OpenXrTracker::noteAsked(double& asked_s)
+{
+    if (!isRecent(asked_s)) _wake.notifyAll();
+    return asked_s = base::steadySeconds();
 }
 
 bool OpenXrTracker::latest(HandFrame& frame)
 {
     const base::Lock lock(_mutex);
-    if (!isAskedFor()) _wake.notifyAll();
-    _asked_s = base::steadySeconds();
+    const double now_s = noteAsked(_asked.hands_s);
     frame.hands.clear();
-    if (_asked_s - _frame.time_s > kStale_s) return false;
+    if (now_s - _frame.time_s > kStale_s) return false;
     frame.hands = _frame.hands;
     for (Hand& hand : frame.hands)
-        hand.age_s = _asked_s - _frame.time_s;
+        hand.age_s = now_s - _frame.time_s;
     return !frame.hands.empty();
+}
+
+bool OpenXrTracker::latestHead(Head& head)
+{
+    const base::Lock lock(_mutex);
+    const double now_s = noteAsked(_asked.head_s);
+    head = _head;
+    head.age_s = std::max(0.0, now_s - _head.time_s);
+    head.isTracked = _head.isTracked && head.age_s <= kStale_s;
+    return head.isTracked;
 }
 
 void OpenXrTracker::setHorizon(double ahead_s)
 {
-    // A NaN counts as 0.
-    _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
+    _horizon_s = horizonOf(ahead_s);
+}
+
+void OpenXrTracker::setHeadHorizon(double ahead_s)
+{
+    _headHorizon_s = horizonOf(ahead_s);
 }
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const

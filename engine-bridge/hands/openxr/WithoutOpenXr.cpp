@@ -16,7 +16,7 @@ std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
     return std::make_shared<OpenXrTracker>(options);
 }
 
-OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) : _options(options), _asked_s(0.0)
+OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) : _options(options), _asked()
 {
     _condition = "openxr: not in this build; configure it with -DMIDAIR_OPENXR=ON";
     _messages.say({base::MessageCode::HANDS_SOURCE, _condition});
@@ -29,7 +29,14 @@ bool OpenXrTracker::latest(HandFrame&)
     return false;
 }
 
+bool OpenXrTracker::latestHead(Head&)
+{
+    return false;
+}
+
 void OpenXrTracker::setHorizon(double) {}
+
+void OpenXrTracker::setHeadHorizon(double) {}
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 {

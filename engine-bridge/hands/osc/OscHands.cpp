@@ -134,18 +134,23 @@ void believe(HandJoint& joint, int number, OscContent& content)
     if (!isSkin) joint.radius_m = 0.0;
 }
 
+/// The time and the age, each in its range.
+void takeTimes(Arguments& arguments, double& time_s, double& age_s)
+{
+    time_s = arguments.number("time");
+    if (!(std::abs(time_s) <= kLatest_s))
+        throw arguments.error("time", fmt::format("is {:g}, should be seconds", time_s));
+    age_s = arguments.number("age");
+    if (!(age_s >= 0.0 && age_s <= kOldestOscHand_s))
+        throw arguments.error(
+            "age", fmt::format("is {:g} s, should be 0 .. {:g}", age_s, kOldestOscHand_s));
+}
+
 void takeHand(Arguments arguments, OscContent& content)
 {
     OscContent::Timed timed;
     timed.hand.id = sideOf(arguments);
-    timed.time_s = arguments.number("time");
-    if (!(std::abs(timed.time_s) <= kLatest_s))
-        throw arguments.error("time", fmt::format("is {:g}, should be seconds", timed.time_s));
-    timed.hand.age_s = arguments.number("age");
-    if (!(timed.hand.age_s >= 0.0 && timed.hand.age_s <= kOldestOscHand_s))
-        throw arguments.error(
-            "age",
-            fmt::format("is {:g} s, should be 0 .. {:g}", timed.hand.age_s, kOldestOscHand_s));
+    takeTimes(arguments, timed.time_s, timed.hand.age_s);
     for (int i = 0; i < HAND_JOINTS; ++i)
     {
         HandJoint& joint = timed.hand.joints[static_cast<std::size_t>(i)];
@@ -163,6 +168,35 @@ void takeHand(Arguments arguments, OscContent& content)
     content.hands.push_back(timed);
 }
 
+/// A head: its time and age, which may both be left out, then its place and turn.
+void takeHead(Arguments arguments, std::size_t count, OscContent& content)
+{
+    constexpr std::size_t kOfPose = 7;
+    Head head;
+    head.time_s = std::nan("");
+    if (count != kOfPose) takeTimes(arguments, head.time_s, head.age_s);
+    Eigen::Vector3d place;
+    Eigen::Quaterniond turn;
+    for (double& number : place)
+        number = arguments.number("head's place");
+    for (double& number : turn.coeffs()) // x, y, z, w, as Eigen stores them
+        number = arguments.number("head's turn");
+    arguments.end();
+    const bool isPlace = place.allFinite() && place.norm() <= kFarthestJoint_m;
+    head.isTracked = isPlace && std::abs(turn.norm() - 1.0) <= kQuaternionError;
+    if (head.isTracked)
+    {
+        head.pose = headPose(place, turn);
+        content.head = head;
+    }
+    else if (content.jointsLeftOut++ == 0)
+        content.firstLeftOut = fmt::format("an impossible head ({:g} {:g} {:g}, turn {:g} long)",
+                                           place.x(),
+                                           place.y(),
+                                           place.z(),
+                                           turn.norm());
+}
+
 /// The text that begins at \a at, and where the next one does: texts end with zeros up to a
 /// multiple of four. Throws if its end is missing.
 std::string takeText(const char* data, std::size_t size, std::size_t& at)
@@ -175,17 +209,19 @@ std::string takeText(const char* data, std::size_t size, std::size_t& at)
     return text;
 }
 
-/// False for a message that isn't about hands; throws for one with arguments that hands don't have.
+/// False for a message that isn't about hands or heads; throws for one with arguments that these
+/// don't have.
 bool isOfHands(const char* data, std::size_t size, OscContent& content)
 {
     std::size_t at = 0;
     const std::string address = takeText(data, size, at);
     if (address.compare(0, 1, "/") != 0) throw base::InputError("no OSC: it has no address");
-    if (address != kOscHand && address != kOscText && address != kOscHorizon)
+    if (address != kOscHand && address != kOscHead && address != kOscText && address != kOscHorizon)
     {
         const std::string name = shown(address.c_str());
         if (content.unknownCount++ == 0)
-            content.unknown = "\"" + name + "\"" + base::didYouMean(name, {kOscHand, kOscText});
+            content.unknown =
+                "\"" + name + "\"" + base::didYouMean(name, {kOscHand, kOscHead, kOscText});
         return false;
     }
     const std::string types = takeText(data, size, at);
@@ -207,6 +243,8 @@ void takeMessage(const char* data, std::size_t size, OscContent& content)
     Arguments arguments(message);
     if (std::strcmp(address, kOscHand) == 0)
         takeHand(arguments, content);
+    else if (std::strcmp(address, kOscHead) == 0)
+        takeHead(arguments, static_cast<std::size_t>(message.ArgumentCount()), content);
     else if (std::strcmp(address, kOscText) == 0)
         content.texts.push_back(shown(arguments.text("text"), kMostText));
     else
@@ -284,6 +322,17 @@ std::size_t OscWriter::hands(const std::vector<Hand>& hands, double time_s)
         out << osc::EndMessage;
     }
     out << osc::EndBundle;
+    return out.Size();
+}
+
+std::size_t OscWriter::head(const Head& head)
+{
+    const Eigen::Vector3f p = head.pose.translation().cast<float>();
+    const Eigen::Vector4f q = Eigen::Quaterniond(head.pose.linear()).coeffs().cast<float>();
+    osc::OutboundPacketStream out(_bytes.data(), _bytes.size());
+    out << osc::BeginMessage(kOscHead) << head.time_s
+        << static_cast<float>(std::clamp(head.age_s, 0.0, kOldestOscHand_s)) << p.x() << p.y()
+        << p.z() << q[0] << q[1] << q[2] << q[3] << osc::EndMessage;
     return out.Size();
 }
 

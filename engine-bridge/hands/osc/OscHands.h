@@ -1,9 +1,11 @@
 #pragma once
 
 #include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/Head.h"
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,13 +14,14 @@ namespace midair::bridge
 
 /// \{ Addresses of what is sent; samples/guides/HANDS.md has their arguments.
 constexpr const char* kOscHand = "/midair/hand";
+constexpr const char* kOscHead = "/midair/head";
 constexpr const char* kOscText = "/midair/text";
 constexpr const char* kOscHorizon = "/midair/horizon";
 /// \}
 
 /// A datagram that is longer is none of hands: two take 2,600 bytes.
 constexpr std::size_t kMostOscBytes = 8192;
-constexpr double kOldestOscHand_s = 10.0;     ///< the largest age that a sender may tell
+constexpr double kOldestOscHand_s = 10.0; ///< the largest age that a sender may tell, of heads too
 constexpr double kFarthestOscHorizon_s = 1.0; ///< how far ahead hands may be asked for
 
 /// Throws base::InputError in a build without OSC. All that sends or receives asks first.
@@ -34,9 +37,11 @@ struct OscContent
         Hand hand;           ///< age_s: when it was sent
     };
     std::vector<Timed> hands;
+    /// The newest head; time_s: the sender's clock, NaN if it tells none; age_s: when it was sent.
+    std::optional<Head> head;
     std::vector<std::string> texts; ///< what the sender has to tell the user
     double horizon_s = -1.0;        ///< >= 0: the receiver asks for hands so much later; else: not
-    std::size_t jointsLeftOut = 0;  ///< that are called valid and can't be
+    std::size_t jointsLeftOut = 0;  ///< that are called valid and can't be, and such heads
     std::string firstLeftOut;       ///< what is wrong with the first of them
     std::string unknown;            ///< the first address that isn't known; empty: none
     std::size_t unknownCount = 0;
@@ -55,6 +60,8 @@ public:
     /// empty one, which says that the sender is there, if there are none. \a time_s: the sender's
     /// clock, which must rise.
     std::size_t hands(const std::vector<Hand>& hands, double time_s);
+    /// A head, at head.time_s of the sender's clock, which must rise.
+    std::size_t head(const Head& head);
     std::size_t text(const std::string& text); ///< cut after 1000 bytes
     std::size_t horizon(double ahead_s);       ///< >= 0
 

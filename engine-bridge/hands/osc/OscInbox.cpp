@@ -30,13 +30,19 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
         return;
     }
     for (const OscContent::Timed& timed : content.hands)
-        takeHand(timed, sender, now_s);
+        if (take(_sides[static_cast<std::size_t>(timed.hand.id)],
+                 {timed.hand, timed.time_s, now_s, sender},
+                 timed.hand.id == 0 ? "left hand" : "right hand"))
+            ++_counts.hands;
+    if (content.head && take(_head, {*content.head, content.head->time_s, now_s, sender}, "head"))
+        ++_counts.heads;
     for (const std::string& text : content.texts)
         _messages.say({base::MessageCode::HANDS_SOURCE, text});
     _counts.unknown += content.unknownCount;
     if (!content.unknown.empty())
         tellOnce("unknown",
-                 "messages to " + content.unknown + " are ignored; hands come to " + kOscHand);
+                 "messages to " + content.unknown + " are ignored; hands come to " + kOscHand +
+                     ", a head to " + kOscHead);
     _counts.jointsLeftOut += content.jointsLeftOut;
     if (!content.firstLeftOut.empty())
         tellOnce(
@@ -46,43 +52,41 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
                 "to 0.1 m are believed");
 }
 
-void OscInbox::takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s)
+// A sender that was lost may begin anew, with another clock, or be another one.
+template<typename T>
+bool OscInbox::take(Newest<T>& newest, const Newest<T>& next, const std::string& name)
 {
-    Side& side = _sides[static_cast<std::size_t>(timed.hand.id)];
-    const char* which = timed.hand.id == 0 ? "left" : "right";
-    // A sender that was lost may begin anew, with another clock, or be another one.
-    if (now_s - side.arrived_s < kLost_s)
+    if (!newest.isLost(next.arrived_s))
     {
-        if (side.sender != sender)
+        if (newest.sender != next.sender)
         {
             ++_counts.ofOthers;
             tellOnce("of others",
-                     fmt::format("two senders have a {} hand: the first one's is taken", which));
-            return;
+                     fmt::format("two senders have a {}: the first one's is taken", name));
+            return false;
         }
-        if (!(timed.time_s > side.time_s))
+        if (next.time_s <= newest.time_s) // false where no time is told
         {
             ++_counts.late;
             tellOnce("late",
-                     fmt::format("a {} hand is ignored, as its time {:.6f} s isn't after {:.6f} s, "
+                     fmt::format("a {} is ignored, as its time {:.6f} s isn't after {:.6f} s, "
                                  "that of the one before",
-                                 which,
-                                 timed.time_s,
-                                 side.time_s));
-            return;
+                                 name,
+                                 next.time_s,
+                                 newest.time_s));
+            return false;
         }
     }
-    ++_counts.hands;
-    side = {timed.hand, timed.time_s, now_s, sender};
+    newest = next;
+    return true;
 }
 
 bool OscInbox::mayBeOf(const std::string& sender, double now_s) const
 {
     const base::Lock lock(_mutex);
-    return std::any_of(_sides.begin(),
-                       _sides.end(),
-                       [&](const Side& side)
-                       { return side.sender == sender || !(now_s - side.arrived_s < kLost_s); });
+    const auto mayGive = [&](const auto& newest)
+    { return newest.sender == sender || newest.isLost(now_s); };
+    return std::any_of(_sides.begin(), _sides.end(), mayGive) || (_isHeadAsked && mayGive(_head));
 }
 
 void OscInbox::passOver()
@@ -97,16 +101,26 @@ bool OscInbox::latest(double now_s, HandFrame& frame) const
 {
     const base::Lock lock(_mutex);
     frame.hands.clear();
-    for (const Side& side : _sides)
+    for (const Newest<Hand>& side : _sides)
     {
-        const bool isSeen = std::any_of(side.hand.joints.begin(),
-                                        side.hand.joints.end(),
+        const bool isSeen = std::any_of(side.what.joints.begin(),
+                                        side.what.joints.end(),
                                         [](const HandJoint& joint) { return joint.positionValid; });
-        if (!isSeen || !(now_s - side.arrived_s < kLost_s)) continue;
-        frame.hands.push_back(side.hand);
+        if (!isSeen || side.isLost(now_s)) continue;
+        frame.hands.push_back(side.what);
         frame.hands.back().age_s += std::max(0.0, now_s - side.arrived_s);
     }
     return !frame.hands.empty();
+}
+
+bool OscInbox::latestHead(double now_s, Head& head) const
+{
+    const base::Lock lock(_mutex);
+    _isHeadAsked = true;
+    head = _head.what;
+    head.isTracked = head.isTracked && !_head.isLost(now_s);
+    head.age_s += std::max(0.0, now_s - _head.arrived_s);
+    return head.isTracked;
 }
 
 void OscInbox::tellOnce(const char* what, const std::string& message)
@@ -134,16 +148,17 @@ std::string OscInbox::status() const
 {
     const OscCounts counts = this->counts();
     std::string text = fmt::format("{}: {} hands", _name, counts.hands);
+    if (counts.heads > 0) text += fmt::format(", {} heads", counts.heads);
     std::string ignored;
     const auto add = [&](std::uint64_t count, const char* what)
     {
         if (count > 0) ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
     };
     add(counts.malformed, "datagrams not understood");
-    add(counts.late, "hands out of order");
+    add(counts.late, "out of order");
     add(counts.ofOthers, "of another sender");
     add(counts.unknown, "to another address");
-    add(counts.jointsLeftOut, "impossible joints");
+    add(counts.jointsLeftOut, "impossible joints or heads");
     return ignored.empty() ? text : text + "; ignored: " + ignored;
 }
 

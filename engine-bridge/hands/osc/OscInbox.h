@@ -17,20 +17,22 @@ namespace midair::bridge
 struct OscCounts
 {
     std::uint64_t datagrams = 0;
-    std::uint64_t hands = 0;         ///< that were taken
-    std::uint64_t malformed = 0;     ///< datagrams that are not understood
-    std::uint64_t late = 0;          ///< hands older than, or as old as, one that is known
-    std::uint64_t ofOthers = 0;      ///< hands of a sender that another one was before
-    std::uint64_t unknown = 0;       ///< messages with another address
+    std::uint64_t hands = 0;     ///< that were taken
+    std::uint64_t heads = 0;     ///< that were taken
+    std::uint64_t malformed = 0; ///< datagrams that are not understood
+    std::uint64_t late = 0;      ///< hands and heads older than, or as old as, one that is known
+    std::uint64_t ofOthers = 0;  ///< hands and heads of a sender that another was before
+    std::uint64_t unknown = 0;   ///< messages with another address
     std::uint64_t jointsLeftOut = 0; ///< that are called valid and can't be
 };
 
-/// The newest hands of a stream of datagrams, whoever receives these. What is hostile or wrong is
-/// counted and ignored, and told once of each kind. All members may be called from any thread.
+/// The newest hands and head of a stream of datagrams, whoever receives these. What is hostile or
+/// wrong is counted and ignored, and told once of each kind. All members may be called from any
+/// thread.
 class OscInbox
 {
 public:
-    /// A hand of which nothing has come for so long is lost.
+    /// A hand, or the head, of which nothing has come for so long is lost.
     static constexpr double kLost_s = 0.1;
 
     /// \a name begins each message: "osc: port 9000".
@@ -41,7 +43,8 @@ public:
     /// first, and each must be newer than the one before.
     void take(const char* data, std::size_t size, const std::string& sender, double now_s);
 
-    /// True if \a sender may give a hand at \a now_s: if not, its datagrams need not be read.
+    /// True if \a sender may give a hand at \a now_s, or the head where that is asked for: if not,
+    /// its datagrams need not be read.
     bool mayBeOf(const std::string& sender, double now_s) const;
     /// Counts a datagram that was not read, as it is of another sender.
     void passOver();
@@ -49,6 +52,10 @@ public:
     /// Puts the hands that are not lost at \a now_s into \a frame, with their age; returns false
     /// if there are none.
     bool latest(double now_s, HandFrame& frame) const;
+
+    /// Puts the head, if it isn't lost at \a now_s, into \a head, with its age; returns false if it
+    /// is. From now on datagrams are read for it.
+    bool latestHead(double now_s, Head& head) const;
 
     /// Adds a message.
     void say(const std::string& message);
@@ -60,22 +67,28 @@ public:
     std::string status() const;
 
 private:
-    /// The newest hand of one side.
-    struct Side
+    /// The newest of what one sender has at a time: a side's hand, the head.
+    template<typename T>
+    struct Newest
     {
-        Hand hand;
-        double time_s = 0.0;     ///< the sender's clock
+        T what;
+        double time_s = 0.0;     ///< the sender's clock; NaN: not told
         double arrived_s = -1e9; ///< steady clock
         std::string sender;
+
+        bool isLost(double now_s) const { return !(now_s - arrived_s < kLost_s); }
     };
 
-    void takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s)
+    template<typename T>
+    bool take(Newest<T>& newest, const Newest<T>& next, const std::string& name)
         MIDAIR_REQUIRES(_mutex);
     void tellOnce(const char* what, const std::string& message);
 
     const std::string _name;
     mutable base::Mutex _mutex;
-    std::array<Side, 2> _sides MIDAIR_GUARDED_BY(_mutex);
+    std::array<Newest<Hand>, 2> _sides MIDAIR_GUARDED_BY(_mutex);
+    Newest<Head> _head MIDAIR_GUARDED_BY(_mutex);
+    mutable bool _isHeadAsked MIDAIR_GUARDED_BY(_mutex) = false;
     OscCounts _counts MIDAIR_GUARDED_BY(_mutex);
     base::MessageLog _messages;
 };

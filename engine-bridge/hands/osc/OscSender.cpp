@@ -39,6 +39,11 @@ bool OscSender::send(const std::vector<Hand>& hands, double time_s)
     return sendBytes(_writer.hands(hands, time_s));
 }
 
+bool OscSender::send(const Head& head)
+{
+    return sendBytes(_writer.head(head));
+}
+
 bool OscSender::say(const std::string& text)
 {
     return sendBytes(_writer.text(text));

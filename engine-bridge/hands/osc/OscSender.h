@@ -23,6 +23,7 @@ public:
 
     /// \a time_s: the sender's clock, which must rise. Returns false if it was not sent.
     bool send(const std::vector<Hand>& hands, double time_s);
+    bool send(const Head& head); ///< at its time_s, of the same clock
     bool say(const std::string& text);
 
     /// Reads what the receiver has asked for. False if it is gone, which UDP doesn't tell.

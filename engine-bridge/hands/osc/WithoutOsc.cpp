@@ -24,6 +24,12 @@ std::size_t OscWriter::hands(const std::vector<Hand>&, double)
     return 0;
 }
 
+std::size_t OscWriter::head(const Head&)
+{
+    requireOsc();
+    return 0;
+}
+
 std::size_t OscWriter::text(const std::string&)
 {
     requireOsc();

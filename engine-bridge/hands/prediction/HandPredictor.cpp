@@ -94,6 +94,7 @@ std::string nameOf(const Hand& hand)
 {
     if (hand.id == 0) return "the left hand";
     if (hand.id == 1) return "the right hand";
+    if (hand.id == HandPredictor::kHead) return "the head";
     return fmt::format("hand {}", hand.id);
 }
 

@@ -93,6 +93,8 @@ class HandPredictor
 public:
     /// The farthest that hands are predicted, s; what is asked beyond is cut.
     static constexpr double kFarthest_s = 0.25;
+    /// Hand::id of a palm that stands for a head, which messages name so.
+    static constexpr int kHead = -1000;
 
     /// Sets how hands are predicted; OFF, the default, leaves frames as they are. With TRACKER the
     /// joints, which the source has predicted, get their sigma_m only. Another method than before

@@ -4,6 +4,7 @@
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/hands/prediction/HandPredictor.h"
+#include "engine-bridge/hands/tracking/NamedSource.h"
 #include "haptics/base/text/MessageLog.h"
 
 #include <Eigen/Geometry>
@@ -11,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::bridge
@@ -23,29 +25,29 @@ public:
     /// Opens the source that a URI names; null: none. Throws what is wrong with it.
     using Opener = std::function<std::shared_ptr<HandSource>(const std::string& uri)>;
 
-    explicit HandTracker(Opener open) : _open(std::move(open)) {}
+    explicit HandTracker(Opener open);
 
     /// Sets a source of the program's, which is used in place of the one that is named; null: none.
-    void setSource(std::shared_ptr<HandSource> source);
+    void setSource(std::shared_ptr<HandSource> source) { _source.set(std::move(source)); }
 
     /// Opens the source \a uri; a recording is read on a separate thread, and begins now. Returns
     /// what is wrong with \a uri, once per change, or an empty text; what is wrong with a recording
     /// comes as a message. A source of the application's that can't be made is tried again by
     /// locate(), with pauses from 1 s to 30 s; each try that fails is a message.
-    std::string setNamed(const std::string& uri);
-    const std::string& named() const { return _uri; }
+    std::string setNamed(const std::string& uri) { return _source.setNamed(uri); }
+    const std::string& named() const { return _source.named(); }
 
     /// Sets how hands are predicted, and the tracker's own delay (s, >= 0).
     void setPrediction(PredictionMethod method, double trackerDelay_s);
     bool predicts() const { return _predictor.method() != PredictionMethod::OFF; }
     /// Sets the time from locate() to the drive signal, s, as it was measured.
-    void setLatency(double latency_s) { _latency_s = latency_s; }
+    void setLatency(double latency_s) { _delay.latency_s = latency_s; }
     /// How far the hands of the last locate() were predicted from when they were seen, s; 0: they
     /// were not.
     double predictedBy_s() const { return _predictor.ahead_s(); }
 
     /// From the time of the hands that locate() gives to the sound, s; 0: they are predicted to it.
-    double late_s() const { return predicts() ? 0.0 : horizon_s(); }
+    double late_s() const { return predicts() ? 0.0 : _delay.total_s(); }
 
     /// Returns what has happened since the last call: what the source says, and hands that could
     /// not be predicted.
@@ -69,7 +71,7 @@ public:
     void forgetTouches() { _proximity = std::make_unique<HandProximity>(); }
 
     /// Returns the source in use; null: none.
-    const std::shared_ptr<HandSource>& active() const { return _source ? _source : _namedSource; }
+    const std::shared_ptr<HandSource>& active() const { return _source.active(); }
 
     /// The hands of the last locate(), array frame.
     const HandFrame& frame() const { return _frame; }
@@ -77,53 +79,12 @@ public:
     const HandProximity& proximity() const { return *_proximity; }
 
 private:
-    /// When a source that could not be made is tried again.
-    struct Retry
-    {
-        double at_s = 0.0;    ///< steady clock
-        double pause_s = 0.0; ///< before it; 0: never
-        std::string failed;   ///< why the last try has; empty: it has not
-        bool isTold = true;   ///< \c failed, of a try after the first
-    };
-
-    /// What a source said when it was asked for hands of a later time.
-    struct Later
-    {
-        enum Answer
-        {
-            NOT_ASKED,
-            YES,
-            NO
-        };
-        Answer answer = NOT_ASKED;
-    };
-
-    /// What is told of hands that can't be.
-    struct Trouble
-    {
-        std::string thrown;     ///< by the source, in words; empty: nothing
-        std::string impossible; ///< what is wrong with a joint; empty: nothing
-    };
-
-    std::string openNamed();
-    void tryAgain();
-    bool ask(double time_s);
-    double horizon_s() const;
     bool leavesToTracker() const { return _predictor.method() == PredictionMethod::TRACKER; }
-    void askAhead(HandSource& source);
-    void askNoLonger();
-    base::Message failureOf(const std::string& thrown) const;
 
-    const Opener _open;
-    std::shared_ptr<HandSource> _source;      ///< set by the program
-    std::shared_ptr<HandSource> _namedSource; ///< named by the settings
-    std::string _uri;
-    Retry _retry;
+    NamedSource<HandSource> _source;
     HandPredictor _predictor;
-    Later _later;
-    Trouble _trouble;
-    double _trackerDelay_s = 0.0;
-    double _latency_s = 0.0;         ///< from locate() to the drive signal
+    TrackedDelay _delay;
+    std::string _impossible;         ///< what is wrong with a joint; empty: nothing
     std::vector<HandPress> _presses; ///< world of the sources
     HandFrame _frame;                ///< array frame
     std::unique_ptr<HandProximity> _proximity = std::make_unique<HandProximity>();

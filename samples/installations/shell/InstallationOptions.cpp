@@ -8,6 +8,7 @@
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/propagation/Exposure.h"
+#include "samples/shared/DisplayOptions.h"
 #include "samples/shared/OverlayOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 
@@ -98,6 +99,7 @@ void addShowing(CLI::App& app, InstallationOptions& options)
     app.add_option("--window", "A window, or pictures, of that size [full screen; 1200x800]")
         ->type_name("WIDTHxHEIGHT")
         ->check(sizeInPixels(options.size));
+    addDisplay(app, options.display);
     app.add_option("--screen", options.screen, "Number of the screen that is filled")
         ->check(CLI::Range(0, 64))
         ->capture_default_str();

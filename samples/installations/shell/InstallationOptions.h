@@ -30,6 +30,7 @@ struct InstallationOptions
     double linger_s = 3.0; ///< how long the array goes on after the last hand was seen
     std::string state;     ///< file that keeps a mute; empty: none
     std::uint32_t seed = 1;
+    std::string display; ///< file of a display, or "sim:" before it; empty: a window as any
     int screen = 0;
     std::pair<int, int> size = {0, 0}; ///< of window or pictures; 0: full screen
     bool headless = false;

@@ -7,6 +7,7 @@
 #include "samples/installations/shell/Looks.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
+#include "samples/shared/DisplayOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/ShownObject.h"
 #include "samples/shared/views/Signals.h"
@@ -151,6 +152,12 @@ public:
     }
 
     osg::Group* root() { return _root; }
+    /// \a display, which may be null, is what it is shown on.
+    void prepareFor(const osgMidair::DisplayView* display)
+    {
+        if (display && display->isFlipped()) _sign.turnForMirror();
+        if (display) say(display->getStatus());
+    }
     osgMidair::HapticScene& haptics() { return *_haptics; }
     osgMidair::HapticOverlays& overlays() { return *_overlays; }
 
@@ -431,10 +438,14 @@ bool runHeadless(Installation& installation, InstallationOptions options)
                                    options.settings.end(),
                                    [](const auto& setting) { return setting.first == "hands"; });
     if (options.hands.empty() && !isSet) options.hands = "demo";
+    const osg::ref_ptr<osgMidair::DisplayView> display = openDisplay(options.display);
+    if (display && !display->isRehearsal())
+        options.size = {display->getWidth(), display->getHeight()};
     const int width = options.size.first > 0 ? options.size.first : 1200;
     const int height = options.size.second > 0 ? options.size.second : 800;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
+    shell.prepareFor(display);
     auto monitor = monitorOf(shell, installation, options);
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -457,6 +468,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
             ? std::make_unique<PictureTaker>(
                   *shell.root(), shell.overlays(), width, height, fovy_deg, aim, problem)
             : nullptr;
+    if (camera) camera->showOn(display);
     const int frames = headlessFrames(options);
     // A machine that can't keep up draws fewer frames in these minutes.
     const double end_s =
@@ -504,7 +516,9 @@ void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
 
 bool runWindow(Installation& installation, const InstallationOptions& options)
 {
+    const osg::ref_ptr<osgMidair::DisplayView> display = openDisplay(options.display);
     InstallationShell shell(installation, options);
+    shell.prepareFor(display);
     auto monitor = monitorOf(shell, installation, options);
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -512,6 +526,7 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
     if (options.plain) viewer.setKeyEventSetsDone(0); // visitors don't end it by Escape
     monitor->show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
+    showOn(display, viewer);
     shell.listen(viewer);
     const double start_s = base::steadySeconds();
     const double end_s = options.minutes > 0.0 ? start_s + 60.0 * options.minutes : 1e300;

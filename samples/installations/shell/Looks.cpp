@@ -166,7 +166,8 @@ void VisitorSign::update(double width, double height)
 {
     if (!(width > 0.0) || !(height > 0.0)) return;
     const double across = kHeight * width / height;
-    _camera->setProjectionMatrixAsOrtho2D(0.0, across, 0.0, kHeight);
+    _camera->setProjectionMatrix(osg::Matrix::ortho2D(0.0, across, 0.0, kHeight) *
+                                 osg::Matrix::scale(_side, 1.0, 1.0));
     const auto top = static_cast<float>(kHeight) - kMargin;
     const auto right = static_cast<float>(across) - kMargin;
     _invitation->setPosition({kMargin, top - kBelowKeys, 0.0F});

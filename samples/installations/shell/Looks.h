@@ -55,6 +55,8 @@ public:
     osg::Node* node() const { return _camera; }
     /// To be called in each frame. \a width, \a height: of the viewport, pixels.
     void update(double width, double height);
+    /// It is to be read in a mirror.
+    void turnForMirror() { _side = -1.0; }
 
     void setInvitation(const std::string& text) { set(*_invitation, text); }
     void setCaption(const std::string& text) { set(*_caption, text); }
@@ -64,6 +66,7 @@ public:
 private:
     static void set(osgText::Text& text, const std::string& content);
 
+    double _side = 1.0; ///< of x
     osg::ref_ptr<osg::Camera> _camera;
     osg::ref_ptr<osgText::Text> _invitation;
     osg::ref_ptr<osgText::Text> _caption;

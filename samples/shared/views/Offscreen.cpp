@@ -41,6 +41,7 @@ public:
         _traits->width = width;
         _traits->height = height;
         _traits->pbuffer = true;
+        _traits->stencil = 8; // interlaced stereo needs it
         setState(new osg::State);
         getState()->setGraphicsContext(this);
         getState()->setContextID(createNewContextID());
@@ -74,12 +75,14 @@ public:
                                  8,
                                  EGL_DEPTH_SIZE,
                                  24,
+                                 EGL_STENCIL_SIZE,
+                                 8,
                                  EGL_NONE};
         EGLConfig config = nullptr;
         EGLint found = 0;
         if (!eglChooseConfig(_display, wanted, &config, 1, &found) || found < 1)
-            return "no EGL configuration with 8-bit colours, a 24-bit depth buffer and desktop "
-                   "OpenGL";
+            return "no EGL configuration with 8-bit colours, a 24-bit depth buffer, stencils "
+                   "and desktop OpenGL";
         const EGLint size[] = {EGL_WIDTH, _traits->width, EGL_HEIGHT, _traits->height, EGL_NONE};
         _surface = eglCreatePbufferSurface(_display, config, size);
         if (_surface == EGL_NO_SURFACE)

@@ -1,6 +1,7 @@
 #include "samples/shared/views/ShownObject.h"
 
 #include "device/autd3/emulator/RehearsedAutd3.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/Hud>
@@ -306,9 +307,18 @@ PictureTaker::PictureTaker(osg::Node& scene,
     _viewer.setSceneData(&scene);
 }
 
+void PictureTaker::showOn(osgMidair::DisplayView* display)
+{
+    std::string error;
+    if (!display || !_ready) return;
+    if (!display->attach(_viewer, error)) throw std::runtime_error("display: " + error);
+    _display = display;
+}
+
 osg::ref_ptr<osg::Image> PictureTaker::take()
 {
     if (!_ready) return nullptr;
+    if (_display) _display->update(base::steadySeconds());
     osgMidair::Hud& figures = *_overlays->get<osgMidair::Hud>();
     const float scale = figures.getScale();
     const osg::Viewport& viewport = *_viewer.getCamera()->getViewport();

@@ -2,6 +2,7 @@
 
 #include "samples/shared/views/Offscreen.h"
 
+#include <osgMidair/DisplayView>
 #include <osgMidair/HapticOverlays>
 
 #include <osg/Vec4>
@@ -57,6 +58,8 @@ public:
                  const std::function<void(osg::Camera&)>& aim,
                  std::string& problem);
 
+    /// Has \a display, which may be null, aim from now on. Throws std::runtime_error.
+    void showOn(osgMidair::DisplayView* display);
     osg::ref_ptr<osg::Image> take();
 
 private:
@@ -65,6 +68,7 @@ private:
     osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
     osgViewer::Viewer _viewer;
     osg::ref_ptr<FrameGrabber> _grabber;
+    osg::ref_ptr<osgMidair::DisplayView> _display;
     bool _ready = false;
 };
 

@@ -80,6 +80,33 @@ class EveryDay(unittest.TestCase):
         with self.assertRaises(midair.Error):
             scene.wait_field(1e6)
 
+    def test_a_head_is_set_and_listened_at(self):
+        scene, _ = focus()
+        self.assertIsNone(scene.head)
+        with self.assertRaisesRegex(midair.Error, r"did you mean openxr\?"):
+            scene.open_head("opnxr:")
+        for wrong in ([0.0, 0.0], "here"):
+            with self.assertRaises((TypeError, ValueError)):
+                scene.set_head(wrong)
+        with self.assertRaisesRegex(midair.Error, "must be within 1000 m"):
+            scene.set_head([0.0, 0.0, 2000.0])
+
+        class Seat:
+            def head(self, now):
+                return [0.0, -0.3, 0.2], [0.0, 0.0, 0.0, 1.0]
+
+        midair.register_head("seat", lambda options: Seat())
+        scene.open_head("seat:")
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: len(scene.ears) == 2))
+        np.testing.assert_allclose(scene.ears["position"], [[-0.08, -0.3, 0.2], [0.08, -0.3, 0.2]])
+        position, orientation = scene.head
+        np.testing.assert_allclose(position, [0.0, -0.3, 0.2])
+        np.testing.assert_allclose(orientation, [0.0, 0.0, 0.0, 1.0])
+        scene.open_head("none")
+        scene.set_head(None)
+        self.assertTrue(updates_until(scene, lambda: scene.head is None and len(scene.ears) == 0))
+
     def test_each_ear_has_its_level(self):
         scene, _ = focus()
         scene.set_ears([[0.0, 0.0, 0.16], [0.4, 0.0, 0.3]])

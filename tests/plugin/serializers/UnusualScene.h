@@ -69,6 +69,7 @@ inline HapticSettings unusualSettings()
     s.motionTolerance = 0.0625;
     s.maxPoints = 321;
     s.hands = "recorded:hand.csv?loop";
+    s.heads = "fixed 0 -0.25 0.5";
     s.reach = 0.0625;
     s.shadows = true;
     s.maxPressure = 1250.5;
@@ -181,6 +182,7 @@ inline void expectUnusual(const HapticSettings& s)
     expectNear(s.motionTolerance, wanted.motionTolerance);
     EXPECT_EQ(s.maxPoints, wanted.maxPoints);
     EXPECT_EQ(s.hands, wanted.hands);
+    EXPECT_EQ(s.heads, wanted.heads);
     expectNear(s.reach, wanted.reach);
     EXPECT_EQ(s.shadows, wanted.shadows);
     expectNear(s.maxPressure, wanted.maxPressure);

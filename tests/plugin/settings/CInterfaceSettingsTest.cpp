@@ -44,7 +44,7 @@ TEST(CInterfaceSettings, AreThoseOfScenes)
 {
     EXPECT_EQ(lacking(0, HapticSettings::describe()),
               (std::set<std::string>{
-                  "array", "calibration", "device", "earCamera", "hands", "metresPerUnit"}));
+                  "array", "calibration", "device", "earCamera", "hands", "heads", "metresPerUnit"}));
     EXPECT_EQ(
         lacking(1, HapticProperty::describe()),
         (std::set<std::string>{"intensity", "intensityChannel", "intensityHigh", "intensityLow"}));

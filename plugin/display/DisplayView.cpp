@@ -1,0 +1,571 @@
+#include "engine-bridge/display/Display.h"
+#include "engine-bridge/display/Picture.h"
+#include "engine-bridge/heads/HeadOpening.h"
+#include "engine-bridge/scene/Convert.h"
+#include "haptics/base/ThrownBy.h"
+#include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/Words.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/display/DisplayOfUser.h"
+#include "plugin/display/Rehearsal.h"
+#include "plugin/display/ScenesBelow.h"
+
+#include <osgMidair/DisplayView>
+
+#include <osg/DisplaySettings>
+#include <osg/FrontFace>
+#include <osg/Notify>
+#include <osg/observer_ptr>
+#include <osgViewer/Renderer>
+#include <osgViewer/View>
+
+#include <array>
+#include <exception>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using Eigen::Vector3d;
+using midair::bridge::Display;
+using midair::bridge::EyeView;
+using midair::bridge::Picture;
+using midair::bridge::StereoMode;
+using midair::bridge::toEigen;
+using midair::bridge::toOsg;
+
+constexpr double kNear_m = 0.02; ///< nearer than hands come to eyes
+constexpr double kFar_m = 20.0;
+constexpr double kLost_s = 0.2;   ///< a head that is away for longer is lost
+constexpr double kBefore_m = 0.6; ///< of the picture, until a head is known
+constexpr const char* kRehearsed = "sim:";
+
+/// OSG's own eyes are beside each other along the view's x, which is the screen's: wrong for a
+/// head that is tilted or turned. Its modes of drawing stay; these are its matrices.
+class EyeMatrices : public osgUtil::SceneView::ComputeStereoMatricesCallback
+{
+public:
+    osg::Matrixd computeLeftEyeProjection(const osg::Matrixd&) const override
+    {
+        return projections[0];
+    }
+    osg::Matrixd computeLeftEyeView(const osg::Matrixd&) const override { return views[0]; }
+    osg::Matrixd computeRightEyeProjection(const osg::Matrixd&) const override
+    {
+        return projections[1];
+    }
+    osg::Matrixd computeRightEyeView(const osg::Matrixd&) const override { return views[1]; }
+
+    std::array<osg::Matrixd, 2> projections;
+    std::array<osg::Matrixd, 2> views;
+};
+
+/// The display settings of a camera in a stereo mode, the others as the user has them.
+osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
+{
+    using S = osg::DisplaySettings;
+    const osg::ref_ptr<S> settings = new S(*S::instance());
+    settings->setStereo(mode != StereoMode::NONE);
+    // The whole of each half belongs to its eye.
+    settings->setSplitStereoHorizontalSeparation(0);
+    settings->setSplitStereoVerticalSeparation(0);
+    settings->setSplitStereoHorizontalEyeMapping(S::LEFT_EYE_LEFT_VIEWPORT);
+    settings->setSplitStereoVerticalEyeMapping(S::LEFT_EYE_TOP_VIEWPORT);
+    settings->setSplitStereoAutoAdjustAspectRatio(false);
+    switch (mode)
+    {
+    case StereoMode::NONE:
+        break;
+    case StereoMode::QUAD_BUFFER:
+        settings->setStereoMode(S::QUAD_BUFFER);
+        break;
+    case StereoMode::ANAGLYPH:
+        settings->setStereoMode(S::ANAGLYPHIC);
+        break;
+    case StereoMode::SIDE_BY_SIDE:
+        settings->setStereoMode(S::HORIZONTAL_SPLIT);
+        break;
+    case StereoMode::TOP_BOTTOM:
+        settings->setStereoMode(S::VERTICAL_SPLIT);
+        break;
+    case StereoMode::LEFT_EYE:
+        settings->setStereoMode(S::LEFT_EYE);
+        break;
+    case StereoMode::RIGHT_EYE:
+        settings->setStereoMode(S::RIGHT_EYE);
+        break;
+    case StereoMode::HORIZONTAL_INTERLACE:
+        settings->setStereoMode(S::HORIZONTAL_INTERLACE);
+        break;
+    case StereoMode::VERTICAL_INTERLACE:
+        settings->setStereoMode(S::VERTICAL_INTERLACE);
+        break;
+    case StereoMode::CHECKERBOARD:
+        settings->setStereoMode(S::CHECKERBOARD);
+        break;
+    }
+    return settings;
+}
+
+/// Faces turn the other way in a picture that is flipped; also those of models that say theirs. A
+/// thread may still draw the frame before with the camera's state, which changes only if it must.
+void turnFaces(osg::Camera& camera, bool isFlipped)
+{
+    osg::StateSet* state = camera.getOrCreateStateSet();
+    const bool isTurned = state->getAttribute(osg::StateAttribute::FRONTFACE) != nullptr;
+    if (isTurned == isFlipped) return;
+    if (isFlipped)
+        state->setAttribute(new osg::FrontFace(osg::FrontFace::CLOCKWISE),
+                            osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE);
+    else
+        state->removeAttribute(osg::StateAttribute::FRONTFACE);
+}
+
+/// \a display in units of \a unit_m.
+Display inUnits(Display display, double unit_m)
+{
+    for (Vector3d* corner : {&display.lowerLeft, &display.lowerRight, &display.upperLeft})
+        *corner /= unit_m;
+    for (midair::bridge::Optic& optic : display.optics)
+    {
+        optic.point /= unit_m;
+        for (Vector3d& corner : optic.outline)
+            corner /= unit_m;
+    }
+    display.ipd_m /= unit_m;
+    return display;
+}
+
+} // namespace
+
+class DisplayView::Inside
+{
+public:
+    Inside(Display display, std::string name, bool isRehearsal) :
+        _display(std::move(display)),
+        _name(std::move(name)),
+        _isRehearsal(isRehearsal),
+        _picture(_display)
+    {
+        if (_isRehearsal) _display.stereo = StereoMode::NONE;
+    }
+
+    /// Opens the head. Returns why nothing can be shown; empty: it can.
+    std::string openHead()
+    {
+        _source = midair::bridge::openHead(_display.eye);
+        midair::bridge::Head head;
+        if (_source && _source->headAt(0.0, head)) take(head.pose, 0.0);
+        if (_head.isKnown) return _picture.whyUnseen(_head.pose.translation());
+        _head.pose = before();
+        const std::string why = _picture.whyUnseen(_head.pose.translation());
+        return why.empty() ? "" : "from 0.6 m before the picture: " + why;
+    }
+
+    /// True: a display sets \a camera up.
+    static bool isAttachedTo(osg::Camera& camera);
+    bool attach(osgViewer::View& view, DisplayView& owner, std::string& error);
+    void update(double time_s);
+
+    void setHead(const osg::Matrixd& headToWorld, bool isTracked)
+    {
+        _source = nullptr;
+        _head.isOwn = true;
+        _head.isTracked = isTracked;
+        if (!isTracked) return;
+        Eigen::Isometry3d pose(toEigen(headToWorld));
+        pose.translation() *= _unit_m;
+        take(pose, midair::base::steadySeconds());
+    }
+
+    Vector3d eye() const { return _head.pose.translation() / _unit_m; }
+    double share(const osg::BoundingBoxd& box) const
+    {
+        return _picture.share(eye(), toEigen(box._min), toEigen(box._max));
+    }
+    std::string status() const
+    {
+        return fmt::format("{}display {}, {}{}",
+                           _isRehearsal ? "rehearsal of " : "",
+                           _name,
+                           _source ? _source->status() : "head set by the program",
+                           _head.isKnown ? "" : ", not seen so far");
+    }
+    std::vector<std::string> messages() const
+    {
+        std::vector<std::string> all;
+        all.reserve(_told.size());
+        for (const auto& [topic, text] : _told)
+            all.push_back(text);
+        return all;
+    }
+    const Display& display() const { return _display; }
+    bool isRehearsal() const { return _isRehearsal; }
+    bool isFlipped() const { return _picture.isFlipped(); }
+
+private:
+    class EachFrame;
+    struct Shown
+    {
+        osg::observer_ptr<osgViewer::View> view;
+        osg::ref_ptr<EyeMatrices> eyes = new EyeMatrices;
+        osg::observer_ptr<osg::Node> scene; ///< that was looked at last
+        std::unique_ptr<Rehearsal> rehearsal;
+        osg::ref_ptr<osg::Group> rehearsed; ///< what the view shows then
+    };
+    struct Tracked
+    {
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< the last one that is known, m
+        bool isKnown = false;                                   ///< there was one
+        bool isTracked = false;                                 ///< now, of the program's own
+        bool isOwn = false;                                     ///< the program's
+        double seen_s = 0.0;
+    };
+
+    /// An upright head at the place before the picture.
+    Eigen::Isometry3d before() const
+    {
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        const Vector3d x = _picture.up().cross(_picture.front()).normalized();
+        pose.linear() << x, _picture.up().normalized(), _picture.front();
+        pose.translation() = _picture.at(0.5, 0.5) + kBefore_m * _picture.front();
+        return pose;
+    }
+    void take(const Eigen::Isometry3d& pose, double time_s)
+    {
+        if (!pose.matrix().allFinite()) return;
+        _head.pose = pose;
+        _head.isKnown = true;
+        _head.seen_s = time_s;
+    }
+    void locate(double time_s);
+    void look(Shown& shown, osgViewer::View& view);
+    void checkWindow(const osgViewer::View& view);
+    void apply(Shown& shown, osgViewer::View& view);
+    void applyTo(osg::Camera& camera, const EyeView& eye) const;
+    EyeView eyeAt(const Vector3d& place) const
+    {
+        return midair::bridge::eyeView(_picture, place, kNear_m / _unit_m, kFar_m / _unit_m);
+    }
+    /// The eye of that \a side; one behind the picture is where it was when it last was not.
+    Vector3d placeOf(int side);
+    /// Tells \a text when it begins to hold; an empty one ends what was told of \a topic.
+    void tell(const std::string& topic, const std::string& text)
+    {
+        const auto known = _told.find(topic);
+        if (text.empty())
+        {
+            if (known != _told.end()) _told.erase(known);
+            return;
+        }
+        if (known == _told.end())
+            OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
+        _told[topic] = text;
+    }
+
+    Display _display; ///< metres
+    const std::string _name;
+    const bool _isRehearsal;
+    Picture _picture; ///< in the scene's units
+    double _unit_m = 1.0;
+    std::shared_ptr<midair::bridge::HeadSource> _source;
+    Tracked _head;
+    std::array<std::pair<bool, Vector3d>, 3> _lastGood; ///< eyes that saw the picture
+    std::vector<std::unique_ptr<Shown>> _shown;
+    std::map<std::string, std::string> _told;
+};
+
+/// Sets a view up after the update of its scene, so that heads and all else that moves are where
+/// they are in this frame. It keeps the display.
+class DisplayView::Inside::EachFrame : public osg::NodeCallback
+{
+public:
+    explicit EachFrame(DisplayView& display) : _display(&display) {}
+    void operator()(osg::Node* node, osg::NodeVisitor* visitor) override
+    {
+        _display->_inside->update(midair::base::steadySeconds());
+        traverse(node, visitor);
+    }
+
+private:
+    const osg::ref_ptr<DisplayView> _display;
+};
+
+bool DisplayView::Inside::isAttachedTo(osg::Camera& camera)
+{
+    osg::Callback* each = camera.getUpdateCallback();
+    while (each && !dynamic_cast<EachFrame*>(each))
+        each = each->getNestedCallback();
+    return each != nullptr;
+}
+
+bool DisplayView::Inside::attach(osgViewer::View& view, DisplayView& owner, std::string& error)
+{
+    osg::Camera& camera = *view.getCamera();
+    if (view.getNumSlaves() > 0)
+    {
+        error =
+            fmt::format("the viewer has {} slave cameras; a display is one window on one screen "
+                        "(osgviewer: --screen 0)",
+                        view.getNumSlaves());
+        return false;
+    }
+    if (isAttachedTo(camera))
+    {
+        error = "the viewer has a display already";
+        return false;
+    }
+    camera.addUpdateCallback(new EachFrame(owner));
+    camera.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+    camera.setProjectionResizePolicy(osg::Camera::FIXED);
+    camera.setDisplaySettings(settingsFor(_display.stereo));
+    auto shown = std::make_unique<Shown>();
+    shown->view = &view;
+    if (_isRehearsal) shown->rehearsal = std::make_unique<Rehearsal>(_display);
+    _shown.push_back(std::move(shown));
+    update(midair::base::steadySeconds());
+    return true;
+}
+
+void DisplayView::Inside::locate(double time_s)
+{
+    midair::bridge::Head head;
+    bool isThere = _head.isOwn && _head.isTracked;
+    if (_source)
+    {
+        isThere = _source->headAt(time_s, head) && head.pose.matrix().allFinite();
+        if (isThere) take(head.pose, time_s);
+        for (const std::string& text : _source->takeMessages())
+            OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
+    }
+    if (isThere) _head.seen_s = time_s;
+    const bool isLost = !isThere && time_s - _head.seen_s > kLost_s;
+    tell("head",
+         !isLost         ? ""
+         : _head.isKnown ? "the head is lost; the picture stays as for its last place"
+                         : "no head is seen; the picture is as for 0.6 m before it");
+}
+
+Vector3d DisplayView::Inside::placeOf(int side)
+{
+    const Vector3d place = midair::bridge::eyeOf(_head.pose, _display.ipd_m, side) / _unit_m;
+    auto& [isKnown, last] = _lastGood[static_cast<std::size_t>(side + 1)];
+    const std::string why = _picture.whyUnseen(place);
+    if (side == 0) tell("eye", why);
+    if (!why.empty() && isKnown) return last;
+    isKnown = why.empty();
+    last = isKnown ? place : Vector3d(before().translation());
+    return last;
+}
+
+void DisplayView::Inside::update(double time_s)
+{
+    locate(time_s);
+    for (const auto& shown : _shown)
+    {
+        // A viewer is mostly no object that is counted, so it can't be locked.
+        if (osgViewer::View* view = shown->view.get()) apply(*shown, *view);
+    }
+}
+
+/// Finds what is shown anew: its units, and in a rehearsal all of it.
+void DisplayView::Inside::look(Shown& shown, osgViewer::View& view)
+{
+    osg::Node* root = view.getSceneData();
+    if (!root || root == shown.rehearsed || shown.scene == root) return;
+    shown.scene = root;
+    const std::vector<HapticScene*> scenes = ScenesBelow(*root).found;
+    const double unit_m = scenes.empty() ? 1.0 : scenes.front()->getMetresPerUnit();
+    if (unit_m > 0.0 && unit_m != _unit_m)
+    {
+        _unit_m = unit_m;
+        _picture = Picture(inUnits(_display, _unit_m));
+        _lastGood = {};
+        if (_isRehearsal) shown.rehearsal = std::make_unique<Rehearsal>(inUnits(_display, _unit_m));
+    }
+    if (!shown.rehearsal) return;
+    const osg::ref_ptr<osg::Node> kept = root;
+    shown.rehearsed = shown.rehearsal->show(*root);
+    view.setSceneData(shown.rehearsed);
+}
+
+void DisplayView::Inside::checkWindow(const osgViewer::View& view)
+{
+    const osg::Camera& camera = *view.getCamera();
+    const osg::Viewport* viewport = camera.getViewport();
+    const osg::GraphicsContext* context = camera.getGraphicsContext();
+    if (!viewport || !context || !context->getTraits()) return;
+    const auto width = static_cast<int>(viewport->width());
+    const auto height = static_cast<int>(viewport->height());
+    const bool isWhole = width == _display.width && height == _display.height;
+    const osg::GraphicsContext::Traits& traits = *context->getTraits();
+    tell("window",
+         isWhole || _isRehearsal || traits.pbuffer
+             ? ""
+             : fmt::format("the window has {} x {} pixels, the screen {} x {}: it must fill the "
+                           "screen, or nothing is seen where it is felt",
+                           width,
+                           height,
+                           _display.width,
+                           _display.height));
+    const StereoMode mode = _display.stereo;
+    const bool needsStencil = mode == StereoMode::HORIZONTAL_INTERLACE ||
+                              mode == StereoMode::VERTICAL_INTERLACE ||
+                              mode == StereoMode::CHECKERBOARD;
+    tell("stereo",
+         mode == StereoMode::QUAD_BUFFER && !traits.quadBufferStereo
+             ? "the window has no quad buffers: it has to be opened for them (OSG_STEREO=ON "
+               "OSG_STEREO_MODE=QUAD_BUFFER before the program), or the right eye sees nothing"
+         : needsStencil && traits.stencil == 0
+             ? "the window has no stencil buffer, which this stereo mode needs: OSG_STEREO=ON and "
+               "OSG_STEREO_MODE before the program have it opened with one"
+             : "");
+}
+
+void DisplayView::Inside::applyTo(osg::Camera& camera, const EyeView& eye) const
+{
+    camera.setViewMatrix(toOsg(eye.view.matrix()));
+    camera.setProjectionMatrix(toOsg(eye.projection));
+    turnFaces(camera, _picture.isFlipped());
+    if (!_display.optics.empty()) camera.setClearColor(osg::Vec4(0.0F, 0.0F, 0.0F, 1.0F));
+}
+
+void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
+{
+    look(shown, view);
+    if (view.getCameraManipulator())
+    {
+        view.setCameraManipulator(nullptr);
+        tell(
+            "manipulator",
+            "the viewer's camera manipulator is taken away: it would move the scene off the array");
+    }
+    checkWindow(view);
+    const Vector3d middle = placeOf(0);
+    const EyeView eye = eyeAt(middle);
+    if (shown.rehearsal)
+    {
+        applyTo(shown.rehearsal->screen(), eye);
+        shown.rehearsal->update(_picture, middle, _head.pose.linear().col(1), *view.getCamera());
+        return;
+    }
+    applyTo(*view.getCamera(), eye);
+    for (const int i : {0, 1})
+    {
+        const EyeView each = eyeAt(placeOf(2 * i - 1));
+        shown.eyes->views[static_cast<std::size_t>(i)] = toOsg(each.view.matrix());
+        shown.eyes->projections[static_cast<std::size_t>(i)] = toOsg(each.projection);
+    }
+    if (auto* renderer = dynamic_cast<osgViewer::Renderer*>(view.getCamera()->getRenderer()))
+        for (const unsigned int i : {0U, 1U})
+            if (osgUtil::SceneView* drawn = renderer->getSceneView(i))
+                drawn->setComputeStereoMatricesCallback(shown.eyes);
+}
+
+DisplayView::DisplayView(std::unique_ptr<Inside> inside) : _inside(std::move(inside)) {}
+
+DisplayView::~DisplayView() = default;
+
+osg::ref_ptr<DisplayView> DisplayView::open(const std::string& display, std::string& error)
+{
+    const std::string text = midair::base::trimmed(display);
+    const bool isRehearsal = text.rfind(kRehearsed, 0) == 0;
+    const std::string what = isRehearsal ? text.substr(std::string(kRehearsed).size()) : text;
+    const bool isDescription = !what.empty() && what.front() == '{';
+    const std::string name = isDescription ? "description" : midair::base::printable(what);
+    try
+    {
+        auto inside =
+            std::make_unique<Inside>(isDescription ? midair::bridge::readDisplay(what, "display")
+                                                   : midair::bridge::loadDisplay(what),
+                                     name,
+                                     isRehearsal);
+        const std::string why = inside->openHead();
+        if (why.empty()) return new DisplayView(std::move(inside));
+        error = name + ": " + why;
+    }
+    catch (const std::exception& problem)
+    {
+        error = problem.what();
+    }
+    return nullptr;
+}
+
+bool DisplayView::attach(osgViewer::View& view, std::string& error)
+{
+    return _inside->attach(view, *this, error);
+}
+
+void DisplayView::setHead(const osg::Matrixd& headToWorld, bool isTracked)
+{
+    _inside->setHead(headToWorld, isTracked);
+}
+
+void DisplayView::update(double time)
+{
+    _inside->update(time);
+}
+
+osg::Vec3d DisplayView::getEye() const
+{
+    return toOsg(_inside->eye());
+}
+
+double DisplayView::getVisibleShare(const osg::BoundingBoxd& box) const
+{
+    return _inside->share(box);
+}
+
+int DisplayView::getWidth() const
+{
+    return _inside->display().width;
+}
+
+int DisplayView::getHeight() const
+{
+    return _inside->display().height;
+}
+
+bool DisplayView::isRehearsal() const
+{
+    return _inside->isRehearsal();
+}
+
+bool DisplayView::isFlipped() const
+{
+    return _inside->isFlipped();
+}
+
+std::string DisplayView::getStatus() const
+{
+    return _inside->status();
+}
+
+std::vector<std::string> DisplayView::getMessages() const
+{
+    return _inside->messages();
+}
+
+bool DisplayView::isOn(osgViewer::View& view)
+{
+    return Inside::isAttachedTo(*view.getCamera());
+}
+
+void showOnDisplayOfUser(osgGA::GUIActionAdapter* adapter)
+{
+    auto* view = dynamic_cast<osgViewer::View*>(adapter);
+    const auto display = midair::base::userVariable("OSG_MIDAIR_DISPLAY");
+    if (!view || !display || display->empty() || DisplayView::isOn(*view)) return;
+    std::string error;
+    const osg::ref_ptr<DisplayView> shown = DisplayView::open(*display, error);
+    if (shown && shown->attach(*view, error)) return;
+    OSG_WARN << "osgMidair: OSG_MIDAIR_DISPLAY: " << error << std::endl;
+}
+
+} // namespace osgMidair
