@@ -69,30 +69,36 @@ Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
 
 std::string fitting(double size_m)
 {
-    return size_m > 0.0 ? fmt::format("size={:g} fits", size_m) : "";
+    return size_m > 0.0 ? fmt::format("size={:.3g} fits", size_m) : "";
 }
 
-/// Asks for the unit that a model \a width_m wide at \a metresPerUnit is probably made in: the
-/// longest of metres, centimetres and millimetres with which it is at most \a most_m wide, else the
-/// shortest with which it is at least \a least_m wide. Empty: none is better than what it is.
-std::string askForUnit(double width_m, double metresPerUnit, double least_m, double most_m)
+/// The end of a message on a model \a width_m wide at \a metresPerUnit, of which \a fitting_m (0:
+/// none) is the largest size that fits: the unit that it is probably made in, after \a before, and
+/// a size, that of this unit if it fits. The unit is the longest of metres, centimetres and
+/// millimetres with which it is at most \a most_m wide, else the shortest with which it is at least
+/// \a least_m wide; none, if none is better than what it is.
+std::string unitAndSize(const char* before,
+                        double width_m,
+                        double metresPerUnit,
+                        double least_m,
+                        double most_m,
+                        double fitting_m)
 {
-    double found_m = 0.0;
-    for (const double unit_m : {1e-3, 1e-2, 1.0})
-    {
-        const double its_m = width_m / metresPerUnit * unit_m;
-        if (its_m >= least_m && (found_m == 0.0 || its_m <= most_m)) found_m = unit_m;
-    }
-    if (found_m == 0.0 || (found_m < metresPerUnit) != (width_m > most_m)) return "";
-    return fmt::format(
-        "should metresPerUnit be {:g} ({}), not {:g}?", found_m, unitName(found_m), metresPerUnit);
-}
-
-// The end of a message: what the unit should be, after \a before, and which size fits.
-std::string unitAndSize(const char* before, const std::string& unit, const std::string& fits)
-{
-    if (unit.empty()) return fits.empty() ? "" : "; " + fits;
-    return before + unit + (fits.empty() ? "" : " " + fits);
+    const auto widthIn = [&](double unit_m) { return width_m / metresPerUnit * unit_m; };
+    double unit_m = 0.0;
+    for (const double one_m : {1e-3, 1e-2, 1.0})
+        if (widthIn(one_m) >= least_m && (unit_m == 0.0 || widthIn(one_m) <= most_m))
+            unit_m = one_m;
+    if (unit_m == 0.0 || (unit_m < metresPerUnit) != (width_m > most_m))
+        return fitting_m > 0.0 ? "; " + fitting(fitting_m) : "";
+    const double size_m = std::min(widthIn(unit_m), fitting_m);
+    return fmt::format("{}should metresPerUnit be {:g} ({}), not {:g}?{}{}",
+                       before,
+                       unit_m,
+                       unitName(unit_m),
+                       metresPerUnit,
+                       fitting_m > 0.0 ? " " : "",
+                       fitting(size_m));
 }
 
 } // namespace
@@ -404,18 +410,19 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
               : known->second;
     const base::Topic topic{base::MessageCode::OBJECT_SMALL, object.touchId()};
     if (!_messages.note(topic) || !isNew) return;
-    const std::string unit = askForUnit(width_m, snapshot.metresPerUnit, limit_m, size_m);
-    const std::string fits = fitting(size_m);
-    _messages.say(topic,
-                  base::about(topic.code,
-                              object.path,
-                              fmt::format("is {:.3g} m wide, under half a wavelength ({:.2g} m): "
-                                          "it is one focus, and no louder than one point of "
-                                          "something larger{}",
-                                          width_m,
-                                          limit_m,
-                                          unitAndSize("; ", unit, fits)),
-                              object.origin));
+    _messages.say(
+        topic,
+        base::about(
+            topic.code,
+            object.path,
+            fmt::format(
+                "is {:.3g} m wide, under half a wavelength ({:.2g} m): "
+                "it is one focus, and no louder than one point of "
+                "something larger{}",
+                width_m,
+                limit_m,
+                unitAndSize("; ", width_m, snapshot.metresPerUnit, limit_m, size_m, size_m)),
+            object.origin));
 }
 
 void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const
@@ -450,16 +457,38 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     const base::Topic topic{base::MessageCode::OBJECT_UNITS, object.touchId()};
     if (!_messages.note(topic)) return;
     const double size_m = fittingSize_m(object, width_m);
-    const std::string unit = askForUnit(
-        width_m, metresPerUnit, 0.5 * _options.wavelength_m, size_m > 0.0 ? size_m : array_m);
-    const std::string fits = fitting(size_m);
     _messages.say(topic,
                   base::about(topic.code,
                               object.path,
                               fmt::format("is {:.3g} m wide, the array {:.3g} m{}",
                                           width_m,
                                           array_m,
-                                          unitAndSize(": ", unit, fits)),
+                                          unitAndSize(": ",
+                                                      width_m,
+                                                      metresPerUnit,
+                                                      0.5 * _options.wavelength_m,
+                                                      size_m > 0.0 ? size_m : array_m,
+                                                      size_m)),
+                              object.origin));
+}
+
+void PointAssembler::tellLarge(const HapticObject& object)
+{
+    const double width_m = widths(object.mesh->vertices).maxCoeff();
+    if (width_m > kWide * widths(_array.positions).maxCoeff()) return; // told already
+    const base::Topic topic{base::MessageCode::OBJECT_LARGE, object.touchId()};
+    if (!_messages.note(topic)) return;
+    const haptics::ArrayFront front(_array.positions, _array.normals);
+    const std::string fits = fitting(fittingSize_m(object, width_m));
+    _messages.say(topic,
+                  base::about(topic.code,
+                              object.path,
+                              fmt::format("is {:.3g} m wide, larger than the workspace of "
+                                          "{:.2g} m{}{}",
+                                          width_m,
+                                          haptics::roomInside_m(_workspace, front),
+                                          fits.empty() ? "" : "; ",
+                                          fits),
                               object.origin));
 }
 
@@ -484,23 +513,7 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     {
         const HapticObject& object = snapshot.objects[i];
         // Of one that fits but for empty corners of its box all is felt.
-        if (isWhole[i] || _wholes.large.count(object.touchId()) == 0) continue;
-        const double width_m = widths(object.mesh->vertices).maxCoeff();
-        if (width_m > kWide * widths(_array.positions).maxCoeff()) continue; // told already
-        const base::Topic topic{base::MessageCode::OBJECT_LARGE, object.touchId()};
-        if (!_messages.note(topic)) continue;
-        const haptics::ArrayFront front(_array.positions, _array.normals);
-        const std::string fits = fitting(fittingSize_m(object, width_m));
-        _messages.say(topic,
-                      base::about(topic.code,
-                                  object.path,
-                                  fmt::format("is {:.3g} m wide, larger than the workspace of "
-                                              "{:.2g} m{}{}",
-                                              width_m,
-                                              haptics::roomInside_m(_workspace, front),
-                                              fits.empty() ? "" : "; ",
-                                              fits),
-                                  object.origin));
+        if (!isWhole[i] && _wholes.large.count(object.touchId()) > 0) tellLarge(object);
     }
     if (report.overBudget > 0 && !isOfLarge)
         _messages.note(
@@ -562,6 +575,11 @@ void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const Assemb
         // One that has had a part out of reach may have it there again.
         _messages.keepNoted({code, whole, kPart});
         if (!out.objects[i].isUnreachable) continue;
+        if (_wholes.large.count(whole) > 0) // that is why
+        {
+            tellLarge(object);
+            continue;
+        }
         const bool isPart = _wholes.felt.count(whole) > 0;
         const base::Topic topic{code, whole, isPart ? kPart : ""};
         if (!_messages.note(topic)) continue;

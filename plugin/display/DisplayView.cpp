@@ -1,12 +1,13 @@
 #include "engine-bridge/display/Display.h"
 #include "engine-bridge/display/Picture.h"
-#include "engine-bridge/heads/HeadOpening.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Words.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/display/DisplayHead.h"
 #include "plugin/display/DisplayOfUser.h"
+#include "plugin/display/DisplayTroubles.h"
 #include "plugin/display/Rehearsal.h"
 #include "plugin/display/ScenesBelow.h"
 
@@ -42,8 +43,8 @@ using midair::bridge::toOsg;
 
 constexpr double kNear_m = 0.02; ///< nearer than hands come to eyes
 constexpr double kFar_m = 20.0;
-constexpr double kLost_s = 0.2;   ///< a head that is away for longer is lost
 constexpr double kBefore_m = 0.6; ///< of the picture, until a head is known
+constexpr double kSharePause_s = 1.0;
 constexpr const char* kRehearsed = "sim:";
 
 /// OSG's own eyes are beside each other along the view's x, which is the screen's: wrong for a
@@ -147,25 +148,22 @@ Display inUnits(Display display, double unit_m)
 class DisplayView::Inside
 {
 public:
-    Inside(Display display, std::string name, bool isRehearsal) :
+    Inside(Display display, const std::string& name, bool isRehearsal) :
         _display(std::move(display)),
-        _name(std::move(name)),
+        _name(name),
         _isRehearsal(isRehearsal),
-        _picture(_display)
+        _picture(_display),
+        _head(_display.eye, before()),
+        _troubles(name)
     {
         if (_isRehearsal) _display.stereo = StereoMode::NONE;
     }
 
-    /// Opens the head. Returns why nothing can be shown; empty: it can.
-    std::string openHead()
+    /// Returns why nothing can be shown; empty: it can.
+    std::string whyUnseen() const
     {
-        _source = midair::bridge::openHead(_display.eye);
-        midair::bridge::Head head;
-        if (_source && _source->headAt(0.0, head)) take(head.pose, 0.0);
-        if (_head.isKnown) return _picture.whyUnseen(_head.pose.translation());
-        _head.pose = before();
-        const std::string why = _picture.whyUnseen(_head.pose.translation());
-        return why.empty() ? "" : "from 0.6 m before the picture: " + why;
+        const std::string why = _picture.whyUnseen(_head.pose().translation());
+        return why.empty() || _head.isKnown() ? why : "from 0.6 m before the picture: " + why;
     }
 
     /// True: a display sets \a camera up.
@@ -175,36 +173,22 @@ public:
 
     void setHead(const osg::Matrixd& headToWorld, bool isTracked)
     {
-        _source = nullptr;
-        _head.isOwn = true;
-        _head.isTracked = isTracked;
-        if (!isTracked) return;
         Eigen::Isometry3d pose(toEigen(headToWorld));
         pose.translation() *= _unit_m;
-        take(pose, midair::base::steadySeconds());
+        _head.set(pose, isTracked, midair::base::steadySeconds());
     }
 
-    Vector3d eye() const { return _head.pose.translation() / _unit_m; }
+    Vector3d eye() const { return _head.pose().translation() / _unit_m; }
     double share(const osg::BoundingBoxd& box) const
     {
         return _picture.share(eye(), toEigen(box._min), toEigen(box._max));
     }
     std::string status() const
     {
-        return fmt::format("{}display {}, {}{}",
-                           _isRehearsal ? "rehearsal of " : "",
-                           _name,
-                           _source ? _source->status() : "head set by the program",
-                           _head.isKnown ? "" : ", not seen so far");
+        return fmt::format(
+            "{}display {}, {}", _isRehearsal ? "rehearsal of " : "", _name, _head.status());
     }
-    std::vector<std::string> messages() const
-    {
-        std::vector<std::string> all;
-        all.reserve(_told.size());
-        for (const auto& [topic, text] : _told)
-            all.push_back(text);
-        return all;
-    }
+    std::vector<std::string> messages() const { return _troubles.texts(); }
     const Display& display() const { return _display; }
     bool isRehearsal() const { return _isRehearsal; }
     bool isFlipped() const { return _picture.isFlipped(); }
@@ -219,14 +203,6 @@ private:
         std::unique_ptr<Rehearsal> rehearsal;
         osg::ref_ptr<osg::Group> rehearsed; ///< what the view shows then
     };
-    struct Tracked
-    {
-        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< the last one that is known, m
-        bool isKnown = false;                                   ///< there was one
-        bool isTracked = false;                                 ///< now, of the program's own
-        bool isOwn = false;                                     ///< the program's
-        double seen_s = 0.0;
-    };
 
     /// An upright head at the place before the picture.
     Eigen::Isometry3d before() const
@@ -237,14 +213,9 @@ private:
         pose.translation() = _picture.at(0.5, 0.5) + kBefore_m * _picture.front();
         return pose;
     }
-    void take(const Eigen::Isometry3d& pose, double time_s)
-    {
-        if (!pose.matrix().allFinite()) return;
-        _head.pose = pose;
-        _head.isKnown = true;
-        _head.seen_s = time_s;
-    }
+    osg::ref_ptr<HapticScene> firstScene() const;
     void locate(double time_s);
+    void tellShare(double time_s);
     void look(Shown& shown, osgViewer::View& view);
     void checkWindow(const osgViewer::View& view);
     void apply(Shown& shown, osgViewer::View& view);
@@ -255,30 +226,18 @@ private:
     }
     /// The eye of that \a side; one behind the picture is where it was when it last was not.
     Vector3d placeOf(int side);
-    /// Tells \a text when it begins to hold; an empty one ends what was told of \a topic.
-    void tell(const std::string& topic, const std::string& text)
-    {
-        const auto known = _told.find(topic);
-        if (text.empty())
-        {
-            if (known != _told.end()) _told.erase(known);
-            return;
-        }
-        if (known == _told.end())
-            OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
-        _told[topic] = text;
-    }
 
     Display _display; ///< metres
     const std::string _name;
     const bool _isRehearsal;
     Picture _picture; ///< in the scene's units
     double _unit_m = 1.0;
-    std::shared_ptr<midair::bridge::HeadSource> _source;
-    Tracked _head;
+    DisplayHead _head;
     std::array<std::pair<bool, Vector3d>, 3> _lastGood; ///< eyes that saw the picture
     std::vector<std::unique_ptr<Shown>> _shown;
-    std::map<std::string, std::string> _told;
+    std::vector<osg::observer_ptr<HapticScene>> _scenes; ///< of all that is shown
+    DisplayTroubles _troubles;
+    double _shared_s = -1.0; ///< when it was looked how much is seen; below 0: never
 };
 
 /// Sets a view up after the update of its scene, so that heads and all else that moves are where
@@ -333,31 +292,51 @@ bool DisplayView::Inside::attach(osgViewer::View& view, DisplayView& owner, std:
     return true;
 }
 
+osg::ref_ptr<HapticScene> DisplayView::Inside::firstScene() const
+{
+    osg::ref_ptr<HapticScene> scene;
+    if (!_scenes.empty()) _scenes.front().lock(scene);
+    return scene;
+}
+
 void DisplayView::Inside::locate(double time_s)
 {
-    midair::bridge::Head head;
-    bool isThere = _head.isOwn && _head.isTracked;
-    if (_source)
+    _head.locate(time_s, firstScene());
+    for (const std::string& text : _head.takeMessages())
+        OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
+    _troubles.set(DisplayTroubles::HEAD,
+                  !_head.isLost()   ? ""
+                  : _head.isKnown() ? "the head is lost; the picture stays as for its last place"
+                                    : "no head is seen; the picture is as for 0.6 m before it");
+}
+
+/// Tells how much of what can be felt can be seen, where that isn't all of it.
+void DisplayView::Inside::tellShare(double time_s)
+{
+    if (_shared_s >= 0.0 && time_s - _shared_s < kSharePause_s) return;
+    osg::BoundingBoxd felt;
+    for (const osg::observer_ptr<HapticScene>& one : _scenes)
     {
-        isThere = _source->headAt(time_s, head) && head.pose.matrix().allFinite();
-        if (isThere) take(head.pose, time_s);
-        for (const std::string& text : _source->takeMessages())
-            OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
+        osg::ref_ptr<HapticScene> scene;
+        if (one.lock(scene)) felt.expandBy(feltBox(*scene));
     }
-    if (isThere) _head.seen_s = time_s;
-    const bool isLost = !isThere && time_s - _head.seen_s > kLost_s;
-    tell("head",
-         !isLost         ? ""
-         : _head.isKnown ? "the head is lost; the picture stays as for its last place"
-                         : "no head is seen; the picture is as for 0.6 m before it");
+    if (felt.valid()) _shared_s = time_s; // else nothing was found so far
+    const double share = felt.valid() ? this->share(felt) : 1.0;
+    _troubles.set(
+        DisplayTroubles::SHARE,
+        share == 1.0
+            ? ""
+            : fmt::format("the eye sees {:.0f} % of the box around what can be felt: the screen or "
+                          "an outline of the optics ends before the rest",
+                          100.0 * share));
 }
 
 Vector3d DisplayView::Inside::placeOf(int side)
 {
-    const Vector3d place = midair::bridge::eyeOf(_head.pose, _display.ipd_m, side) / _unit_m;
+    const Vector3d place = midair::bridge::eyeOf(_head.pose(), _display.ipd_m, side) / _unit_m;
     auto& [isKnown, last] = _lastGood[static_cast<std::size_t>(side + 1)];
     const std::string why = _picture.whyUnseen(place);
-    if (side == 0) tell("eye", why);
+    if (side == 0) _troubles.set(DisplayTroubles::EYE, why);
     if (!why.empty() && isKnown) return last;
     isKnown = why.empty();
     last = isKnown ? place : Vector3d(before().translation());
@@ -372,6 +351,8 @@ void DisplayView::Inside::update(double time_s)
         // A viewer is mostly no object that is counted, so it can't be locked.
         if (osgViewer::View* view = shown->view.get()) apply(*shown, *view);
     }
+    tellShare(time_s);
+    _troubles.tellTo(_scenes);
 }
 
 /// Finds what is shown anew: its units, and in a rehearsal all of it.
@@ -381,6 +362,12 @@ void DisplayView::Inside::look(Shown& shown, osgViewer::View& view)
     if (!root || root == shown.rehearsed || shown.scene == root) return;
     shown.scene = root;
     const std::vector<HapticScene*> scenes = ScenesBelow(*root).found;
+    for (HapticScene* scene : scenes)
+    {
+        _scenes.emplace_back(scene);
+        _head.giveTo(*scene);
+    }
+    _shared_s = -1.0;
     const double unit_m = scenes.empty() ? 1.0 : scenes.front()->getMetresPerUnit();
     if (unit_m > 0.0 && unit_m != _unit_m)
     {
@@ -405,27 +392,29 @@ void DisplayView::Inside::checkWindow(const osgViewer::View& view)
     const auto height = static_cast<int>(viewport->height());
     const bool isWhole = width == _display.width && height == _display.height;
     const osg::GraphicsContext::Traits& traits = *context->getTraits();
-    tell("window",
-         isWhole || _isRehearsal || traits.pbuffer
-             ? ""
-             : fmt::format("the window has {} x {} pixels, the screen {} x {}: it must fill the "
-                           "screen, or nothing is seen where it is felt",
-                           width,
-                           height,
-                           _display.width,
-                           _display.height));
+    _troubles.set(
+        DisplayTroubles::WINDOW,
+        isWhole || _isRehearsal || traits.pbuffer
+            ? ""
+            : fmt::format("the window has {} x {} pixels, the screen {} x {}: it must fill the "
+                          "screen, or nothing is seen where it is felt",
+                          width,
+                          height,
+                          _display.width,
+                          _display.height));
     const StereoMode mode = _display.stereo;
     const bool needsStencil = mode == StereoMode::HORIZONTAL_INTERLACE ||
                               mode == StereoMode::VERTICAL_INTERLACE ||
                               mode == StereoMode::CHECKERBOARD;
-    tell("stereo",
-         mode == StereoMode::QUAD_BUFFER && !traits.quadBufferStereo
-             ? "the window has no quad buffers: it has to be opened for them (OSG_STEREO=ON "
-               "OSG_STEREO_MODE=QUAD_BUFFER before the program), or the right eye sees nothing"
-         : needsStencil && traits.stencil == 0
-             ? "the window has no stencil buffer, which this stereo mode needs: OSG_STEREO=ON and "
-               "OSG_STEREO_MODE before the program have it opened with one"
-             : "");
+    _troubles.set(
+        DisplayTroubles::STEREO,
+        mode == StereoMode::QUAD_BUFFER && !traits.quadBufferStereo
+            ? "the window has no quad buffers: it has to be opened for them (OSG_STEREO=ON "
+              "OSG_STEREO_MODE=QUAD_BUFFER before the program), or the right eye sees nothing"
+        : needsStencil && traits.stencil == 0
+            ? "the window has no stencil buffer, which this stereo mode needs: OSG_STEREO=ON and "
+              "OSG_STEREO_MODE before the program have it opened with one"
+            : "");
 }
 
 void DisplayView::Inside::applyTo(osg::Camera& camera, const EyeView& eye) const
@@ -442,8 +431,8 @@ void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
     if (view.getCameraManipulator())
     {
         view.setCameraManipulator(nullptr);
-        tell(
-            "manipulator",
+        _troubles.set(
+            DisplayTroubles::MANIPULATOR,
             "the viewer's camera manipulator is taken away: it would move the scene off the array");
     }
     checkWindow(view);
@@ -452,7 +441,7 @@ void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
     if (shown.rehearsal)
     {
         applyTo(shown.rehearsal->screen(), eye);
-        shown.rehearsal->update(_picture, middle, _head.pose.linear().col(1), *view.getCamera());
+        shown.rehearsal->update(_picture, middle, _head.pose().linear().col(1), *view.getCamera());
         return;
     }
     applyTo(*view.getCamera(), eye);
@@ -486,7 +475,7 @@ osg::ref_ptr<DisplayView> DisplayView::open(const std::string& display, std::str
                                                    : midair::bridge::loadDisplay(what),
                                      name,
                                      isRehearsal);
-        const std::string why = inside->openHead();
+        const std::string why = inside->whyUnseen();
         if (why.empty()) return new DisplayView(std::move(inside));
         error = name + ": " + why;
     }

@@ -172,6 +172,11 @@ public:
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
     /// code and path no more than a MessageLog prints.
     void say(midair::base::Message message) { _player->log().say(std::move(message)); }
+    /// As of MessageLog.
+    void sayNow(const midair::base::Topic& topic, const std::vector<midair::base::Message>& all)
+    {
+        _player->log().sayNow(topic, all);
+    }
 
     /// Returns the touches that have begun and not ended. From any thread.
     std::vector<Touch> touches() const;

@@ -206,6 +206,34 @@ std::vector<float> HapticField::getFeltPressures(const std::vector<osg::Vec3d>& 
     return felt;
 }
 
+double HapticField::getFingertipForce(const osg::Vec3d& place, const osg::Vec3d& normal) const
+{
+    constexpr double kPad_m = 0.007; // half the breadth of a fingertip
+    constexpr int kPlaces = 61;      // a third of a focus apart
+    const midair::bridge::HologramResult& result = *_data->result;
+    if (!isFinite(place) || !isFinite(normal) || result.sequence.fields.empty()) return 0.0;
+    const Eigen::Affine3d toArray(result.worldToArray);
+    const Eigen::Vector3d front = toArray.linear() * midair::bridge::toEigen(normal);
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
+        Eigen::Vector3d::UnitZ(), front.norm() > 0.0 ? front : Eigen::Vector3d::UnitZ());
+    // A sunflower's seeds (Vogel 1979), each with the same share of the disc.
+    Eigen::Matrix3Xd pad(3, kPlaces);
+    for (int i = 0; i < kPlaces; ++i)
+    {
+        const double radius_m = kPad_m * std::sqrt((i + 0.5) / kPlaces);
+        const double angle = i * osg::PI * (3.0 - std::sqrt(5.0));
+        pad.col(i) =
+            toArray * midair::bridge::toEigen(place) +
+            turn * Eigen::Vector3d(radius_m * std::cos(angle), radius_m * std::sin(angle), 0.0);
+    }
+    const double square_Pa2 = midair::haptics::meanSquarePressure(
+                                  pad, *result.array, result.medium, result.sequence.fields)
+                                  .mean();
+    return result.sequence.report.ringingShare *
+           midair::haptics::radiationForce(
+               std::sqrt(square_Pa2), osg::PI * kPad_m * kPad_m, result.medium);
+}
+
 osg::Matrixd HapticField::getWorldToArray() const
 {
     return midair::bridge::toOsg(_data->result->worldToArray);

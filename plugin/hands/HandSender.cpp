@@ -1,6 +1,7 @@
 #include "device/DeviceUri.h"
 #include "engine-bridge/hands/osc/OscReceiver.h"
 #include "engine-bridge/hands/osc/OscSender.h"
+#include "engine-bridge/scene/Convert.h"
 #include "haptics/base/text/Number.h"
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/KitHands.h"
@@ -54,6 +55,17 @@ bool HandSender::send(const std::vector<Hand>& hands, double time)
     for (const Hand& hand : hands)
         _part->hands.push_back(toBridge(hand));
     return _part->sender.send(_part->hands, time);
+}
+
+bool HandSender::send(const Head& head, double time)
+{
+    const osg::Quat& q = head.orientation;
+    const Eigen::Quaterniond turn(q.w(), q.x(), q.y(), q.z());
+    return _part->sender.send(
+        {time,
+         midair::bridge::headPose(midair::bridge::toEigen(head.position), turn),
+         true,
+         head.age});
 }
 
 bool HandSender::say(const std::string& text)

@@ -1,11 +1,12 @@
-// Sends hands to a scene in another program, as OSC messages: those of a recording, or of a tracker
-// that the kit knows; and shows what arrives. The kit starts it as a helper for
+// Sends hands and the head to a scene in another program, as OSC messages: those of a recording, or
+// of a tracker that the kit knows; and shows what arrives. The kit starts it as a helper for
 // "openxr:?process=helper", for programs that have their own OpenXR session.
 
 #include "samples/shared/views/Signals.h"
 
 #include <osgMidair/HandSender>
 #include <osgMidair/HandSource>
+#include <osgMidair/HeadSource>
 
 #include <algorithm>
 #include <chrono>
@@ -76,9 +77,14 @@ void atRate(const Settings& settings, Turn turn)
     }
 }
 
-/// Sends what the source gives, until the receiver is gone where it can be known.
-void relay(const Settings& settings, osgMidair::HandSource& source, osgMidair::HandSender& sender)
+/// Sends what the sources give, until the receiver is gone where it can be known. \a heads: null
+/// where there are hands alone.
+void relay(const Settings& settings,
+           osgMidair::HandSource& source,
+           osgMidair::HeadSource* heads,
+           osgMidair::HandSender& sender)
 {
+    osgMidair::Head head;
     std::vector<osgMidair::Hand> hands;
     long sent = 0;
     long lost = 0;
@@ -99,6 +105,7 @@ void relay(const Settings& settings, osgMidair::HandSource& source, osgMidair::H
                    ++sent;
                else
                    ++lost;
+               if (heads && heads->getHead(time, head)) sender.send(head, now());
                tell(source, isHelper ? &sender : nullptr);
                return true;
            });
@@ -140,7 +147,12 @@ int run(const std::string& command, const Settings& settings)
     if (source && command == "listen")
         listen(settings, *source);
     else if (source && sender)
-        relay(settings, *source, *sender);
+    {
+        std::string none; // why there is no head; hands are enough
+        const osg::ref_ptr<osgMidair::HeadSource> heads =
+            settings.socket < 0 ? osgMidair::openHeadSource(from, none) : nullptr;
+        relay(settings, *source, heads, *sender);
+    }
     else
     {
         if (error.empty()) error = "\"" + from + "\" names no hands";
@@ -166,7 +178,7 @@ void addRate(CLI::App& command, Settings& settings)
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app("Sends hands to a scene as OSC messages, or shows those that arrive.");
+    CLI::App app("Sends hands and heads to a scene as OSC messages, or shows those that arrive.");
     app.require_subcommand(1);
     CLI::App& send = *app.add_subcommand("send", "send a recording");
     send.add_option("RECORDING", settings.from, "a file of hands")->required();
@@ -174,7 +186,7 @@ int main(int argc, char** argv)
         ->capture_default_str();
     send.add_flag("--loop", settings.repeats, "again from its end on");
     addRate(send, settings);
-    CLI::App& relaying = *app.add_subcommand("relay", "send the hands of a source");
+    CLI::App& relaying = *app.add_subcommand("relay", "send the hands of a source, and its head");
     relaying.add_option("SOURCE", settings.from, "openxr:, openxr:?space=local, ..")->required();
     relaying.add_option("--to", settings.to, "the receiver")->capture_default_str();
     relaying

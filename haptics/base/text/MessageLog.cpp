@@ -90,6 +90,8 @@ const std::vector<MessageKind>& messageKinds()
         {C::DEVICE_OPENED, "device.opened", S::NOTICE, L::MOMENT, true},
         {C::DEVICE_REFUSED, "device.refused", S::FAULT, L::STATE, true},
         {C::DEVICE_SLOW, "device.slow", S::NOTICE, L::FIELD, true},
+        {C::DISPLAY_HEAD, "display.head", S::WARNING, L::STATE, true},
+        {C::DISPLAY_VIEW, "display.view", S::WARNING, L::STATE, false},
         {C::FIELD_FAILED, "field.failed", S::FAULT, L::FIELD, false},
         {C::FIELD_REST, "field.rest", S::WARNING, L::FIELD, false},
         {C::FIELD_SILENCED, "field.silenced", S::FAULT, L::FIELD, true},

@@ -1,13 +1,17 @@
 // What of the numbers of a check is a fault.
 #include "samples/tools/check/SceneCheck.h"
 
+#include "haptics/base/text/Words.h"
+#include "haptics/probe/Feeling.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/tools/check/LoadedScene.h"
 
 #include <osgMidair/HapticPoints>
 
 #include <osg/BoundingBox>
+#include <osg/ComputeBoundsVisitor>
 #include <osg/FrameStamp>
+#include <osgDB/FileNameUtils>
 #include <osgUtil/UpdateVisitor>
 
 #include <algorithm>
@@ -15,6 +19,7 @@
 #include <limits>
 #include <map>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -85,10 +90,24 @@ bool isFeltByContact(const CheckedObject& object, const CheckedScene& scene)
 void judgeUntouched(CheckedObject& object, const CheckedScene& scene)
 {
     if (isRecording(scene.granted.hands))
-        object.faults.push_back("it isn't felt: no hand of the recording touches it");
+        object.faults.push_back("no hand of the recording touches it");
     else
-        object.notes.push_back("it is felt where a hand touches it, which can't be tried: of hands "
-                               "only recordings are read");
+        object.warnings.push_back(
+            "not tried: it is felt where a hand touches it; add a hand recording: -O "
+            "hands=recorded:FILE");
+}
+
+/// The first message that silences a scene, in the order in which one follows from another; null:
+/// there is none.
+const CheckedMessage* silencing(const CheckedScene& scene)
+{
+    for (const char* kind :
+         {"scene.", "settings.", "property.", "array.", "device.", "solver.", ""})
+        for (const CheckedMessage& one : scene.messages)
+            if (one.message.severity == HapticMessage::FAULT && !isOver(one.message) &&
+                one.message.code.rfind(kind, 0) == 0)
+                return &one;
+    return nullptr;
 }
 
 /// Says why an object is felt in no frame, in the words of the messages where there are some.
@@ -98,8 +117,10 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     const std::vector<std::string> hidden = toldOf(object, scene, {"object.hidden"});
     const std::vector<std::string> told = toldOf(object, scene, {});
     const std::vector<std::string> tie = toldOf(object, scene, {"object.side"});
-    if (out.outOfReach > 0 && !out.isUnreachable)
-        object.notes.push_back("it is felt where a hand is near");
+    if (silencing(scene))
+        object.faults.push_back("nothing is played");
+    else if (out.outOfReach > 0 && !out.isUnreachable)
+        object.warnings.push_back("not tried: it is felt where a hand is near");
     else if (!object.hasShape && !hidden.empty())
         append(object.notes, hidden);
     else if (!told.empty())
@@ -109,10 +130,9 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     else if (object.hasShape && !out.isUnreachable && isFeltByContact(object, scene))
         judgeUntouched(object, scene);
     else
-        object.faults.push_back(!object.hasShape ? "it isn't felt: the messages say why"
-                                : out.isUnreachable
-                                    ? "it isn't felt: it is out of the array's reach"
-                                    : "it isn't felt: none of its points is");
+        object.faults.push_back(!object.hasShape    ? "it isn't felt: the messages say why"
+                                : out.isUnreachable ? "it is out of the array's reach"
+                                                    : "none of its points can be felt");
 }
 
 void judgePressure(CheckedObject& object, const CheckedScene& scene)
@@ -125,8 +145,8 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
         : ears_dB > 0.0 ? fmt::format("the ear limit of {:.4g} dB", ears_dB)
                         : fmt::format("the cap of {:.4g} Pa", cap_Pa);
     const bool isPascal = object.property.pressureUnit == osgMidair::HapticProperty::PASCAL;
-    if (scene.statistics.stop == "silenced")
-        object.faults.push_back("the array is silent: the messages say why");
+    if (silencing(scene) || scene.statistics.stop == "silenced")
+        object.faults.push_back("nothing is played");
     else if (isPascal && object.meanShare < kWeakShare)
         object.faults.push_back(
             scene.statistics.capFactor < 1.0
@@ -267,6 +287,42 @@ private:
     std::vector<Frames> _scenes;
 };
 
+/// The first of \a options that only MODEL.haptic takes; empty: there is none.
+std::string placingOption(const std::string& options)
+{
+    for (const char* name : {"size=", "position=", "rotation="})
+        if (const std::size_t found = options.find(name);
+            found != std::string::npos && (found == 0 || options[found - 1] == ' '))
+            return options.substr(found, options.find(' ', found) - found);
+    return {};
+}
+
+haptics::PlayedAs playedAs(const CheckedObject& object, const CheckedScene& scene)
+{
+    if (isFeltByContact(object, scene)) return haptics::PlayedAs::CIRCLING;
+    return object.property.modulationFrequency > 0.0 ? haptics::PlayedAs::VIBRATING
+                                                     : haptics::PlayedAs::HELD;
+}
+
+/// Tries what a fingertip gets at some of the points of an object.
+void touch(const HapticField& field, const CheckedScene& scene, CheckedObject& object)
+{
+    constexpr std::size_t kTried = 12;
+    std::vector<const HapticField::ControlPoint*> points;
+    for (const HapticField::ControlPoint& point : field.getPoints())
+        if (point.object < field.getObjects().size() &&
+            field.getObjects()[point.object].path == object.path)
+            points.push_back(&point);
+    for (std::size_t i = 0; i < std::min(kTried, points.size()); ++i)
+    {
+        const auto& point = *points[i * points.size() / std::min(kTried, points.size())];
+        object.force_N =
+            std::max(object.force_N, field.getFingertipForce(point.position, point.normal));
+    }
+    if (!points.empty())
+        object.feeling = haptics::feelingOf(object.force_N, playedAs(object, scene));
+}
+
 /// Adds the parts of one object that \a field has under its path.
 void measure(const HapticField& field, CheckedObject& object)
 {
@@ -320,6 +376,17 @@ void describeArray(const HapticField& field, CheckedScene& checked)
     checked.reach_m = field.getReach();
 }
 
+double largestExtent(osg::Node& node)
+{
+    osg::ComputeBoundsVisitor bounds;
+    node.accept(bounds);
+    const osg::BoundingBox& box = bounds.getBoundingBox();
+    return box.valid()
+               ? std::max(
+                     {box.xMax() - box.xMin(), box.yMax() - box.yMin(), box.zMax() - box.zMin()})
+               : 0.0;
+}
+
 int at(const std::map<std::string, int>& counts, const std::string& path)
 {
     const auto found = counts.find(path);
@@ -364,7 +431,9 @@ CheckedScene checked(const LoadedScene::Scene& scene,
         object.hasShape = one.hasShape;
         object.feltFrames = at(frames.felt, one.path);
         object.touchFrames = at(frames.touched, one.path);
+        if (node) object.size_units = largestExtent(*node);
         if (field) measure(*field, object);
+        if (field) touch(*field, result, object);
         judge(object, result, played);
     }
     return result;
@@ -386,7 +455,9 @@ std::string whyNothing(const CheckedScene& scene)
 {
     if (!scene.asked.enabled) return "the scene is not enabled";
     if (!scene.hiddenBy.empty()) return "the scene is hidden by " + scene.hiddenBy;
-    return scene.messages.empty() ? "nothing in it is marked as haptic" : "the messages say why";
+    for (const CheckedMessage& one : scene.messages)
+        if (!isOver(one.message)) return one.message.text;
+    return "nothing in it is marked as haptic";
 }
 
 void judge(CheckedObject& object, const CheckedScene& scene, int frames)
@@ -415,28 +486,133 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
     if (out.crowded > 0) object.notes.push_back(points(out.crowded, "others are too near"));
     if (out.unpainted > 0) object.notes.push_back(points(out.unpainted, "intensity 0"));
     if (out.outOfReach > 0) object.notes.push_back(points(out.outOfReach, "no hand is near"));
-    if (object.points > 0) judgePressure(object, scene);
+    if (object.points == 0) return;
+    judgePressure(object, scene);
+    if (object.faults.empty() && object.feeling == haptics::kTooWeak)
+        object.warnings.push_back(fmt::format(
+            "it is {}: {:.2g} mN on a fingertip", object.feeling, 1e3 * object.force_N));
 }
 
-int CheckResult::exitCode() const
+Verdict CheckedObject::verdict() const
 {
-    bool isFine = std::none_of(reading.begin(), reading.end(), isBad);
+    if (!faults.empty()) return Verdict::PROBLEM;
+    return warnings.empty() ? Verdict::OK : Verdict::WARNING;
+}
+
+const char* verdictName(Verdict verdict)
+{
+    constexpr const char* kNames[] = {"OK", "WARNING", "PROBLEM"};
+    return kNames[static_cast<int>(verdict)];
+}
+
+namespace
+{
+
+/// How many objects of all scenes have that verdict.
+std::pair<int, int> countOf(const CheckResult& result, Verdict verdict)
+{
+    std::pair<int, int> count = {0, 0};
+    for (const CheckedScene& scene : result.scenes)
+        for (const CheckedObject& object : scene.objects)
+        {
+            ++count.second;
+            if (object.verdict() == verdict) ++count.first;
+        }
+    return count;
+}
+
+/// What is wrong with a scene as a whole; empty: nothing. Another scene plays what is inside it.
+std::string faultOf(const CheckedScene& scene)
+{
+    if (scene.isInside) return {};
+    if (const CheckedMessage* one = silencing(scene)) return one->message.text;
+    return scene.objects.empty() ? whyNothing(scene) : "";
+}
+
+/// The first sentence of the objects with that verdict, with the object's path.
+std::string firstOf(const CheckResult& result, Verdict verdict)
+{
+    for (const CheckedScene& scene : result.scenes)
+        for (const CheckedObject& object : scene.objects)
+            if (object.verdict() == verdict)
+                return object.path + ": " +
+                       (verdict == Verdict::PROBLEM ? object.faults : object.warnings).front();
+    return {};
+}
+
+/// A warning or fault of no object in particular; null: there is none.
+const CheckedMessage* firstBad(const CheckResult& result)
+{
+    for (const CheckedMessage& message : result.reading)
+        if (isBad(message)) return &message;
+    for (const CheckedScene& scene : result.scenes)
+        for (const CheckedMessage& message : scene.messages)
+            if (isBad(message)) return &message;
+    return nullptr;
+}
+
+} // namespace
+
+Verdict CheckResult::verdict() const
+{
+    bool isAny = false;
+    bool isWrong = firstBad(*this) != nullptr;
     for (const CheckedScene& scene : scenes)
     {
-        isFine = isFine && std::none_of(scene.messages.begin(), scene.messages.end(), isBad) &&
-                 std::all_of(scene.objects.begin(),
-                             scene.objects.end(),
-                             [](const CheckedObject& object) { return object.faults.empty(); });
+        isAny = isAny || !scene.objects.empty();
+        isWrong = isWrong || !faultOf(scene).empty();
     }
-    // Another scene plays what is inside it.
-    const auto isFelt = [](const CheckedScene& scene)
-    { return scene.isInside || !scene.objects.empty(); };
-    const bool isAnyFelt =
-        !scenes.empty() && std::all_of(scenes.begin(), scenes.end(), isFelt) &&
-        std::any_of(scenes.begin(),
-                    scenes.end(),
-                    [](const CheckedScene& scene) { return !scene.objects.empty(); });
-    return isFine && isAnyFelt ? 0 : 1;
+    if (isWrong || !isAny || countOf(*this, Verdict::PROBLEM).first > 0) return Verdict::PROBLEM;
+    return countOf(*this, Verdict::WARNING).first > 0 ? Verdict::WARNING : Verdict::OK;
+}
+
+std::string CheckResult::because() const
+{
+    for (const CheckedScene& scene : scenes)
+        if (const std::string fault = faultOf(scene); !fault.empty()) return fault;
+    for (const Verdict verdict : {Verdict::PROBLEM, Verdict::WARNING})
+    {
+        const auto [count, all] = countOf(*this, verdict);
+        const char* what =
+            verdict == Verdict::PROBLEM ? "can't be felt as asked for" : "may not be felt";
+        const CheckedMessage* bad = verdict == Verdict::WARNING ? firstBad(*this) : nullptr;
+        if (bad) return bad->message.text;
+        if (count > 0)
+            return fmt::format(
+                "{} of {} objects {}: {}", count, all, what, firstOf(*this, verdict));
+    }
+    const int all = countOf(*this, Verdict::OK).second;
+    if (scenes.empty() || all == 0) return "nothing in it is marked as haptic";
+    return all == 1 ? "it can be felt" : fmt::format("all {} objects can be felt", all);
+}
+
+std::string CheckResult::remedy() const
+{
+    const std::string ending = ".haptic";
+    const bool isPlaced = file.size() > ending.size() &&
+                          file.compare(file.size() - ending.size(), ending.size(), ending) == 0;
+    std::string size;
+    for (const CheckedScene& scene : scenes)
+        for (const CheckedObject& object : scene.objects)
+        {
+            if (!size.empty() || object.faults.empty()) continue;
+            const std::string& fault = object.faults.front();
+            const std::size_t found = fault.find("size=");
+            if (found != std::string::npos)
+                size = fault.substr(found, fault.find(' ', found) - found);
+            // What lies elsewhere comes into the middle by a size of its own.
+            else if (object.leftOut.isUnreachable && object.size_units > 0.0 && !wrapped.empty())
+                size = fmt::format("size={:.3g}", object.size_units * scene.granted.metresPerUnit);
+        }
+    if (size.empty() && !isPlaced) size = placingOption(options);
+    if (size.empty() || (isPlaced && options.find("size=") != std::string::npos)) return {};
+    std::string others = options; // without a size that is another's
+    if (const std::size_t old = others.find("size="); old != std::string::npos)
+        others.erase(old, others.find(' ', old) - old);
+    return fmt::format("midair-check {}{} -O \"{}\"",
+                       file,
+                       isPlaced ? "" : ending,
+                       base::trimmed(base::trimmed(others) + " " + size));
 }
 
 CheckResult checkScene(const CheckOptions& options)
@@ -445,12 +621,22 @@ CheckResult checkScene(const CheckOptions& options)
     Rehearsal rehearsal(loaded, options);
     CheckResult result;
     result.file = options.file;
+    result.options = options.options;
     result.frames = rehearsal.play();
     result.wrapped = loaded.wrapped();
     for (std::size_t i = 0; i < loaded.scenes().size(); ++i)
         result.scenes.push_back(
             checked(loaded.scenes()[i], rehearsal.framesOf(i), result.frames, loaded));
     result.reading = loaded.notices(result.scenes);
+    const std::string unused = placingOption(options.options);
+    if (!unused.empty() && osgDB::getLowerCaseFileExtension(options.file) != "haptic")
+    {
+        CheckedMessage& told = result.reading.emplace_back();
+        told.message.severity = HapticMessage::WARNING;
+        told.message.code = "reading";
+        told.message.text =
+            "-O " + unused + " is for names that end in .haptic, and is ignored here";
+    }
     return result;
 }
 

@@ -10,6 +10,14 @@
 namespace midair::samples
 {
 
+/// In the order in which it is worse.
+enum class Verdict
+{
+    OK,
+    WARNING, ///< it is played, but hardly felt, or it could not be tried
+    PROBLEM  ///< it isn't felt, or not as it was asked for
+};
+
 /// What midair-check was asked for.
 struct CheckOptions
 {
@@ -40,9 +48,16 @@ struct CheckedObject
     double highest_Pa = 0.0;
     int feltFrames = 0; ///< frames in which it had control points
     int touchFrames = 0;
-    /// Sentences: what keeps it from being felt as it is asked for, and what is told besides.
+    double size_units = 0.0; ///< its largest extent, in its own units
+    double force_N = 0.0;    ///< on a fingertip, the most at those of its points that were tried
+    std::string feeling;     ///< of that: "faint" ..; empty: it has no points
+    /// Sentences: what keeps it from being felt as it is asked for, what makes it hard to feel or
+    /// could not be tried, and what is told besides.
     std::vector<std::string> faults;
+    std::vector<std::string> warnings;
     std::vector<std::string> notes;
+
+    Verdict verdict() const;
 };
 
 /// A message of a scene, of the reader of its file or of OSG.
@@ -72,20 +87,29 @@ struct CheckedScene
 struct CheckResult
 {
     std::string file;
+    std::string options; ///< as CheckOptions has them
     std::string wrapped; ///< what was added to the file's scene so that it plays; empty: nothing
     int frames = 0;
     std::vector<CheckedScene> scenes;
     std::vector<CheckedMessage> reading; ///< from OSG and its readers
 
-    /// 0: all is felt as asked for; 1: something isn't, or something is left out.
-    int exitCode() const;
+    Verdict verdict() const;
+    /// A sentence: what the verdict is for, the root cause first.
+    std::string because() const;
+    /// The whole command that mends it; empty: none is known.
+    std::string remedy() const;
+    /// 1 for a PROBLEM, else 0.
+    int exitCode() const { return verdict() == Verdict::PROBLEM ? 1 : 0; }
 };
 
 /// Plays a scene file without a window and without hardware, and collects what is felt. Throws
 /// std::runtime_error if the file can't be read.
 CheckResult checkScene(const CheckOptions& options);
 
-/// Adds faults and notes to an object of \a scene from its numbers.
+/// "OK", "WARNING" or "PROBLEM".
+const char* verdictName(Verdict verdict);
+
+/// Adds faults, warnings and notes to an object of \a scene from its numbers.
 void judge(CheckedObject& object, const CheckedScene& scene, int frames);
 
 /// Says why a scene without any object is not felt.

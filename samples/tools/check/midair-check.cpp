@@ -1,5 +1,5 @@
-// Says what of a scene file or a model is felt and where, what isn't and why, without a window and
-// without hardware.
+// Lists each touchable object of a scene file or a model with its place and strength, and explains
+// what is wrong with the others, without a window and without hardware.
 #include "samples/tools/check/SceneCheck.h"
 
 #include <osgMidair/FileFormats>
@@ -85,8 +85,13 @@ void printObject(Out out, const CheckedObject& object, int frames)
     }
     if (object.property.touchEvents)
         fmt::format_to(out, "    touched   in {} of {} frames\n", object.touchFrames, frames);
+    if (!object.feeling.empty())
+        fmt::format_to(
+            out, "    a finger  gets up to {:.2g} mN: {}\n", 1e3 * object.force_N, object.feeling);
     for (const std::string& fault : object.faults)
         fmt::format_to(out, "    FAULT     {}\n", fault);
+    for (const std::string& warning : object.warnings)
+        fmt::format_to(out, "    warning   {}\n", warning);
     for (const std::string& note : object.notes)
         fmt::format_to(out, "    note      {}\n", note);
 }
@@ -208,7 +213,11 @@ Json objectJson(const CheckedObject& object)
           {"invalid", out.invalid},
           {"outOfReach", out.outOfReach}}},
         {"unreachable", out.isUnreachable},
+        {"verdict", verdictName(object.verdict())},
+        {"fingertip_N", object.force_N},
+        {"feeling", object.feeling},
         {"faults", object.faults},
+        {"warnings", object.warnings},
         {"notes", object.notes}};
 }
 
@@ -245,16 +254,37 @@ Json sceneJson(const CheckedScene& scene)
     return json;
 }
 
-/// Returns the result for people, with a line for each thing.
+/// What an object's line says after its name.
+std::string lineOf(const CheckedObject& object)
+{
+    if (!object.faults.empty()) return object.faults.front();
+    if (!object.warnings.empty()) return object.warnings.front();
+    if (object.points == 0) return object.notes.empty() ? "" : object.notes.front();
+    return fmt::format("{:.0f} Pa at {} point{}; a fingertip gets up to {:.2g} mN: {}",
+                       object.mean_Pa,
+                       object.points,
+                       object.points == 1 ? "" : "s",
+                       1e3 * object.force_N,
+                       object.feeling);
+}
+
+/// Returns the result for people: the verdict, a line for each object, and all else.
 std::string checkText(const CheckResult& result)
 {
     std::string text;
     const Out out = std::back_inserter(text);
-    fmt::format_to(out,
-                   "{}: {}\n",
-                   result.file,
-                   result.exitCode() == 0 ? "is felt as it asks for"
-                                          : "is not felt as it asks for, or not all of it");
+    fmt::format_to(
+        out, "{}: {}: {}\n", verdictName(result.verdict()), result.file, result.because());
+    if (const std::string remedy = result.remedy(); !remedy.empty())
+        fmt::format_to(out, "  try: {}\n", remedy);
+    for (const CheckedScene& scene : result.scenes)
+        for (const CheckedObject& object : scene.objects)
+            fmt::format_to(out,
+                           "  {:<8} {}: {}\n",
+                           verdictName(object.verdict()),
+                           object.path,
+                           lineOf(object));
+    fmt::format_to(out, "\n");
     if (!result.wrapped.empty()) fmt::format_to(out, "  {}\n", result.wrapped);
     for (const CheckedMessage& message : result.reading)
         printMessage(out, message);
@@ -270,6 +300,9 @@ std::string checkJson(const CheckResult& result)
     for (const CheckedScene& scene : result.scenes)
         scenes.push_back(sceneJson(scene));
     const Json json = {{"file", result.file},
+                       {"verdict", verdictName(result.verdict())},
+                       {"because", result.because()},
+                       {"remedy", result.remedy()},
                        {"exitCode", result.exitCode()},
                        {"frames", result.frames},
                        {"wrapped", result.wrapped},
@@ -330,12 +363,13 @@ int run(int argc, char** argv)
     CheckOptions options;
     bool json = false;
     bool isTrial = false;
-    CLI::App app("midair-check: says what of a scene file or a model is felt, and what isn't and "
-                 "why. It opens no hardware: sim: plays in place of any device but sim: and null:, "
-                 "and of hands only recordings are read, by the clock.\n"
-                 "Exit code: 0 all is felt as it is asked for, 1 something isn't or was left out, "
-                 "2 the file can't be read or an option is wrong.",
-                 "midair-check");
+    CLI::App app(
+        "midair-check: lists each touchable object of a scene or a model with its place and "
+        "strength, and explains what is wrong with the others. It never opens hardware: "
+        "the simulator plays, and only recorded hands are read.\n"
+        "Exit code: 0 OK or WARNING, 1 PROBLEM, 2 the file can't be read or an option is "
+        "wrong.",
+        "midair-check");
     app.add_option(
            "scene", options.file, "scene or model, as osgviewer reads it (MODEL.haptic too)")
         ->required();

@@ -108,7 +108,7 @@ TEST_F(Assembler, AModelInOtherUnitsIsAskedAboutOnce)
     ASSERT_EQ(std::count_if(said.begin(), said.end(), asked), 1);
     const std::string wanted = fmt::format(
         "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.001 "
-        "(millimetres), not 0.5? size=0.2 fits",
+        "(millimetres), not 0.5? size=0.04 fits",
         (array.positions.rowwise().maxCoeff() - array.positions.rowwise().minCoeff()).maxCoeff());
     EXPECT_EQ(*std::find_if(said.begin(), said.end(), asked), wanted);
 }

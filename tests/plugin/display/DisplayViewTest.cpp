@@ -1,6 +1,7 @@
 #include "engine-bridge/scene/Convert.h"
 #include "samples/shared/views/Offscreen.h"
 #include "tests/engine-bridge/display/LightTracer.h"
+#include "tests/plugin/KitTest.h"
 
 #include <osgMidair/DisplayView>
 
@@ -484,6 +485,97 @@ TEST(DisplayView, KeepsTheLastPlaceOfALostHead)
     seen.view->update(1e6 + 0.3);
     EXPECT_TRUE(seen.view->getMessages().empty());
     EXPECT_NEAR(seen.view->getEye().x(), 0.1, 1e-9);
+}
+
+/// A scene with one box, on a display whose eye is \a eye.
+struct ShownScene
+{
+    explicit ShownScene(const std::string& eye, double outline_m = 0.2)
+    {
+        std::string error;
+        display = DisplayView::open(
+            fmt::format(
+                R"({{"screen": {{"lowerLeft_m": [-0.2, 0.2, 0], "lowerRight_m": [0.2, 0.2, 0],
+                        "upperLeft_m": [-0.2, 0.2, 0.3], "pixels": [64, 64]}}, "eye": "{}",
+                        "optics": [{{"kind": "plate", "point_m": [0, 0, 0], "normal": [0, 1, 0],
+                        "outline_m": [[-{}, 0, 0], [{}, 0, 0], [{}, 0, 0.3], [-{}, 0, 0.3]]}}]}})",
+                eye,
+                outline_m,
+                outline_m,
+                outline_m,
+                outline_m),
+            error);
+        EXPECT_TRUE(display) << error;
+        EXPECT_TRUE(display && display->attach(viewer.viewer, error)) << error;
+    }
+    /// The active messages of that code.
+    std::vector<std::string> told(const std::string& code) const
+    {
+        std::vector<std::string> all;
+        for (const HapticMessage& message : box.scene->getActiveMessages())
+            if (message.code == code) all.push_back(message.text);
+        return all;
+    }
+
+    BoxScene box;
+    HeadlessViewer viewer{box.scene};
+    osg::ref_ptr<DisplayView> display;
+};
+
+TEST(DisplayView, TellsTheSceneThatTheHeadIsLost)
+{
+    ShownScene shown("fixed 0 -0.8 0.15");
+    ASSERT_TRUE(shown.display);
+    EXPECT_TRUE(shown.told("display.head").empty());
+    const osg::Matrixd head =
+        osg::Matrixd::rotate(osg::PI_2, 1.0, 0.0, 0.0) * osg::Matrixd::translate(0.0, -0.7, 0.15);
+    shown.display->setHead(head);
+    shown.viewer.frames(2);
+    EXPECT_TRUE(shown.told("display.head").empty());
+    shown.display->setHead(head, false);
+    shown.display->update(1e9);
+    EXPECT_EQ(shown.told("display.head"),
+              std::vector<std::string>({"display description: the head is lost; the picture stays "
+                                        "as for its last place"}));
+    shown.display->setHead(head);
+    shown.display->update(1e9 + 0.1);
+    EXPECT_TRUE(shown.told("display.head").empty());
+}
+
+TEST(DisplayView, GivesTheSceneItsHeadThatMoves)
+{
+    ShownScene shown("fixed 0 -0.8 0.15");
+    ASSERT_TRUE(shown.display);
+    shown.viewer.frames(2);
+    EXPECT_FALSE(shown.box.scene->getHeadSource()) << "one that rests keeps no scene awake";
+    shown.display->setHead(osg::Matrixd::rotate(osg::PI_2, 1.0, 0.0, 0.0) *
+                           osg::Matrixd::translate(0.1, -0.7, 0.15));
+    shown.viewer.frames(3);
+    Head head;
+    ASSERT_TRUE(shown.box.scene->getHead(head));
+    EXPECT_LT((head.position - osg::Vec3d(0.1, -0.7, 0.15)).length(), 1e-9);
+}
+
+TEST(DisplayView, LooksFromTheHeadOfTheScene)
+{
+    ShownScene shown("scene");
+    ASSERT_TRUE(shown.display);
+    shown.box.scene->setHeads("fixed 0.05 -0.75 0.2");
+    shown.viewer.frames(3);
+    EXPECT_LT((shown.display->getEye() - osg::Vec3d(0.05, -0.75, 0.2)).length(), 1e-9);
+    EXPECT_FALSE(shown.box.scene->getHeadSource());
+}
+
+TEST(DisplayView, TellsHowMuchOfWhatIsFeltIsSeen)
+{
+    ShownScene wide("fixed 0 -0.8 0.15");
+    wide.viewer.framesFor(1.2);
+    EXPECT_TRUE(wide.told("display.view").empty()) << wide.told("display.view").front();
+    ShownScene narrow("fixed 0 -0.8 0.15", 0.01);
+    EXPECT_TRUE(narrow.viewer.framesUntil([&] { return !narrow.told("display.view").empty(); }));
+    const std::vector<std::string> told = narrow.told("display.view");
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_NE(told[0].find(" % of the box around what can be felt"), std::string::npos) << told[0];
 }
 
 TEST(DisplayView, RefusesWhatIsNoDisplay)

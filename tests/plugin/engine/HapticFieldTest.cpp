@@ -211,6 +211,37 @@ TEST(HapticField, OutlivesTheSceneAndItsNodes)
     EXPECT_EQ(field->getArray()->transducers.size(), 249u);
 }
 
+// Against a sum of p^2 / (rho c^2) over a fine grid; air of 20 degrees.
+TEST(HapticField, TheForceOnAFingertipIsThatOnADiscOf14Millimetres)
+{
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    const auto field = played(viewer, box);
+    ASSERT_TRUE(field);
+    const HapticField::ControlPoint& point = field->getPoints()[0];
+    ASSERT_GT(point.normal.length(), 0.5);
+    osg::Vec3d across = point.normal ^ osg::Vec3d(0.3, 0.5, 0.8);
+    across.normalize();
+    const osg::Vec3d along = point.normal ^ across;
+    constexpr double kStep_m = 0.25e-3;
+    std::vector<osg::Vec3d> places;
+    for (double x = -0.007; x <= 0.007; x += kStep_m)
+        for (double y = -0.007; y <= 0.007; y += kStep_m)
+            if (x * x + y * y <= 0.007 * 0.007)
+                places.push_back(point.position + across * x + along * y);
+    double sum_Pa2 = 0.0;
+    for (const float pressure : field->getFeltPressures(places))
+        sum_Pa2 += static_cast<double>(pressure) * pressure;
+    const double expected_N = sum_Pa2 * kStep_m * kStep_m / (1.204 * 343.2 * 343.2);
+    ASSERT_GT(expected_N, 1e-5);
+    EXPECT_NEAR(
+        field->getFingertipForce(point.position, point.normal), expected_N, 0.05 * expected_N);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(field->getFingertipForce({nan, 0, 0}, point.normal), 0.0);
+    EXPECT_EQ(field->getFingertipForce(point.position, {0, nan, 0}), 0.0);
+    EXPECT_GT(field->getFingertipForce(point.position, {}), 0.0);
+}
+
 TEST(HapticField, PlacesThatAreNotFiniteHaveNoPressure)
 {
     BoxScene box;

@@ -144,6 +144,36 @@ TEST(HandsByOsc, TheToolSendsARecording)
     EXPECT_EQ(said, "sent 500 datagrams to " + uri + "\n");
 }
 
+TEST(HandsByOsc, TheToolSendsTheHeadsOfARecordingAsWell)
+{
+    const std::string file = testing::TempDir() + "head-and-hand.csv";
+    {
+        std::ifstream in(MIDAIR_ROOT "/samples/scenes/hands/tap.csv");
+        std::ofstream out(file);
+        out << in.rdbuf() << "0,0,head,0.1,-0.4,0.3,0,0,0,1,0,1,1\n";
+        out << "0.1,0,head,0.1,-0.4,0.3,0,0,0,1,0,1,1\n";
+    }
+    const std::string uri = "osc:?port=" + freePort();
+    std::string error;
+    const osg::ref_ptr<HeadSource> source = openHeadSource(uri, error);
+    ASSERT_TRUE(source) << error;
+    Head head;
+    EXPECT_FALSE(source->getHead(0.0, head));
+    bool ok = false;
+    std::string said;
+    std::thread tool(
+        [&]
+        {
+            said = run(stock(MIDAIR_BIN "/midair-hands") + " send " + file +
+                           " --loop --seconds 2 --to '" + uri + "'",
+                       ok);
+        });
+    EXPECT_TRUE(eventually([&] { return source->getHead(0.0, head); }));
+    tool.join();
+    EXPECT_TRUE(ok) << said;
+    EXPECT_LT((head.position - osg::Vec3d(0.1, -0.4, 0.3)).length(), 1e-6);
+}
+
 // The runtime is in the helper: this program's own has no instance.
 TEST(HandsOfAHelper, ComeFromItsRuntimeAndItIsStartedAgain)
 {

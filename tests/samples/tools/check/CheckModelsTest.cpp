@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -160,6 +161,48 @@ TEST(MidairCheckModels, WhatIsOneFocusIsAskedAboutAndNoLouderThanAPointOfTheWhol
     EXPECT_LT(solved(""), solvedWhole_Pa);
     EXPECT_GT(solved(""), 100.0);
     EXPECT_NE(shell(MIDAIR_BIN "/midair-solve " + tiny + " --outline --out " + out).code, 0);
+}
+
+/// A plate \a size wide at \a place.
+std::string plateOf(double size, double place)
+{
+    std::string text;
+    for (const auto& [x, y] : {std::pair(-0.5, -0.5), {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}})
+        text += fmt::format("v {} {} {}\n", place + x * size, y * size, 0.3 * (x + y) * size);
+    return text + "f 1 2 3 4\n";
+}
+
+TEST(MidairCheckModels, TheCommandThatItNamesMendsIt)
+{
+    for (const auto& [name, text] : {std::pair("centimetres.obj", plateOf(6.0, 0.0)),
+                                     {"large.obj", plateOf(1.7, 0.0)},
+                                     {"wide.obj", plateOf(2.7, 0.0)},
+                                     {"tiny.obj", plateOf(4e-5, 0.0)},
+                                     {"far.obj", plateOf(0.05, 20.0)}})
+    {
+        const nlohmann::json json = checkedJson(modelFile(name, text), 1);
+        const std::string remedy = json["remedy"];
+        ASSERT_EQ(remedy.find("midair-check "), 0u) << name << json["because"];
+        const Outcome mended = shell(MIDAIR_BIN "/" + remedy);
+        EXPECT_EQ(mended.code, 0) << remedy << "\n" << mended.output;
+        EXPECT_EQ(mended.output.find("OK: "), 0u) << remedy << "\n" << mended.output;
+        EXPECT_NE(remedy.find(name + std::string(".haptic -O \"size=")), std::string::npos)
+            << remedy;
+    }
+    // In the unit that it asks about it is 60 mm wide.
+    const nlohmann::json json = checkedJson(modelFile("centimetres.obj", plateOf(6.0, 0.0)), 1);
+    EXPECT_NE(json["remedy"].get<std::string>().find("size=0.06"), std::string::npos)
+        << json["remedy"];
+}
+
+TEST(MidairCheckModels, ASizeWithoutHapticInTheNameIsTold)
+{
+    const std::string plate = modelFile("sized.obj", kPlate + "f 1 2 3 4\n");
+    const nlohmann::json json = checkedJson(plate + " -O size=0.05", 1);
+    EXPECT_EQ(json["because"],
+              "-O size=0.05 is for names that end in .haptic, and is ignored here");
+    EXPECT_EQ(json["remedy"], "midair-check " + plate + ".haptic -O \"size=0.05\"");
+    EXPECT_EQ(checkedJson(plate + ".haptic -O size=0.05", 0)["remedy"], "");
 }
 
 TEST(MidairCheckModels, ASideThatIsATieIsSaid)
