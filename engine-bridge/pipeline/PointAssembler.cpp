@@ -199,7 +199,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         tellIfSmall(snapshot, object);
         if (!withinReach(object))
         {
-            _wholes.large.erase(object.touchId()); // it isn't its size that matters there
+            if (!isAround(object)) _wholes.large.erase(object.touchId()); // its place matters
             ++out.outOfWorkspace;
             out.objects[i].isUnreachable = true;
             placed.corners = boxCorners(object.mesh->vertices);
@@ -470,6 +470,15 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
                                                       size_m > 0.0 ? size_m : array_m,
                                                       size_m)),
                               object.origin));
+}
+
+// What is so large that its faces are out of reach on all sides.
+bool PointAssembler::isAround(const HapticObject& object) const
+{
+    const Eigen::Matrix<double, 3, 8> corners = object.pose * boxCorners(object.mesh->vertices);
+    const Eigen::Vector3d middle = _array.positions.rowwise().mean();
+    return (corners.rowwise().minCoeff().array() <= middle.array()).all() &&
+           (corners.rowwise().maxCoeff().array() >= middle.array()).all();
 }
 
 void PointAssembler::tellLarge(const HapticObject& object)

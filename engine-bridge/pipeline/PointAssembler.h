@@ -146,6 +146,7 @@ private:
     void tellIfSmall(const SceneSnapshot& snapshot, const HapticObject& object);
     void holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const;
     void tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out);
+    bool isAround(const HapticObject& object) const;
     void tellLarge(const HapticObject& object);
     void tellLeftOut(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     void tellUnfelt(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);

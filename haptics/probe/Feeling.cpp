@@ -9,7 +9,7 @@ namespace
 {
 
 /// Least forces (mN) of what is faint, clear and strong.
-constexpr std::array<double, 3> kHeld_mN = {1.0, 5.0, 20.0};
+constexpr std::array<double, 3> kHeld_mN = {1.0, 20.0, 60.0};
 constexpr std::array<double, 3> kVibrating_mN = {0.1, 1.0, 10.0};
 constexpr std::array<double, 3> kCircling_mN = {1.0, 5.0, 15.0};
 

@@ -17,7 +17,7 @@ constexpr const char* kTooWeak = "too weak to feel";
 /// What most people feel of a force of \a force_N on a fingertip: "too weak to feel", "faint",
 /// "clear" or "strong". An estimate: of ultrasound on skin absolute thresholds are published for
 /// few conditions, of which CONCEPTS.md, "How many pascals?", names each. The steps (mN) are those
-/// of its table: held 1, 5 and 20; vibrating 0.1, 1 and 10; circling 1, 5 and 15.
+/// of its table: held 1, 20 and 60; vibrating 0.1, 1 and 10; circling 1, 5 and 15.
 const char* feelingOf(double force_N, PlayedAs how);
 
 } // namespace midair::haptics
