@@ -38,7 +38,7 @@ DisplayHead::DisplayHead(const std::string& eye, const Eigen::Isometry3d& before
     if (_from == From::SCENE) return;
     std::shared_ptr<midair::bridge::HeadSource> source = midair::bridge::openHead(eye);
     midair::bridge::Head head;
-    if (source && source->headAt(0.0, head)) take(head.pose, 0.0);
+    if (source && source->headAt(0.0, head)) take(head.pose, -1.0);
     // A recording begins when it is shown first.
     if (midair::bridge::RecordedUri::parse(eye))
         source = std::make_shared<midair::bridge::OpeningHead>(source);
@@ -78,7 +78,7 @@ void DisplayHead::locate(double time_s, const HapticScene* scene)
                                           toEigen(head.orientation)),
                  time_s);
     }
-    if (_isTracked) _seen_s = time_s;
+    if (_isTracked || _seen_s < 0.0) _seen_s = time_s;
     _isLost = !_isTracked && time_s - _seen_s > kLost_s;
     if (!_isTracked) return _given->clear();
     const Eigen::Quaterniond turn(_pose.linear());
@@ -89,7 +89,8 @@ void DisplayHead::locate(double time_s, const HapticScene* scene)
 
 void DisplayHead::giveTo(HapticScene& scene) const
 {
-    if (_isFixed || _from == From::SCENE) return;
+    const bool rests = _from == From::SOURCE && _isFixed;
+    if (rests || _from == From::SCENE) return;
     if (!scene.getHeadSource() && scene.getHeads().empty()) scene.setHeadSource(_given);
 }
 

@@ -55,7 +55,7 @@ private:
     bool _isKnown = false;
     bool _isTracked = false; ///< now
     bool _isLost = false;
-    double _seen_s = 0.0;
+    double _seen_s = -1.0; ///< below 0: locate() was never called
 };
 
 } // namespace osgMidair

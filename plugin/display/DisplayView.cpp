@@ -176,6 +176,7 @@ public:
         Eigen::Isometry3d pose(toEigen(headToWorld));
         pose.translation() *= _unit_m;
         _head.set(pose, isTracked, midair::base::steadySeconds());
+        giveHead();
     }
 
     Vector3d eye() const { return _head.pose().translation() / _unit_m; }
@@ -214,6 +215,7 @@ private:
         return pose;
     }
     osg::ref_ptr<HapticScene> firstScene() const;
+    void giveHead() const;
     void locate(double time_s);
     void tellShare(double time_s);
     void look(Shown& shown, osgViewer::View& view);
@@ -299,6 +301,15 @@ osg::ref_ptr<HapticScene> DisplayView::Inside::firstScene() const
     return scene;
 }
 
+void DisplayView::Inside::giveHead() const
+{
+    for (const osg::observer_ptr<HapticScene>& one : _scenes)
+    {
+        osg::ref_ptr<HapticScene> scene;
+        if (one.lock(scene)) _head.giveTo(*scene);
+    }
+}
+
 void DisplayView::Inside::locate(double time_s)
 {
     _head.locate(time_s, firstScene());
@@ -363,10 +374,8 @@ void DisplayView::Inside::look(Shown& shown, osgViewer::View& view)
     shown.scene = root;
     const std::vector<HapticScene*> scenes = ScenesBelow(*root).found;
     for (HapticScene* scene : scenes)
-    {
         _scenes.emplace_back(scene);
-        _head.giveTo(*scene);
-    }
+    giveHead();
     _shared_s = -1.0;
     const double unit_m = scenes.empty() ? 1.0 : scenes.front()->getMetresPerUnit();
     if (unit_m > 0.0 && unit_m != _unit_m)
