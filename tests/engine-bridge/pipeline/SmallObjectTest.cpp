@@ -79,7 +79,7 @@ TEST_F(SmallObject, InMetresThatIsTakenForMillimetresIsAskedAbout)
     assembler->assemble(snapshot);
     ASSERT_EQ(asked(), 1);
     EXPECT_NE(messages.messages()[0].text.find(
-                  "larger; should metresPerUnit be 1 (metres), not 0.001? size=0.2 fits"),
+                  "larger; should metresPerUnit be 1 (metres), not 0.001? size=0.08 fits"),
               std::string::npos)
         << messages.messages()[0].text;
 }
