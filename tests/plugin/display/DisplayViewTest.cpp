@@ -5,11 +5,14 @@
 #include <osgMidair/DisplayView>
 #include <osgMidair/HandSource>
 #include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
 
 #include <osg/CullFace>
 #include <osg/FrontFace>
 #include <osg/Geometry>
 #include <osg/LightSource>
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
 #include <osgGA/OrbitManipulator>
 #include <osgViewer/Renderer>
 #include <osgViewer/Viewer>
@@ -455,6 +458,9 @@ TEST(DisplayView, DrawsNothingBehindAFinger)
                                           osg::Vec3d(finger.x(), finger.y(), finger.z() + 0.012),
                                           osg::Quat(osg::PI, osg::Vec3d(1, 0, 0)))});
                 scene->setHandSource(hands);
+                const osg::ref_ptr<HapticSurface> aside = new HapticSurface;
+                aside->addChild(new osg::ShapeDrawable(new osg::Box({0.3F, 0.0F, 0.1F}, 0.02F)));
+                scene->addChild(aside);
                 root->addChild(scene);
                 Seen seen(display, root, head, how);
                 ASSERT_TRUE(seen.isThere && seen.view);
@@ -473,9 +479,9 @@ TEST(DisplayView, DrawsNothingBehindAFinger)
                 else if (*how == 0)
                     EXPECT_EQ(image->data(x, y)[2], 255) << what;
                 // Half of a finger's width aside there is the face in any case.
-                const osg::Vec3d aside = (midair::bridge::toOsg(at) + osg::Vec3d(0.0125, 0, 0)) *
-                                         camera.getViewMatrix() * camera.getProjectionMatrix();
-                const int beside = static_cast<int>(0.5 * (aside.x() + 1.0) * display.width);
+                const osg::Vec3d next = (midair::bridge::toOsg(at) + osg::Vec3d(0.0125, 0, 0)) *
+                                        camera.getViewMatrix() * camera.getProjectionMatrix();
+                const int beside = static_cast<int>(0.5 * (next.x() + 1.0) * display.width);
                 if (*how == 0) EXPECT_EQ(image->data(beside, y)[2], 255) << what;
                 if (*how != 0 && isHidden && name == "half mirror")
                     EXPECT_LT(image->data(x, y)[2], 200) << what;
