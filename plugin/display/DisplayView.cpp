@@ -10,6 +10,7 @@
 #include "plugin/display/DisplayTroubles.h"
 #include "plugin/display/Rehearsal.h"
 #include "plugin/display/ScenesBelow.h"
+#include "plugin/overlays/HidingHands.h"
 
 #include <osgMidair/DisplayView>
 
@@ -203,6 +204,7 @@ private:
         osg::observer_ptr<osg::Node> scene; ///< that was looked at last
         std::unique_ptr<Rehearsal> rehearsal;
         osg::ref_ptr<osg::Group> rehearsed; ///< what the view shows then
+        HidingHands hands;                  ///< where there are optics
     };
 
     /// An upright head at the place before the picture.
@@ -447,6 +449,13 @@ void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
     checkWindow(view);
     const Vector3d middle = placeOf(0);
     const EyeView eye = eyeAt(middle);
+    osg::ref_ptr<osg::Node> scene;
+    if (!_display.optics.empty() && shown.scene.lock(scene))
+    {
+        // The picture is added to the hand before it.
+        shown.hands.drawIn(shown.rehearsal ? shown.rehearsal->screen() : *view.getCamera());
+        shown.hands.update(*scene);
+    }
     if (shown.rehearsal)
     {
         applyTo(shown.rehearsal->screen(), eye);
@@ -528,6 +537,11 @@ int DisplayView::getWidth() const
 int DisplayView::getHeight() const
 {
     return _inside->display().height;
+}
+
+bool DisplayView::hasOptics() const
+{
+    return !_inside->display().optics.empty();
 }
 
 bool DisplayView::isRehearsal() const

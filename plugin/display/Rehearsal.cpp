@@ -3,7 +3,6 @@
 #include "engine-bridge/scene/Convert.h"
 #include "plugin/display/ScenesBelow.h"
 
-#include <osgMidair/HandsOverlay>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/Hud>
 
@@ -182,10 +181,6 @@ osg::Group* Rehearsal::show(osg::Node& root)
         const osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
         overlays->showOnly({"array", "hands"});
         overlays->get<Hud>()->setKeyTime(0.0);
-        // A hand hides what is behind it, above all the light of a plate.
-        overlays->get<HandsOverlay>()->getOrCreateStateSet()->setAttributeAndModes(
-            new osg::Depth(osg::Depth::LESS, 0.0, 1.0, true),
-            osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE);
         const osg::ref_ptr<RealThings> things = new RealThings;
         things->addChild(overlays);
         scene->addChild(things);

@@ -1,6 +1,7 @@
 #include "haptics/base/Units.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/HandGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
 #include "plugin/overlays/hud/HudRoom.h"
 
@@ -14,6 +15,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -23,14 +27,25 @@ namespace osgMidair
 namespace
 {
 
+const OverlayNumber kCapsules =
+    overlayNumber<HandsOverlay, &HandsOverlay::setCapsules, &HandsOverlay::getCapsules>(
+        "handCapsules",
+        "1: hands are drawn as the capsules that touches are computed with",
+        {1.0, 1.0, true});
+const OverlayNumber kOcclude =
+    overlayNumber<HandsOverlay, &HandsOverlay::setOcclude, &HandsOverlay::getOcclude>(
+        "handsOcclude",
+        "1: hands are black, with alpha 0, and hide what is behind them",
+        {1.0, 1.0, true});
 const OverlayRegistration kHandsRegistration({7,
                                               "Hands",
                                               "hands",
                                               "hands and touches",
-                                              "hands as capsules, touches with their force in mN",
+                                              "hands, touches with their force in mN",
                                               osgGA::GUIEventAdapter::KEY_F10,
                                               50,
-                                              makeOverlay<HandsOverlay>});
+                                              makeOverlay<HandsOverlay>,
+                                              {kCapsules, kOcclude}});
 
 constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
 /// Height of a label in units of hudScale(), however near the hand is: ten fingers have one each.
@@ -42,6 +57,7 @@ const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 // projected length of the axis plus a radius at each end. gl_Vertex is this end of the axis,
 // gl_Normal the other one; the texture coordinates give end, side and radius.
 const char* const kCapsuleVertex = R"(#version 120
+uniform float before;
 varying float along; // in radii, from this capsule's first end on
 varying float across;
 varying float span;
@@ -63,10 +79,13 @@ void main()
     float side = end < 0.5 ? across : -across;
     here.xy += r * (side * vec2(-way.y, way.x) - way);
     gl_Position = gl_ProjectionMatrix * here;
+    vec4 front = gl_ProjectionMatrix * vec4(here.xy, min(here.z + before * r, 0.5 * here.z), 1.0);
+    gl_Position.z = front.z / front.w * gl_Position.w;
 }
 )";
 
 const char* const kCapsuleFragment = R"(#version 120
+uniform float osgMidairHides;
 varying float along;
 varying float across;
 varying float span;
@@ -77,7 +96,8 @@ void main()
     float d2 = beyond * beyond + across * across;
     if (d2 > 1.0) discard;
     float towardsEye = sqrt(1.0 - d2);
-    gl_FragColor = vec4(color.rgb * (0.45 + 0.55 * towardsEye), color.a * mix(0.75, 0.40, towardsEye));
+    float seen = osgMidairHides > 0.5 ? 0.0 : 1.0;
+    gl_FragColor = seen * vec4(color.rgb * (0.45 + 0.55 * towardsEye), color.a * mix(0.75, 0.40, towardsEye));
 }
 )";
 
@@ -130,16 +150,34 @@ public:
         osg::ref_ptr<osgText::Text> label;
     };
 
-    explicit Part(HandsOverlay& owner) : capsules(makeCapsules()), rings(makeDiscs()), _owner(owner)
+    explicit Part(HandsOverlay& owner) :
+        capsules(makeCapsules()),
+        rings(makeDiscs()),
+        hides(new osg::Uniform(kHandsHide, 0.0F)),
+        _owner(owner)
     {
-        osg::StateSet* state = capsules->getOrCreateStateSet();
-        state->setAttributeAndModes(
-            makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
-        drawTranslucent(*capsules, HAND_BIN);
+        _owner.getOrCreateStateSet()->addUniform(hides);
+        setOcclude(false);
         rings->setCullingActive(false);
         rings->getOrCreateStateSet()->setAttributeAndModes(
             makeProgram("osgMidair touches", kRingVertex, kRingFragment));
         drawTranslucent(*rings, POINT_BIN);
+    }
+
+    /// Capsules are drawn translucent, at the skin that may hide what is behind it; those that hide
+    /// are drawn first.
+    void setOcclude(bool occlude)
+    {
+        hides->set(occlude ? 1.0F : 0.0F);
+        osg::ref_ptr<osg::StateSet> state = new osg::StateSet;
+        capsules->setStateSet(state);
+        state->setAttributeAndModes(
+            makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
+        state->addUniform(new osg::Uniform("before", occlude ? 1.0F : 1.5F)); // radii
+        if (occlude)
+            drawHands(*state);
+        else
+            drawTranslucent(*capsules, HAND_BIN);
     }
 
     bool followsHands() const override { return true; }
@@ -174,7 +212,9 @@ public:
             mark->contact = contact;
             mark->seen_s = time_s;
         }
-        drawBones(hands);
+        if (!areCapsules) handMesh(); // made now rather than when the first hand comes
+        _owner._bones = static_cast<int>(hands.size());
+        drawBones(asSkins(hands));
         drawMarks(time_s);
     }
 
@@ -183,8 +223,56 @@ public:
     std::vector<Mark> marks;
     osg::ref_ptr<osg::Geometry> capsules;
     osg::ref_ptr<osg::Geometry> rings;
+    osg::ref_ptr<osg::Uniform> hides; ///< 1: yes
+    bool areCapsules = false;
 
 private:
+    bool isTouching(const midair::bridge::HandCapsule& capsule) const
+    {
+        return std::any_of(marks.begin(),
+                           marks.end(),
+                           [&](const Mark& m) {
+                               return m.contact.hand == capsule.hand &&
+                                      m.contact.bone == capsule.bone;
+                           });
+    }
+
+    /// A hand that is hidden, of that side.
+    HandGeometry& freeSkin(bool isLeft, std::vector<HandGeometry*>& used)
+    {
+        for (const auto& skin : _skins)
+            if (skin->isLeft() == isLeft && std::count(used.begin(), used.end(), skin.get()) == 0)
+                return *used.emplace_back(skin.get());
+        _skins.push_back(std::make_unique<HandGeometry>(isLeft));
+        _owner.insertChild(0, &_skins.back()->geometry());
+        return *used.emplace_back(_skins.back().get());
+    }
+
+    /// Draws hands with a skin, and returns the others.
+    std::vector<midair::bridge::HandCapsule>
+    asSkins(const std::vector<midair::bridge::HandCapsule>& hands)
+    {
+        std::map<int, TouchingBones> touching; // by hand
+        if (!areCapsules)
+            for (const midair::bridge::HandCapsule& capsule : hands)
+                touching[capsule.hand][static_cast<std::size_t>(capsule.bone)] =
+                    isTouching(capsule);
+        std::vector<HandGeometry*> used;
+        std::vector<int> shown;
+        for (const auto& [hand, bones] : touching)
+            if (freeSkin(HandSkin::isLeft(hand), used).show(hands, hand, bones))
+                shown.push_back(hand);
+        for (const auto& skin : _skins)
+            if (std::count(used.begin(), used.end(), skin.get()) == 0) skin->hide();
+        std::vector<midair::bridge::HandCapsule> others;
+        std::copy_if(hands.begin(),
+                     hands.end(),
+                     std::back_inserter(others),
+                     [&shown](const midair::bridge::HandCapsule& capsule)
+                     { return std::count(shown.begin(), shown.end(), capsule.hand) == 0; });
+        return others;
+    }
+
     void drawBones(const std::vector<midair::bridge::HandCapsule>& hands)
     {
         osg::Vec3Array& vertices = verticesOf(*capsules);
@@ -198,12 +286,7 @@ private:
         coordinates.clear();
         for (const midair::bridge::HandCapsule& capsule : hands)
         {
-            const bool touches = std::any_of(marks.begin(),
-                                             marks.end(),
-                                             [&](const Mark& m) {
-                                                 return m.contact.hand == capsule.hand &&
-                                                        m.contact.bone == capsule.bone;
-                                             });
+            const bool touches = isTouching(capsule);
             const osg::Vec3 a = osgVec(capsule.shape.a);
             const osg::Vec3 b = osgVec(capsule.shape.b);
             const auto radius = static_cast<float>(capsule.shape.radius_m);
@@ -217,7 +300,6 @@ private:
             }
         }
         showChanges(*capsules);
-        _owner._bones = static_cast<int>(hands.size());
     }
 
     void drawMarks(double time_s)
@@ -259,6 +341,7 @@ private:
     }
 
     HandsOverlay& _owner; ///< parent of the labels
+    std::vector<std::unique_ptr<HandGeometry>> _skins;
 };
 
 HandsOverlay::HandsOverlay() :
@@ -278,6 +361,28 @@ void HandsOverlay::traverse(osg::NodeVisitor& visitor)
     if (viewport)
         _part.unit_pixels = static_cast<float>(hudScale(viewport->width(), viewport->height()));
     Overlay::traverse(visitor);
+}
+
+void HandsOverlay::setCapsules(bool capsules)
+{
+    _part.areCapsules = capsules;
+}
+
+bool HandsOverlay::getCapsules() const
+{
+    return _part.areCapsules;
+}
+
+void HandsOverlay::setOcclude(bool occlude)
+{
+    if (occlude != getOcclude()) _part.setOcclude(occlude);
+}
+
+bool HandsOverlay::getOcclude() const
+{
+    float hides = 0.0F;
+    _part.hides->get(hides);
+    return hides > 0.5F;
 }
 
 int HandsOverlay::getNumTouches() const

@@ -37,6 +37,10 @@ installation piano 150
 installation gallery 150 --seconds 1.5
 installation water 60
 installation desk 60
+for name in mirror plate; do
+    installation $name 90 --display sim:samples/displays/$name.display.json
+    python3 samples/displays/draw.py samples/displays/$name.display.json --board 150 --out samples/pictures/$name.svg
+done
 installation paper-scenes 60 --scene 3 --hands none
 build/bin/midair-paper --out "$out/paper" >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do

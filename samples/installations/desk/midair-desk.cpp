@@ -80,8 +80,11 @@ public:
 
     Viewpoint viewpoint() const override
     {
-        return {
-            {0.55, -0.45, _height_m + 0.25}, {-0.03, -0.04, 0.66 * _height_m}, osg::Z_AXIS, 18.0};
+        // The hand is under the invitation.
+        return {{0.55, -0.45, _height_m + 0.25},
+                {-0.03, -0.04, 0.66 * _height_m + 0.015},
+                osg::Z_AXIS,
+                23.0};
     }
 
     std::vector<std::string> overlays() const override { return {"hands", "array"}; }

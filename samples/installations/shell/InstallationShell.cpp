@@ -1,6 +1,7 @@
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/installations/shell/Ground.h"
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/InstallationRecord.h"
@@ -135,7 +136,6 @@ public:
         _sign.setInvitation(_title.invites);
         Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
         installation.build(stage);
-
         if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
         _mute.isOn = options.muted || _mute.memory.startsMuted();
         if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
@@ -156,6 +156,9 @@ public:
     void prepareFor(const osgMidair::DisplayView* display)
     {
         if (display && display->isFlipped()) _sign.turnForMirror();
+        // Behind optics all that is dark is the room, with a ground of its own.
+        if (!display || !display->hasOptics())
+            _root->addChild(Ground(*_root->getChild(0)->asGroup(), *_overlays).node());
         if (display) say(display->getStatus());
     }
     osgMidair::HapticScene& haptics() { return *_haptics; }
@@ -402,7 +405,7 @@ private:
     const InstallationOptions& _options;
     const InstallationTitle _title;
     const std::string _program;
-    osg::ref_ptr<osg::Group> _root;
+    osg::ref_ptr<osg::Group> _root; ///< the first child is what is lit
     osg::ref_ptr<osgMidair::HapticScene> _haptics;
     osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
     VisitorSign _sign;

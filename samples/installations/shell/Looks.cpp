@@ -63,6 +63,9 @@ signText(float size, osgText::TextBase::AlignmentType alignment, const osg::Vec4
     made->setCharacterSize(size);
     made->setAlignment(alignment);
     made->setColor(color);
+    // To be read over hands, too.
+    made->setBackdropType(osgText::Text::OUTLINE);
+    made->setBackdropColor({0.03F, 0.04F, 0.05F, 1.0F});
     return made;
 }
 
@@ -123,7 +126,11 @@ osgMidair::Hand reachingHand(const osg::Vec3d& tip, double down_rad)
 
 osgMidair::Hand pointingHand(const osg::Vec3d& tip, double down_rad)
 {
-    osgMidair::Hand hand = reachingHand(tip, down_rad);
+    return pointing(reachingHand(tip, down_rad));
+}
+
+osgMidair::Hand pointing(osgMidair::Hand hand)
+{
     const auto hide = [&](int joint)
     { hand.joints[static_cast<std::size_t>(joint)].positionValid = false; };
     for (int joint = kThumbProximal; joint <= kThumbTip; ++joint)

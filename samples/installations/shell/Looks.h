@@ -42,6 +42,9 @@ osgMidair::Hand reachingHand(const osg::Vec3d& tip, double down_rad = 0.0);
 /// beyond the knuckles.
 osgMidair::Hand pointingHand(const osg::Vec3d& tip, double down_rad = 0.0);
 
+/// Returns \a hand as it points: with the index finger alone.
+osgMidair::Hand pointing(osgMidair::Hand hand);
+
 /// Goes from 0 to 1 while \a t goes from \a from to \a to, at rest at both ends.
 double eased(double t, double from, double to);
 

@@ -4,11 +4,16 @@
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/DisplayView>
+#include <osgMidair/HandSource>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
 
 #include <osg/CullFace>
 #include <osg/FrontFace>
 #include <osg/Geometry>
 #include <osg/LightSource>
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
 #include <osgGA/OrbitManipulator>
 #include <osgViewer/Renderer>
 #include <osgViewer/Viewer>
@@ -433,6 +438,55 @@ TEST(DisplayView, RehearsesWhatIsSeenWhereItIsFelt)
         EXPECT_GT(drawn.count, 50.0) << name;
         EXPECT_LE((drawn.middle - expected).norm(), 1.0) << name;
     }
+}
+
+// A picture that is added to the room's light would shine over the finger before the object; where
+// the screen itself is seen the finger covers it anyway.
+TEST(DisplayView, DrawsNothingBehindAFinger)
+{
+    for (const auto& [name, display] : displays::all())
+        for (const char* how : {"", "sim:"})
+            for (const double before_m : {0.03, -0.03})
+            {
+                const Vector3d at = kPlaces[0];
+                const Eigen::Isometry3d head = displays::head(0.0);
+                const osg::ref_ptr<osg::Group> root = oneFace(at, -Vector3d::UnitY());
+                const osg::ref_ptr<HapticScene> scene = new HapticScene;
+                scene->setArray("board");
+                const osg::ref_ptr<InjectedHands> hands = new InjectedHands;
+                const Vector3d finger = at + before_m * (head.translation() - at).normalized();
+                hands->setHands({openHand(1,
+                                          osg::Vec3d(finger.x(), finger.y(), finger.z() + 0.012),
+                                          osg::Quat(osg::PI, osg::Vec3d(1, 0, 0)))});
+                scene->setHandSource(hands);
+                const osg::ref_ptr<HapticSurface> aside = new HapticSurface;
+                aside->addChild(new osg::ShapeDrawable(new osg::Box({0.3F, 0.0F, 0.1F}, 0.02F)));
+                scene->addChild(aside);
+                root->addChild(scene);
+                Seen seen(display, root, head, how);
+                ASSERT_TRUE(seen.isThere && seen.view);
+                seen.picture();
+                const osg::ref_ptr<osg::Image> image = seen.picture();
+                // In a rehearsal the texture of the screen is looked at below, by the eye's camera.
+                const osg::Camera& camera = *seen.viewer.getCamera();
+                const osg::Vec3d there = midair::bridge::toOsg(at) * camera.getViewMatrix() *
+                                         camera.getProjectionMatrix();
+                const int x = static_cast<int>(0.5 * (there.x() + 1.0) * display.width);
+                const int y = static_cast<int>(0.5 * (there.y() + 1.0) * display.height);
+                const bool isHidden = before_m > 0.0 && !display.optics.empty();
+                const std::string what = fmt::format("{}{}, {} m", how, name, before_m);
+                if (*how == 0 && isHidden)
+                    EXPECT_EQ(image->data(x, y)[2], 0) << what;
+                else if (*how == 0)
+                    EXPECT_EQ(image->data(x, y)[2], 255) << what;
+                // Half of a finger's width aside there is the face in any case.
+                const osg::Vec3d next = (midair::bridge::toOsg(at) + osg::Vec3d(0.0125, 0, 0)) *
+                                        camera.getViewMatrix() * camera.getProjectionMatrix();
+                const int beside = static_cast<int>(0.5 * (next.x() + 1.0) * display.width);
+                if (*how == 0) EXPECT_EQ(image->data(beside, y)[2], 255) << what;
+                if (*how != 0 && isHidden && name == "half mirror")
+                    EXPECT_LT(image->data(x, y)[2], 200) << what;
+            }
 }
 
 // Another thread may still draw the frame before with it.

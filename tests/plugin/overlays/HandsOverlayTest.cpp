@@ -13,7 +13,9 @@
 #include <osgViewer/Viewer>
 
 #include <algorithm>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -153,4 +155,111 @@ TEST(HandsOverlay, FollowsTheScenesHands)
     overlays->setShown("hands", true);
     frame(0.14);
     EXPECT_EQ(overlays->get<HandsOverlay>()->getNumBones(), 0);
+}
+
+namespace
+{
+
+using midair::samples::FrameGrabber;
+
+/// A red ball on a line from the eye, which is 0.5 m over the back of a flat hand, through a finger
+/// or beside it. The window's background is green.
+struct BallAndHand
+{
+    /// \a above_m: the finger's middle; its radius is 8 mm.
+    explicit BallAndHand(double above_m, const std::function<void(HandsOverlay&)>& arrange = {})
+    {
+        bridge::HandFrame frame;
+        frame.hands = {bridge::openHand(1, Eigen::Isometry3d::Identity())};
+        const Eigen::Vector3d on = frame.hands[0].joints[bridge::INDEX_DISTAL].position;
+        const osg::ref_ptr<HandsOverlay> overlay = new HandsOverlay;
+        if (arrange) arrange(*overlay);
+        OverlayPart::of(*overlay).setHands(bridge::handCapsules(frame), {}, 0.0);
+        osg::ref_ptr<osg::Group> root = new osg::Group;
+        const osg::ref_ptr<osg::ShapeDrawable> ball =
+            new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(static_cast<float>(on.x()),
+                                                             static_cast<float>(above_m),
+                                                             static_cast<float>(on.z())),
+                                                   0.003F));
+        ball->setColor({1.0F, 0.0F, 0.0F, 1.0F});
+        ball->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+        root->addChild(ball);
+        root->addChild(overlay);
+        osgViewer::Viewer viewer;
+        std::string problem;
+        if (!midair::samples::setUpOffscreen(viewer, kSide, kSide, 3.0, &problem)) return;
+        const osg::ref_ptr<FrameGrabber> grabber = new FrameGrabber;
+        osg::Camera& camera = *viewer.getCamera();
+        camera.setClearColor({0.0F, 1.0F, 0.0F, 1.0F});
+        camera.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+        camera.setProjectionMatrixAsPerspective(3.0, 1.0, 0.05, 2.0);
+        camera.setViewMatrixAsLookAt(
+            {on.x(), 0.5, on.z()}, {on.x(), 0.0, on.z()}, {0.0, 0.0, -1.0});
+        camera.setFinalDrawCallback(grabber);
+        viewer.setSceneData(root);
+        viewer.frame();
+        grabber->request();
+        viewer.frame();
+        image = grabber->image();
+    }
+    osg::Vec3ub at(int x, int y) const
+    {
+        const unsigned char* pixel = image->data(x, y);
+        return {pixel[0], pixel[1], pixel[2]};
+    }
+    osg::Vec3ub middle() const { return at(kSide / 2, kSide / 2); }
+
+    static constexpr int kSide = 100; ///< pixels; of 26 mm
+    osg::ref_ptr<osg::Image> image;
+};
+
+const osg::Vec3ub kRed(255, 0, 0);
+const osg::Vec3ub kBlack(0, 0, 0);
+
+} // namespace
+
+TEST(HandsOverlay, HidesWhatIsBehindAFinger)
+{
+    if (!BallAndHand(0.0).image) GTEST_SKIP() << "no OpenGL";
+    const osg::Vec3ub skin = BallAndHand(-0.03).middle();
+    EXPECT_NE(skin, kRed) << "behind";
+    EXPECT_GT(skin.r(), skin.b()) << "looks like skin";
+    EXPECT_GT(skin.r(), 60);
+    EXPECT_EQ(BallAndHand(0.03).middle(), kRed) << "before it";
+    const auto occlude = [](HandsOverlay& overlay) { overlay.setOcclude(true); };
+    EXPECT_EQ(BallAndHand(-0.03, occlude).middle(), kBlack) << "behind";
+    EXPECT_EQ(BallAndHand(0.03, occlude).middle(), kRed) << "before it";
+    const auto capsules = [](HandsOverlay& overlay)
+    {
+        overlay.setCapsules(true);
+        overlay.setOcclude(true);
+    };
+    EXPECT_EQ(BallAndHand(-0.03, capsules).middle(), kBlack) << "behind";
+    EXPECT_EQ(BallAndHand(0.03, capsules).middle(), kRed) << "before it";
+}
+
+/// What is only one finger of a tracker has no palm.
+TEST(HandsOverlay, DrawsCapsulesOfAHandWithoutAPalm)
+{
+    osg::ref_ptr<HandsOverlay> overlay = new HandsOverlay;
+    std::vector<bridge::HandCapsule> finger = openHandCapsules();
+    finger.resize(8);
+    finger.erase(finger.begin(), finger.begin() + 6);
+    const unsigned int before = overlay->getNumChildren();
+    OverlayPart::of(*overlay).setHands(finger, {}, 0.0);
+    EXPECT_EQ(overlay->getNumBones(), 2);
+    const auto capsules = [&overlay]
+    {
+        return overlay->getChild(overlay->getNumChildren() - 2)
+            ->asGeometry()
+            ->getVertexArray()
+            ->getNumElements();
+    };
+    EXPECT_EQ(capsules(), 8U);
+    OverlayPart::of(*overlay).setHands(openHandCapsules(), {}, 0.1);
+    EXPECT_EQ(capsules(), 0U);
+    EXPECT_EQ(overlay->getChild(0)->getNodeMask(), ~0U) << "the skin";
+    OverlayPart::of(*overlay).setHands({}, {}, 0.2);
+    EXPECT_EQ(overlay->getChild(0)->getNodeMask(), 0U);
+    EXPECT_LE(overlay->getNumChildren(), before + 1);
 }

@@ -16,7 +16,7 @@ trap 'rm -rf "$folder"' EXIT
 chmod 755 "$folder"
 # The unit as it is installed, but for the programs' folder.
 sed "s#@MIDAIR_PROGRAMS@#$bin#; s#@MIDAIR_DOCUMENTS@#/usr/share/doc/osgMidair#" "$unit" >"$folder/midair-installation@.service"
-for name in toybox piano gallery water desk paper-scenes; do
+for name in toybox piano gallery water desk mirror plate paper-scenes; do
     systemd-analyze verify "$folder/midair-installation@$name.service" || fail "the unit of $name"
 done
 ! systemd-analyze verify "$folder/midair-installation@nowhere.service" 2>/dev/null || fail "an installation that isn't there passed"

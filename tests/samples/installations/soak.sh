@@ -11,7 +11,7 @@ fi
 minutes=${2:-30}
 shift $(($# < 2 ? $# : 2))
 names=("$@")
-[ ${#names[@]} -gt 0 ] || names=(toybox piano gallery water desk paper-scenes jnd)
+[ ${#names[@]} -gt 0 ] || names=(toybox piano gallery water desk mirror plate paper-scenes jnd)
 folder=$(mktemp -d)
 # A participant who takes longer than any soak.
 declare -A own=([jnd]="--participant P01 --simulate --times 100 --results $folder/jnd.csv")
