@@ -156,7 +156,6 @@ public:
         hides(new osg::Uniform(kHandsHide, 0.0F)),
         _owner(owner)
     {
-        _owner.getOrCreateStateSet()->addUniform(hides);
         setOcclude(false);
         rings->setCullingActive(false);
         rings->getOrCreateStateSet()->setAttributeAndModes(
@@ -350,6 +349,7 @@ HandsOverlay::HandsOverlay() :
 {
     addChild(_part.capsules);
     addChild(_part.rings);
+    getOrCreateStateSet()->addUniform(_part.hides); // the part is made before the node is
 }
 
 HandsOverlay::~HandsOverlay() = default;
