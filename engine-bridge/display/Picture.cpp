@@ -180,8 +180,9 @@ double Picture::share(const Vector3d& eye, const Vector3d& low, const Vector3d& 
     int shown = 0;
     for (int i = 0; i < kBoxSteps * kBoxSteps * kBoxSteps; ++i)
     {
-        const Eigen::Array3d step(
-            i % kBoxSteps, i / kBoxSteps % kBoxSteps, i / (kBoxSteps * kBoxSteps));
+        const int row = i / kBoxSteps;
+        const int layer = row / kBoxSteps;
+        const Eigen::Array3d step(i % kBoxSteps, row % kBoxSteps, layer);
         const Eigen::Array3d place =
             low.array() + (high - low).array() * step / static_cast<double>(kBoxSteps - 1);
         if (shows(eye, place.matrix())) ++shown;

@@ -94,7 +94,7 @@ std::string HeadTracker::setNamed(const std::string& text)
 {
     if (text == named()) return {};
     const std::shared_ptr<HeadSource> before = active();
-    const std::string wrong = _source.setNamed(text);
+    std::string wrong = _source.setNamed(text);
     forget(before.get());
     return wrong;
 }
