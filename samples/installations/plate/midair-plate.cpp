@@ -69,6 +69,8 @@ public:
         return {{0.18, -0.60, 0.16}, {0.01, 0.0, -0.005}, osg::Z_AXIS, 14.0};
     }
 
+    double ground_m() const override { return -_height_m; }
+
     // From the visitor's side, along the star's front.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
