@@ -30,7 +30,7 @@ convert -delay 8 "$out"/touch/frame_*.png -crop 440x360+110+40 +repage \( -clone
 installation()
 {
     "build/bin/midair-$1" --headless --frames "$2" --pictures 1 --out "$out/$1" "${@:3}" >/dev/null
-    convert "$out/$1/$1_1.png" -colors 256 "PNG8:samples/pictures/$1.png"
+    convert "$out/$1/$1_1.png" -dither None -colors 256 "PNG8:samples/pictures/$1.png"
 }
 installation toybox 90
 installation piano 150

@@ -66,6 +66,8 @@ public:
         return {{0.16, -0.85, 0.22}, {0.02, 0.0, -0.35 * _height_m}, osg::Z_AXIS, 19.0};
     }
 
+    double ground_m() const override { return -_height_m; }
+
     // From the right, behind the mirror; the fingertip rests on the heart's side.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {

@@ -69,6 +69,8 @@ public:
         return {{0.18, -0.60, 0.16}, {0.01, 0.0, -0.005}, osg::Z_AXIS, 14.0};
     }
 
+    double ground_m() const override { return -_height_m; }
+
     // From the visitor's side, along the star's front.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
@@ -77,7 +79,7 @@ public:
         if (t > 5.2) return false;
         const double in = eased(t, 0.2, 0.9) - eased(t, 4.4, 5.1);
         hands.push_back(pointingHand({0.010 + 0.012 * std::sin(1.7 * t),
-                                      -0.016 - 0.12 * (1.0 - in),
+                                      -0.005 - 0.12 * (1.0 - in),
                                       -0.004 + 0.008 * std::sin(2.1 * t)},
                                      -0.35));
         return true;

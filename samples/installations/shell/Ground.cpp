@@ -159,7 +159,8 @@ disc(const osg::Vec3d& middle, double radius_m, const osg::Camera& lamp, osg::Te
 
 } // namespace
 
-Ground::Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays) : _group(new osg::Group)
+Ground::Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays, double atMost_m) :
+    _group(new osg::Group)
 {
     overlays.setNodeMask(overlays.getNodeMask() & ~kCasts);
     osg::ComputeBoundsVisitor bounds(osg::NodeVisitor::TRAVERSE_ACTIVE_CHILDREN);
@@ -167,7 +168,7 @@ Ground::Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays) : _group(ne
     lit.accept(bounds);
     const osg::BoundingBox& box = bounds.getBoundingBox();
     if (!box.valid()) return;
-    _height_m = static_cast<double>(box.zMin()) - kGap_m;
+    _height_m = std::min(static_cast<double>(box.zMin()) - kGap_m, atMost_m);
     const osg::Vec3d middle(box.center().x(), box.center().y(), _height_m);
     const double radius_m = std::max(kSmallest_m, 3.0 * static_cast<double>(box.radius()));
     const osg::ref_ptr<osg::Texture2D> texture = shadowTexture();

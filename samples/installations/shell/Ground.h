@@ -13,9 +13,9 @@ namespace midair::samples
 class Ground
 {
 public:
-    /// It lies under what \a lit shows now, without \a overlays, which are below it and cast no
-    /// shadow but for the hands.
-    Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays);
+    /// It lies under what \a lit shows now, and no higher than \a atMost_m, without \a overlays,
+    /// which are below \a lit and cast no shadow but for the hands.
+    Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays, double atMost_m);
 
     osg::Node* node() const { return _group; }
     double height_m() const { return _height_m; }

@@ -75,6 +75,8 @@ public:
     /// Builds the scene, once, after the options are known. What it throws ends the program.
     virtual void build(Stage& stage) = 0;
     virtual Viewpoint viewpoint() const { return {}; }
+    /// The height of the ground, m, if it is lower than all that is shown at first.
+    virtual double ground_m() const { return 1.0; }
     /// Fills \a hands with those of a visitor who tries the installation, at \a time_s: what
     /// --hands demo plays. Returns false if there are none then.
     virtual bool demonstrate(double /*time_s*/, std::vector<osgMidair::Hand>& /*hands*/)

@@ -158,7 +158,9 @@ public:
         if (display && display->isFlipped()) _sign.turnForMirror();
         // Behind optics all that is dark is the room, with a ground of its own.
         if (!display || !display->hasOptics())
-            _root->addChild(Ground(*_root->getChild(0)->asGroup(), *_overlays).node());
+            _root->addChild(
+                Ground(*_root->getChild(0)->asGroup(), *_overlays, _installation.ground_m())
+                    .node());
         if (display) say(display->getStatus());
     }
     osgMidair::HapticScene& haptics() { return *_haptics; }
