@@ -68,11 +68,14 @@ public:
     std::array<osg::Matrixd, 2> views;
 };
 
-/// The display settings of a camera in a stereo mode, the others as the user has them.
+/// The display settings of a camera in a stereo mode, the others as the user has them. OSG's copy
+/// of the program's has no shader hint, and draws no text with what is in its place.
 osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
 {
     using S = osg::DisplaySettings;
-    const osg::ref_ptr<S> settings = new S(*S::instance());
+    const osg::ref_ptr<S> settings = new S;
+    settings->setShaderHint(S::instance()->getShaderHint(), false);
+    settings->setTextShaderTechnique(S::instance()->getTextShaderTechnique());
     settings->setStereo(mode != StereoMode::NONE);
     // The whole of each half belongs to its eye.
     settings->setSplitStereoHorizontalSeparation(0);

@@ -278,9 +278,8 @@ void Rehearsal::update(const midair::bridge::Picture& picture,
 {
     drawSeen(picture, eye);
     // All of the picture and of what it is seen by, from there.
-    std::vector<Vector3d> shown;
-    for (int i = 0; i < 4; ++i)
-        shown.push_back(picture.at(i % 2, i / 2));
+    std::vector<Vector3d> shown = {
+        picture.at(0.0, 0.0), picture.at(1.0, 0.0), picture.at(0.0, 1.0), picture.at(1.0, 1.0)};
     if (!_display.optics.empty())
         for (const Vector3d& corner : _display.optics.back().outline)
             shown.push_back(corner);

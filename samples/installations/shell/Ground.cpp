@@ -23,7 +23,7 @@ namespace
 /// Of nodes that cast a shadow; all but the overlays.
 constexpr unsigned int kCasts = 1U << 31U;
 constexpr int kShadowPixels = 512;
-constexpr double kGap_m = 0.06;          ///< under what stands on it
+constexpr double kGap_m = 1e-3;          ///< under what stands on it
 constexpr double kFar_m = 5.0;           ///< of the lamp
 constexpr double kSmallest_m = 0.2;      ///< radius of what is lit around
 constexpr int kRim = 64;                 ///< corners of the disc

@@ -15,6 +15,7 @@
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 #include <osgGA/OrbitManipulator>
+#include <osgText/Text>
 #include <osgViewer/Renderer>
 #include <osgViewer/Viewer>
 
@@ -501,6 +502,42 @@ TEST(DisplayView, ChangesTheCamerasStateOnce)
     seen.view->update(1e6);
     EXPECT_EQ(seen.viewer.getCamera()->getStateSet()->getAttribute(osg::StateAttribute::FRONTFACE),
               before);
+}
+
+// MUTED has to be seen there, too.
+TEST(DisplayView, DrawsTextOverThePicture)
+{
+    const osg::ref_ptr<osg::Group> root = oneFace(kPlaces[0], -Vector3d::UnitY());
+    const osg::ref_ptr<osg::Camera> over = new osg::Camera;
+    over->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
+    over->setRenderOrder(osg::Camera::POST_RENDER);
+    over->setClearMask(0);
+    over->setProjectionMatrix(osg::Matrix::ortho2D(0.0, 100.0, 0.0, 100.0));
+    over->setViewMatrix(osg::Matrix::identity());
+    over->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+    over->getOrCreateStateSet()->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
+    const osg::ref_ptr<osgText::Text> text = new osgText::Text;
+    text->setText("MUTED");
+    text->setCharacterSize(20.0F);
+    text->setPosition({5.0F, 5.0F, 0.0F});
+    text->setColor({0.0F, 0.0F, 1.0F, 1.0F});
+    over->addChild(text);
+    root->addChild(over);
+    for (const Display& display : {displays::window(), displays::halfMirror()})
+    {
+        Seen seen(display, root, displays::head(0.0));
+        ASSERT_TRUE(seen.isThere && seen.view);
+        seen.picture(); // glyphs are made in the first frame
+        const osg::ref_ptr<osg::Image> image = seen.picture();
+        int blue = 0;
+        for (int y = 0; y < image->t() / 3; ++y)
+            for (int x = 0; x < image->s(); ++x)
+            {
+                const osg::Vec4 color = image->getColor(x, y);
+                if (color.b() > 0.8F && color.r() < 0.3F && color.g() < 0.3F) ++blue;
+            }
+        EXPECT_GT(blue, 100);
+    }
 }
 
 TEST(DisplayView, TakesManipulatorsAway)
