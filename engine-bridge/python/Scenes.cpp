@@ -541,21 +541,9 @@ void addPlaying(SceneClass& scene)
             "second; a copy.");
 }
 
-void addHandsAndState(SceneClass& scene)
+void addHead(SceneClass& scene)
 {
     scene
-        .def("set_hands",
-             &setHands,
-             py::arg("hands"),
-             "Sets the hands for 0.2 s: an array of hand_dtype, shape (n,), in m and in the "
-             "array's frame.")
-        .def(
-            "open_hands",
-            [](const PyScene& s, const std::string& source)
-            { checked(midair_open_hands, s.get(), source.c_str()); },
-            py::arg("source"),
-            "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", \"osc:\" or "
-            "\"NAME:options\" of register_hands(); \"none\": from set_hands() again.")
         .def(
             "set_head",
             &setHead,
@@ -577,7 +565,24 @@ void addHandsAndState(SceneClass& scene)
             "head",
             &lastHead,
             "The head of the last update(), predicted as hands are: position (3,) in m and "
-            "orientation (4,), a tuple of copies; None: no head is tracked.")
+            "orientation (4,), a tuple of copies; None: no head is tracked.");
+}
+
+void addHandsAndState(SceneClass& scene)
+{
+    scene
+        .def("set_hands",
+             &setHands,
+             py::arg("hands"),
+             "Sets the hands for 0.2 s: an array of hand_dtype, shape (n,), in m and in the "
+             "array's frame.")
+        .def(
+            "open_hands",
+            [](const PyScene& s, const std::string& source)
+            { checked(midair_open_hands, s.get(), source.c_str()); },
+            py::arg("source"),
+            "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", \"osc:\" or "
+            "\"NAME:options\" of register_hands(); \"none\": from set_hands() again.")
         .def_property_readonly(
             "state",
             &stateOf,
@@ -654,6 +659,7 @@ void addScenes(py::module_& module)
     addSettings(scene);
     addSolving(scene);
     addPlaying(scene);
+    addHead(scene);
     addHandsAndState(scene);
     addMessages(module, scene);
 }

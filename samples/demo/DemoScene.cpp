@@ -75,6 +75,35 @@ std::string starFile()
     return sampleFile("models/star.obj");
 }
 
+/// Adds how long it runs, and how it is shown.
+void addFrames(CLI::App& app, DemoOptions& options)
+{
+    app.add_flag("--still",
+                 options.still,
+                 "The object stays where it is, as it does under a recording of hands");
+    app.add_option("--frames",
+                   options.frames,
+                   "Frames to run [240 without a display, else until the window is closed]")
+        ->check(CLI::Range(1, 10000000));
+    app.add_option("--out", options.out, "Folder for the pictures and report.json")
+        ->capture_default_str();
+    app.add_flag("--headless", options.headless, "No window, even if there is a display");
+    app.add_flag("--benchmark",
+                 options.benchmark,
+                 "Runs at 800 x 600 off screen with all overlays as fast as it can, and prints "
+                 "frames a second");
+    addDisplay(app, options.display);
+    app.add_option("--zoom", options.zoom, "How much nearer the middle is seen, 1 .. 8")
+        ->check(CLI::Range(1.0, 8.0))
+        ->capture_default_str();
+    app.add_option("--width", options.width, "Of pictures and window, in pixels")
+        ->check(CLI::Range(200, 4000))
+        ->capture_default_str();
+    app.add_option("--height", options.height, "Of pictures and window, in pixels")
+        ->check(CLI::Range(150, 4000))
+        ->capture_default_str();
+}
+
 } // namespace
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
@@ -104,30 +133,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         {"enabled", "pressure", "render", "unit"}, // set by the scene's options and --pressure
         options.object);
     addOverlays(app, options.overlays, options.numbers);
-    app.add_flag("--still",
-                 options.still,
-                 "The object stays where it is, as it does under a recording of hands");
-    app.add_option("--frames",
-                   options.frames,
-                   "Frames to run [240 without a display, else until the window is closed]")
-        ->check(CLI::Range(1, 10000000));
-    app.add_option("--out", options.out, "Folder for the pictures and report.json")
-        ->capture_default_str();
-    app.add_flag("--headless", options.headless, "No window, even if there is a display");
-    app.add_flag("--benchmark",
-                 options.benchmark,
-                 "Runs at 800 x 600 off screen with all overlays as fast as it can, and prints "
-                 "frames a second");
-    addDisplay(app, options.display);
-    app.add_option("--zoom", options.zoom, "How much nearer the middle is seen, 1 .. 8")
-        ->check(CLI::Range(1.0, 8.0))
-        ->capture_default_str();
-    app.add_option("--width", options.width, "Of pictures and window, in pixels")
-        ->check(CLI::Range(200, 4000))
-        ->capture_default_str();
-    app.add_option("--height", options.height, "Of pictures and window, in pixels")
-        ->check(CLI::Range(150, 4000))
-        ->capture_default_str();
+    addFrames(app, options);
     addMonitorOptions(app, options.monitor);
     try
     {

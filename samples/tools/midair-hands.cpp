@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <exception>
 #include <iostream>
 #include <string>
 #include <thread>
@@ -176,6 +178,7 @@ void addRate(CLI::App& command, Settings& settings)
 } // namespace
 
 int main(int argc, char** argv)
+try
 {
     Settings settings;
     CLI::App app("Sends hands and heads to a scene as OSC messages, or shows those that arrive.");
@@ -210,4 +213,9 @@ int main(int argc, char** argv)
     // A runtime may hang: then the helper ends with the program that needs it all the same.
     if (settings.socket >= 0) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     return run(app.get_subcommands().front()->get_name(), settings);
+}
+catch (const std::exception& problem)
+{
+    std::fprintf(stderr, "midair-hands: %s\n", problem.what());
+    return WRONG_INPUT;
 }

@@ -120,7 +120,7 @@ bool HandSkin::findPalm(Palm& palm) const
     palm.scale = std::sqrt(now / rest);
     if (!(palm.scale > 1.0 / kLargest && palm.scale < kLargest)) return false;
     const Eigen::JacobiSVD<Matrix3d> svd(both, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Vector3d size = svd.singularValues();
+    const Vector3d& size = svd.singularValues();
     if (!(size[1] > 0.01 * size[0])) return false; // on one line: it has no plane
     Matrix3d signs = Matrix3d::Identity();
     signs(2, 2) = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;

@@ -437,17 +437,24 @@ std::unique_ptr<SceneMonitor> monitorOf(InstallationShell& shell,
                                           [&shell] { shell.keepMuteSoon(); });
 }
 
-bool runHeadless(Installation& installation, InstallationOptions options)
+/// Sets what is left open for a run without a window. \a display: null, if there is none.
+void fillHeadless(const osgMidair::DisplayView* display, InstallationOptions& options)
 {
     const bool isSet = std::any_of(options.settings.begin(),
                                    options.settings.end(),
                                    [](const auto& setting) { return setting.first == "hands"; });
     if (options.hands.empty() && !isSet) options.hands = "demo";
-    const osg::ref_ptr<osgMidair::DisplayView> display = openDisplay(options.display);
     if (display && !display->isRehearsal())
         options.size = {display->getWidth(), display->getHeight()};
-    const int width = options.size.first > 0 ? options.size.first : 1200;
-    const int height = options.size.second > 0 ? options.size.second : 800;
+    if (options.size.first <= 0) options.size.first = 1200;
+    if (options.size.second <= 0) options.size.second = 800;
+}
+
+bool runHeadless(Installation& installation, InstallationOptions options)
+{
+    const osg::ref_ptr<osgMidair::DisplayView> display = openDisplay(options.display);
+    fillHeadless(display, options);
+    const auto [width, height] = options.size;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
     shell.prepareFor(display);
@@ -455,8 +462,8 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     std::string problem;
-    const auto aim = [&](osg::Camera& camera)
-    { shell.aim(camera, static_cast<double>(width) / height); };
+    const double aspect = static_cast<double>(width) / height;
+    const auto aim = [&shell, aspect](osg::Camera& camera) { shell.aim(camera, aspect); };
     const double fovy_deg = installation.viewpoint().fovy_deg;
     const bool draw = setUpOffscreen(viewer, width, height, fovy_deg, &problem);
     if (draw)

@@ -569,7 +569,7 @@ Verdict CheckResult::verdict() const
 std::string CheckResult::because() const
 {
     for (const CheckedScene& scene : scenes)
-        if (const std::string fault = faultOf(scene); !fault.empty()) return fault;
+        if (std::string fault = faultOf(scene); !fault.empty()) return fault;
     for (const Verdict verdict : {Verdict::PROBLEM, Verdict::WARNING})
     {
         const auto [count, all] = countOf(*this, verdict);

@@ -42,9 +42,8 @@ struct HeadInbox
 };
 
 /// A head source beside the hands of the fake runtime.
-class OpenXrHeads : public OpenXrHands
+struct OpenXrHeads : OpenXrHands
 {
-protected:
     void SetUp() override
     {
         OpenXrHands::SetUp();
