@@ -48,26 +48,6 @@ constexpr double kBefore_m = 0.6; ///< of the picture, until a head is known
 constexpr double kSharePause_s = 1.0;
 constexpr const char* kRehearsed = "sim:";
 
-/// OSG's own eyes are beside each other along the view's x, which is the screen's: wrong for a
-/// head that is tilted or turned. Its modes of drawing stay; these are its matrices.
-class EyeMatrices : public osgUtil::SceneView::ComputeStereoMatricesCallback
-{
-public:
-    osg::Matrixd computeLeftEyeProjection(const osg::Matrixd&) const override
-    {
-        return projections[0];
-    }
-    osg::Matrixd computeLeftEyeView(const osg::Matrixd&) const override { return views[0]; }
-    osg::Matrixd computeRightEyeProjection(const osg::Matrixd&) const override
-    {
-        return projections[1];
-    }
-    osg::Matrixd computeRightEyeView(const osg::Matrixd&) const override { return views[1]; }
-
-    std::array<osg::Matrixd, 2> projections;
-    std::array<osg::Matrixd, 2> views;
-};
-
 /// The display settings of a camera in a stereo mode, the others as the user has them. OSG's copy
 /// of the program's has no shader hint, and draws no text with what is in its place.
 osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
@@ -148,6 +128,26 @@ Display inUnits(Display display, double unit_m)
 }
 
 } // namespace
+
+/// OSG's own eyes are beside each other along the view's x, which is the screen's: wrong for a
+/// head that is tilted or turned. Its modes of drawing stay; these are its matrices.
+class EyeMatrices : public osgUtil::SceneView::ComputeStereoMatricesCallback
+{
+public:
+    osg::Matrixd computeLeftEyeProjection(const osg::Matrixd&) const override
+    {
+        return projections[0];
+    }
+    osg::Matrixd computeLeftEyeView(const osg::Matrixd&) const override { return views[0]; }
+    osg::Matrixd computeRightEyeProjection(const osg::Matrixd&) const override
+    {
+        return projections[1];
+    }
+    osg::Matrixd computeRightEyeView(const osg::Matrixd&) const override { return views[1]; }
+
+    std::array<osg::Matrixd, 2> projections;
+    std::array<osg::Matrixd, 2> views;
+};
 
 class DisplayView::Inside
 {
