@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=3cc3a1883f572c0cd751ff9d186c4bc02a15a6d5 # clang-tidy looks at what differs from this commit
+tidied=08a68a72915b24f920ef17d53c009da4b1c65f5a # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
