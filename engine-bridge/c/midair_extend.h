@@ -126,8 +126,8 @@ extern "C"
 
     struct midair_head; // midair_play.h
 
-    /// Source of the head; as midair_hand_source, of midair_open_head(). midair_solve() calls head(),
-    /// too.
+    /// Source of the head; as midair_hand_source, of midair_open_head(). midair_solve() calls
+    /// head(), too.
     typedef struct midair_head_source
     {
         size_t struct_size; ///< sizeof(midair_head_source)

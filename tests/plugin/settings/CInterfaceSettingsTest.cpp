@@ -42,9 +42,10 @@ std::set<std::string> lacking(int ofObjects, const Descriptions& ofKit)
 
 TEST(CInterfaceSettings, AreThoseOfScenes)
 {
-    EXPECT_EQ(lacking(0, HapticSettings::describe()),
-              (std::set<std::string>{
-                  "array", "calibration", "device", "earCamera", "hands", "heads", "metresPerUnit"}));
+    EXPECT_EQ(
+        lacking(0, HapticSettings::describe()),
+        (std::set<std::string>{
+            "array", "calibration", "device", "earCamera", "hands", "heads", "metresPerUnit"}));
     EXPECT_EQ(
         lacking(1, HapticProperty::describe()),
         (std::set<std::string>{"intensity", "intensityChannel", "intensityHigh", "intensityLow"}));
