@@ -15,7 +15,7 @@ namespace
 
 constexpr double kMostSeconds = 1e6;
 
-// A hint for numbers written with a decimal comma.
+// Returns a hint for numbers with a decimal comma.
 std::string withPoint(const std::string& text)
 {
     return text.find(',') == std::string::npos ? std::string() : ", with a point and not a comma";

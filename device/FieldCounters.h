@@ -11,8 +11,7 @@
 namespace midair::device
 {
 
-/// A DeviceReport that several threads may read and write. All members may be called from any
-/// thread.
+/// A thread-safe DeviceReport. Any thread may call any member.
 class FieldCounters
 {
 public:
@@ -29,8 +28,8 @@ public:
         return _report;
     }
 
-    /// For devices that take a field at once: counts one as played and handed over now.
-    /// \a sentAt_s: steadySeconds() at send().
+    /// Counts a field as played and handed over now, for devices that take fields at once. \a
+    /// sentAt_s: steadySeconds() at send().
     void countPlayed(double sentAt_s) MIDAIR_EXCLUDES(_mutex)
     {
         const base::Lock lock(_mutex);
@@ -45,14 +44,14 @@ public:
         _report.lastHandedOver_s = now_s;
         _report.latency_s = now_s - sentAt_s;
     }
-    /// Counts a fault and keeps \a what as the report's message.
+    /// Counts a fault and stores \a what as the report's message.
     void countFault(const std::string& what) MIDAIR_EXCLUDES(_mutex)
     {
         const base::Lock lock(_mutex);
         ++_report.faults;
         _report.message = what;
     }
-    /// The same, and the device is lost for that reason: nobody sees the one without the other.
+    /// Counts a fault and marks the device as lost, in one step.
     void countLoss(const std::string& why) MIDAIR_EXCLUDES(_mutex)
     {
         const base::Lock lock(_mutex);
@@ -60,7 +59,7 @@ public:
         _report.message = why;
         _report.state = DeviceState::LOST;
     }
-    /// The device is there again.
+    /// Marks the device as back.
     void countReturn() MIDAIR_EXCLUDES(_mutex)
     {
         const base::Lock lock(_mutex);
@@ -79,16 +78,15 @@ private:
     DeviceReport _report MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// "12 sent, 11 played, 1 dropped", then the other counters that are not 0, the fault that a lost
-/// device has or the last one of another, and the shortfall.
+/// Returns "12 sent, 11 played, 1 dropped", then other non-zero counters, the fault of a lost
+/// device or the last fault of another, and the shortfall.
 std::string countersText(const DeviceReport& report);
 
-/// "3 of 1000 fields were played" if less than half of those were played that no newer field
-/// replaced; else empty.
+/// Returns "3 of 1000 fields were played" if less than half of the fields that no newer one
+/// replaced were played; otherwise empty.
 std::string shortfallOf(const DeviceReport& report);
 
-/// The field that a device holds between two sends; starts silent. All members may be called from
-/// any thread.
+/// Field that a device holds between two sends; initially silent. Any thread may call any member.
 class HeldField
 {
 public:

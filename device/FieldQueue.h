@@ -12,11 +12,11 @@
 namespace midair::device
 {
 
-/// The fields of a device that wait for its line or are on it, and counters of all that were sent.
-/// At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that is handed
-/// to a transfer and not confirmed yet.
+/// Fields of a device that wait for its line or are on it, and counters of all fields sent. At most
+/// one waits, and a newer one replaces it; up to kMostFlying are in flight, that is handed to a
+/// transfer and not confirmed yet.
 ///
-/// Every field is counted once when it leaves the queue, so that sent = played + dropped + lost +
+/// Every field is counted once when it leaves the queue, so sent = played + dropped + lost +
 /// refused + pending at any time. Has no lock: the owner guards it.
 class FieldQueue
 {
@@ -24,27 +24,27 @@ public:
     using Joint = std::shared_ptr<JointCommit>;
     static constexpr std::size_t kMostFlying = 8;
 
-    /// One field on its way through the queue.
+    /// A field in the queue.
     struct Field
     {
         Joint joint;            ///< null: none, or its commit was sent
-        bool released = false;  ///< all devices in the joint have their piece
-        bool committed = false; ///< its commit was sent, with its data or after
+        bool released = false;  ///< all devices in the joint have their part
+        bool committed = false; ///< its commit was sent, with its data or later
         std::uint32_t sequence = 0;
         DriveSignal signal;
         double sentAt_s = 0;      ///< steady clock, at send()
         double submittedAt_s = 0; ///< steady clock, when its last transfer was submitted
         bool failed = false;      ///< its transfer failed
-        bool repeated = false;    ///< it is being sent for the second time
+        bool repeated = false;    ///< second attempt to send it
     };
 
-    // Fields that come in.
+    // Incoming fields.
 
-    void refuse();         ///< counts a field that isn't taken
-    void dropBeforehand(); ///< counts a field whose joint was given up before it came
-    /// Puts a field into the waiting slot. If \a joint is not null, returns the joint of the field
-    /// that it replaces. A field without a joint takes over the joint of the one that it replaces:
-    /// it is the same field, which GuardedDevice sends again with another gain.
+    void refuse();         ///< counts a refused field
+    void dropBeforehand(); ///< counts a field whose joint was given up before it arrived
+    /// Puts a field into the waiting slot. If \a joint is not null, returns the joint of the
+    /// replaced field. A field without a joint takes over that of the replaced one: it is the same
+    /// field, which GuardedDevice sends again with another gain.
     Joint put(const DriveSignal& signal, double sentAt_s, const Joint& joint);
 
     bool waits() const { return _waits; }
@@ -59,37 +59,36 @@ public:
     /// Moves the waiting field into flight as number \a sequence.
     Field& takeOff(std::uint32_t sequence);
     Field& newest() { return _flying.back(); } ///< the newest field in flight
-    /// The joint of the staged field if its number is \a sequence, else null.
+    /// Returns the joint of the staged field if its number is \a sequence, otherwise null.
     Joint stagedAs(std::uint32_t sequence) const;
-    /// To be called when all devices in \a joint have their piece: its commit is due. Returns false
-    /// if no field of \a joint is staged here.
+    /// Call it when all devices in \a joint have their part: its commit is due. Returns false if no
+    /// field of \a joint is staged here.
     bool releaseFor(const JointCommit& joint);
-    /// Drops the field that belongs to \a joint; returns false if there is none.
+    /// Drops the field of \a joint; returns false if there is none.
     bool dropFor(const JointCommit& joint);
 
-    // Fields that leave.
+    // Outgoing fields.
 
-    /// The device answered the commit of \a sequence, and so all before it: counts field
-    /// \a lastPlayed as played and the others as lost. Returns the signal of the one that was
-    /// played, if it was in flight.
+    /// Settles all fields up to \a sequence, whose commit the device answered: counts field \a
+    /// lastPlayed as played and the others as lost. Returns the signal of the played field if it
+    /// was in flight.
     std::optional<DriveSignal> settleUntil(std::uint32_t sequence, std::uint32_t lastPlayed);
-    /// Counts the oldest field as lost, and returns true, if the device answered other things more
-    /// than \a confirm_s after the field was submitted, at \a heard_s, but did not confirm the
-    /// field.
+    /// Counts the oldest field as lost, and returns true, if the device has answered other packets
+    /// at \a heardAt_s, more than \a confirm_s after the field was submitted, without confirming
+    /// the field.
     bool loseUnconfirmed(double heardAt_s, double confirm_s);
     void fail(std::uint32_t sequence); ///< marks a field whose transfer failed
-    /// Removes the fields whose transfers failed. The newest field waits again, once and without
-    /// its joint, unless a newer one waits. Returns the joint that the device has to leave, or
-    /// null.
+    /// Removes fields with failed transfers. The newest field waits again, once and without its
+    /// joint, unless a newer one waits. Returns the joint that the device must leave, or null.
     Joint repeatFailed();
     void dropWaiting();
     /// Counts the oldest field in flight as lost.
     void loseOldest();
-    /// Drops the waiting field; counts fields in flight as lost if \a deviceIsLost, else as
-    /// dropped. Returns the joints of fields that were not committed.
+    /// Drops the waiting field; counts fields in flight as lost if \a deviceIsLost, otherwise as
+    /// dropped. Returns the joints of uncommitted fields.
     std::vector<Joint> settleAll(bool deviceIsLost);
 
-    /// When the newest field that was played was sent; 0: none.
+    /// Time when the newest played field was sent; 0: none.
     double confirmed_s() const { return _confirmed_s; }
 
     /// Adds the counters sent, played, dropped, lost, refused and pending to \a report.

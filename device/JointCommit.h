@@ -9,11 +9,11 @@
 namespace midair::device
 {
 
-/// Measures the time from the first to the last commit of the devices in a joint.
+/// Measures the time between the first and the last commit of the devices in a joint.
 class SkewMeter
 {
 public:
-    /// Seconds, for the last joint in which all devices played, and the largest of all.
+    /// Seconds, for the last joint in which all devices played, and the largest so far.
     struct Reading
     {
         double last_s = 0;
@@ -27,28 +27,28 @@ private:
     Reading _reading MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// One field that several devices start to play together: each reports when it has its piece, and
-/// when the last one has, all commit.
+/// A field that several devices start to play together: each reports when it has its part, and when
+/// the last one does, all commit.
 ///
-/// No call waits. commit() and drop() are called, with no lock of the joint held, by the thread
-/// whose ready(), leave() or giveUp() ended the joint. So call these three without any lock that a
-/// device's commit() or drop() takes; the other members may be called under any lock.
+/// No call waits. The thread whose ready(), leave() or giveUp() ends the joint calls commit() and
+/// drop() without holding a lock of the joint. So call these three without any lock that a device's
+/// commit() or drop() takes; other members may be called under any lock.
 class JointCommit
 {
 public:
-    /// A device that takes part. For each field at most one of commit() and drop() is called, from
+    /// A participating device. For each field at most one of commit() and drop() is called, from
     /// any thread.
     class Device
     {
     public:
         virtual ~Device() = default;
-        /// All devices are ready: play the piece now.
+        /// All devices are ready: play the part now.
         virtual void commit(const JointCommit& joint) = 0;
-        /// One device gave the field up: don't play it.
+        /// A device gave the field up: don't play it.
         virtual void drop(const JointCommit& joint) = 0;
     };
 
-    /// A device's reference in joints, which may outlive the device.
+    /// Reference of a device in joints, which may outlive the device.
     class Seat
     {
     public:
@@ -63,8 +63,8 @@ public:
         Device* _device MIDAIR_GUARDED_BY(_mutex);
     };
 
-    /// Ends when \a devices of them are ready or have left; each of them joins or leaves once.
-    /// \a meter may be null.
+    /// Ends when \a devices have become ready or left; each of them joins or leaves once. \a meter
+    /// may be null.
     explicit JointCommit(int devices, std::shared_ptr<SkewMeter> meter = nullptr) :
         _devices(devices),
         _meter(std::move(meter)),
@@ -75,18 +75,18 @@ public:
     /// Adds a device. Returns false if the joint has ended: the device then drops the field and
     /// makes no more calls. Doesn't call commit() or drop().
     bool join(std::shared_ptr<Seat> seat);
-    /// The device has its piece of the field.
+    /// Reports that the device has its part of the field.
     void ready(const Seat& seat);
-    /// The others play without this device; null: one that has not joined. Has no effect after the
-    /// end.
+    /// Removes a device, so the others play without it; null: one that has not joined. No effect
+    /// after the end.
     void leave(const Seat* seat = nullptr);
-    /// No device in the joint plays the field. Has no effect after the end.
+    /// Gives the field up for all devices. No effect after the end.
     void giveUp();
-    /// A device sent its commit at \a at_s of base::steadySeconds().
+    /// Reports that a device sent its commit at \a at_s of base::steadySeconds().
     void handedOver(double at_s);
 
 private:
-    /// A device that has joined, and whether it has its piece.
+    /// A joined device, and whether it has its part.
     struct Member
     {
         std::shared_ptr<Seat> seat;
@@ -94,7 +94,7 @@ private:
     };
     using Members = std::vector<Member>;
 
-    /// What to call once _mutex is released.
+    /// Returns the devices to call after _mutex is released.
     Members countDown() MIDAIR_REQUIRES(_mutex);
     Members end() MIDAIR_REQUIRES(_mutex);
     void tell(const Members& members, bool commits) MIDAIR_EXCLUDES(_mutex);
@@ -103,7 +103,7 @@ private:
     const int _devices;
     const std::shared_ptr<SkewMeter> _meter;
     base::Mutex _mutex;
-    int _missing MIDAIR_GUARDED_BY(_mutex); ///< devices that are neither ready nor have left
+    int _missing MIDAIR_GUARDED_BY(_mutex); ///< devices that are neither ready nor gone
     int _out MIDAIR_GUARDED_BY(_mutex) = 0; ///< commits sent
     double _first_s MIDAIR_GUARDED_BY(_mutex) = 0;
     double _last_s MIDAIR_GUARDED_BY(_mutex) = 0;

@@ -11,7 +11,7 @@ inline bool newer(std::uint32_t a, std::uint32_t b)
     return static_cast<std::int32_t>(a - b) > 0;
 }
 
-/// The number after \a sequence; never 0, which means none.
+/// Returns the number after \a sequence; never 0, which means none.
 inline std::uint32_t nextAfter(std::uint32_t sequence)
 {
     return sequence + 1 == 0 ? 1 : sequence + 1;

@@ -31,9 +31,9 @@ namespace
 
 constexpr int kWriteTimeout_ms = 500;
 constexpr int kPatience_ms = 500;
-constexpr int kStart_ms = 5000; ///< for the child, on a computer that does much else
+constexpr int kStart_ms = 5000; ///< for the child, on a busy computer
 constexpr int kTries = 4;       ///< timeouts in a row after which the write is given up
-/// The most bytes of one transfer that usbfs takes, also in old kernels.
+/// Maximum bytes per usbfs transfer, also in old kernels.
 constexpr std::size_t kMostBulkBytes = 16384;
 constexpr char kName[] = "midair-guard"; ///< 15 bytes at most
 constexpr char kReady = 'r';
@@ -41,8 +41,8 @@ constexpr char kBeat = 'b';
 constexpr char kHeldBeat = 'h';
 constexpr char kFarewell = 'x';
 
-// All of this namespace but hears() runs in the child: it may only make calls that are safe after a
-// fork of a program with threads.
+// All of this namespace except hears() runs in the child: it may only make calls that are safe
+// after a fork of a multithreaded program.
 
 bool gone(int descriptor)
 {
@@ -98,7 +98,7 @@ bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::s
 }
 
 // Sets the short name and the command line, so that a killall of the program spares the guard. The
-// command line lies in memory, at fields 48 and 49 of /proc/self/stat.
+// command line is in memory, at fields 48 and 49 of /proc/self/stat.
 void takeName()
 {
     ::prctl(PR_SET_NAME, kName);
@@ -123,7 +123,7 @@ void takeName()
     std::memcpy(line, kName, std::min<std::size_t>(sizeof kName, end - begin) - 1);
 }
 
-/// The child's copy of what it needs.
+/// The child's copy of its data.
 struct Charge
 {
     int alive;
@@ -145,8 +145,8 @@ struct Charge
         return way.endpoint == 0 ? writeBytes(way.descriptor, bytes, size)
                                  : writeBulk(way, bytes, size);
     }
-    // Output of the program that is stuck in the port would be sent before the silence. A second
-    // silence doesn't drop the first one, which a slow line may still carry.
+    // Program output stuck in the port would be sent before the silence. A second silence doesn't
+    // drop the first, which a slow line may still be sending.
     void dropOutput() const
     {
         if (way.endpoint == 0) ::tcflush(way.descriptor, TCOFLUSH);
@@ -166,7 +166,8 @@ struct Charge
 
 [[noreturn]] void guard(Charge charge)
 {
-    const std::uint64_t all = ~std::uint64_t(0); // libc's mask leaves out two, which would end it
+    const std::uint64_t all = ~std::uint64_t(0); // libc's mask leaves out two signals, which would
+                                                 // end it
     ::syscall(SYS_rt_sigprocmask, SIG_SETMASK, &all, nullptr, sizeof all);
     ::setsid(); // so that a Ctrl-C for the program doesn't reach the guard
     takeName();
@@ -184,7 +185,7 @@ struct Charge
     {
         pollfd program{charge.alive, POLLIN, 0};
         const int ready = ::poll(&program, 1, beating ? kPatience_ms : -1);
-        if (ready == 0) // the program is stopped or hangs: writes again each time
+        if (ready == 0) // the program is stopped or hangs: writes every time
         {
             if (charge.early_s() > 0) continue;
             if (!silenced) charge.dropOutput();
@@ -203,7 +204,7 @@ struct Charge
     }
 }
 
-/// Waits for \a word, which the child sends once it needs nothing more; false: it hasn't come.
+/// Waits for \a word, which the child sends when it needs nothing more; false: it didn't arrive.
 bool hears(int socket, char word)
 {
     pollfd child{socket, POLLIN, 0};
@@ -224,8 +225,8 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
 {
     int ends[2];
     const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
-    // The program's own handlers must not run in the child, and no signal but SIGKILL and SIGSTOP
-    // may end or stop it.
+    // The program's own handlers must not run in the child, and only SIGKILL and SIGSTOP may end or
+    // stop it.
     sigset_t all;
     sigset_t before;
     ::sigfillset(&all);
@@ -238,15 +239,15 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
     }
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
     if (_guard < 0)
-        deviceLog().warn("nobody silences the board if this program crashes: {}",
+        deviceLog().warn("the board is not silenced if this program crashes: {}",
                          std::generic_category().message(errno));
     if (!paired) return;
     ::close(ends[0]);
     _alive = ends[1];
     if (_guard > 0 && !hears(_alive, kReady))
-        deviceLog().warn(
-            "what silences the board if this program crashes hasn't started within {} s",
-            kStart_ms / 1000);
+        deviceLog().warn("the guard process, which silences the board if this program crashes, "
+                         "hasn't started within {} s",
+                         kStart_ms / 1000);
 }
 
 SilenceOnCrash::~SilenceOnCrash()

@@ -14,17 +14,17 @@
 namespace midair::bridge
 {
 
-/// How an object feels where it is touched; isValid() names the first number that is out of its
-/// range. The defaults are those of a soft thing without a texture.
+/// How an object feels when touched; isValid() names the first number that is out of range. The
+/// defaults describe a soft object without a texture.
 struct HapticMaterial
 {
     double stiffness_N_m = 10.0; ///< 0 .. 1e4; applied force over depth
     double mostForce_N = 0.02;   ///< 0 .. 1; where the force stops growing
-    /// m; 0: foci circle on the patch's own ellipse; 1e-3 .. 0.02: on a circle of this radius where
-    /// the touch begins, which grows with the depth
+    /// m; 0: foci circle on the patch's own ellipse; 1e-3 .. 0.02: on a circle that has this radius
+    /// when the touch begins, and grows with the depth
     double radius_m = 0.0;
-    double radiusGrowth = 0.0; ///< 0 .. 10; metres of radius a metre of depth; it ends at 10 mm
-    /// 0 .. 1e4, Hz/m; turns a second that a metre of depth adds; they end at 10 Hz
+    double radiusGrowth = 0.0; ///< 0 .. 10; metres of radius per metre of depth, up to 10 mm
+    /// 0 .. 1e4, Hz/m; turns per second added per metre of depth, up to 10 Hz
     double rateGrowth_Hz_m = 0.0;
     double roughness = 0.0;        ///< 0 .. 1; share of the pressure that the texture takes away
     double texturePeriod_m = 1e-3; ///< 1e-5 .. 1; wavelength of the texture
@@ -50,27 +50,27 @@ enum class Side
 /// How an object is rendered.
 enum class Render
 {
-    INHERIT, ///< as the scene is
-    OBJECT,  ///< its whole surface, whoever touches it: no hands need to be known
+    INHERIT, ///< the scene's setting
+    OBJECT,  ///< its whole surface, touched or not: needs no tracked hands
     CONTACT, ///< foci that circle on the skin where a hand touches it, nothing elsewhere
-    AUTO     ///< CONTACT while hands are known well enough, else OBJECT
+    AUTO     ///< CONTACT while hands are tracked accurately enough, else OBJECT
 };
 
 /// How an object should feel. Ranges are checked where the members are set.
 struct HapticProperties
 {
-    /// > 0; peak Pa if pressureInPa, else relative to the scene's other objects
+    /// > 0; peak Pa if pressureInPa, otherwise relative to the scene's other objects
     double pressure = 1.0;
     bool pressureInPa = false;
     double spacing_m = 0.0; ///< >= 0; distance of the control points; 0: one wavelength
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
     Side side = Side::BOTH;
-    int priority = 0;                    ///< where points are too near or too many, the larger wins
+    int priority = 0; ///< where points are too near or too many, the larger number wins
     double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
-    /// 0 .. 1; the share of the pressure on the skin that the modulation takes away at its lowest
+    /// 0 .. 1; largest share of the pressure on the skin that the modulation removes
     double modulationDepth = 1.0;
     Render render = Render::INHERIT;
-    HapticMaterial material; ///< where it is touched
+    HapticMaterial material; ///< used when touched
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);
@@ -79,34 +79,34 @@ inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
     return !(a == b);
 }
 
-/// One instance (one node path) of a haptic object, or a part of it that moves by itself. The mesh
-/// is shared and never changes; a new shape is a new mesh and a new meshId.
+/// One instance (one node path) of a haptic object, or a part of it that moves separately. The mesh
+/// is shared and immutable; a new shape is a new mesh with a new meshId.
 struct HapticObject
 {
-    std::uint64_t id = 0;     ///< identifies this instance or part; stable from frame to frame
+    std::uint64_t id = 0;     ///< identifies this instance or part; constant from frame to frame
     std::uint64_t whole = 0;  ///< identifies the whole instance for touches; 0: the same as id
     std::string path;         ///< node path for messages
     std::uint64_t meshId = 0; ///< objects with equal ids have the same mesh
-    /// meshes with equal ids have the same triangles, their vertices may differ; 0: unknown
+    /// meshes with equal ids have the same triangles, but maybe other vertices; 0: unknown
     std::uint64_t topologyId = 0;
     SharedMesh mesh;                                        ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
-    /// planes (n, d) in the array frame; what of the object is at n x + d < 0 for any is neither
-    /// seen nor felt
+    /// planes (n, d) in the array frame; parts of the object with n x + d < 0 for any plane are
+    /// neither seen nor felt
     std::vector<Eigen::Vector4d> clips;
-    /// 0 .. 1; factor on the pressure of the object as a whole, while it gives way to contacts; 0:
-    /// it has no control points
+    /// 0 .. 1; factor on the pressure of the object as a whole while contacts replace it; 0: no
+    /// control points
     double share = 1.0;
-    /// if true, the distance of hands to this object is measured; the field doesn't depend on it
+    /// measure the distance of hands to this object; doesn't affect the field
     bool touchEvents = false;
-    /// what the caller wants to find again in the result (HologramResult::origins); not read
+    /// tag of the caller, returned in HologramResult::origins; not read
     std::shared_ptr<const void> origin;
 
     std::uint64_t touchId() const { return whole ? whole : id; }
 };
 
-/// True for a place in the array frame that one of \a clips cuts off.
+/// True if one of \a clips cuts off the place (array frame).
 bool isClipped(const std::vector<Eigen::Vector4d>& clips, const Eigen::Vector3d& place);
 
 } // namespace midair::bridge

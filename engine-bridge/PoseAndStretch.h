@@ -5,8 +5,7 @@
 namespace midair::bridge
 {
 
-/// An affine map split into a part that moves an object and one that changes its shape: A = pose *
-/// stretch.
+/// An affine map split into a motion and a change of shape: A = pose * stretch.
 struct PoseAndStretch
 {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

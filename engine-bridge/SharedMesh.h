@@ -12,9 +12,9 @@
 namespace midair::bridge
 {
 
-/// A mesh that is shared and never changes, made when it is first looked at: so a deforming mesh is
-/// made on the thread that samples it, and not at all if a newer one came first. May be null.
-/// Copies share the mesh; any number of threads may look at it.
+/// A shared, immutable mesh that is made when first used: a deforming mesh is made on the thread
+/// that samples it, or never if a newer one comes first. May be null. Copies share the mesh; any
+/// number of threads may use it.
 class SharedMesh
 {
 public:
@@ -22,7 +22,7 @@ public:
 
     SharedMesh() = default;
     SharedMesh(std::nullptr_t) {} // NOLINT(google-explicit-constructor): as a shared_ptr has
-    /// Takes a mesh that is there already.
+    /// Takes an existing mesh.
     template<class M,
              class = std::enable_if_t<
                  std::is_convertible_v<std::shared_ptr<M>, std::shared_ptr<const Mesh>>>>
@@ -34,8 +34,8 @@ public:
         _state->bytes = bytesOf(*_state->mesh);
     }
 
-    /// \a make is called at most once, by the first thread that looks, and let go of then. \a
-    /// bytes: about what there is to be read for it.
+    /// \a make is called at most once, by the first user, and then released. \a bytes: approximate
+    /// size of its input.
     static SharedMesh later(std::function<Mesh()> make, std::size_t bytes)
     {
         SharedMesh result;
@@ -48,7 +48,7 @@ public:
     explicit operator bool() const { return _state != nullptr; }
     const Mesh& operator*() const { return *get(); }
     const Mesh* operator->() const { return get().get(); }
-    /// Returns the mesh, which it makes if it isn't there yet.
+    /// Returns the mesh; makes it if necessary.
     const std::shared_ptr<const Mesh>& get() const
     {
         static const std::shared_ptr<const Mesh> none;
@@ -64,15 +64,15 @@ public:
         return state.mesh;
     }
 
-    /// How large it is, about, made or not: what takes long with it belongs to another thread. 0
-    /// for null.
+    /// Approximate size, made or not: large meshes should be processed on another thread. 0 for
+    /// null.
     std::size_t bytes() const { return _state ? _state->bytes : 0; }
     long useCount() const { return _state.use_count(); }
     bool operator==(const SharedMesh& other) const { return _state == other._state; }
     bool operator!=(const SharedMesh& other) const { return _state != other._state; }
 
 private:
-    /// What the copies share.
+    /// State shared by the copies.
     struct State
     {
         std::once_flag made;

@@ -8,6 +8,7 @@ midair_packages=(
     libtinyobjloader-dev                  # OBJ files
     libopenxr-dev                         # hands of OpenXR runtimes; its headers
     liboscpack-dev                        # hands by OSC
+    libapriltag-dev                       # tags that cameras see
     libtinygltf-dev                       # glTF models
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
     zlib1g-dev libexpat1-dev              # arrays from Ultraino's simulator
@@ -51,7 +52,7 @@ midair_arm64_packages=(
     locales procps psmisc                 # what tests need that would be skipped
     python3-matplotlib                    # plots; it runs as it is
     libeigen3-dev nlohmann-json3-dev libcli11-dev
-    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libapriltag,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
     zlib1g-dev:arm64
 )
 # For tests/run.sh --cluster alone.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# samples/run.sh [MODEL or SCENE] [options]: installs what is missing, builds, and shows the object in the array with its
-# field. Without arguments: the paper's star. --help lists the options.
+# samples/run.sh [MODEL or SCENE] [options]: installs missing packages, builds, and shows an object in the array with its field.
+# Without arguments it shows the paper's star. --help lists the options.
 set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=08a68a72915b24f920ef17d53c009da4b1c65f5a # clang-tidy looks at what differs from this commit
+tidied=2d73f826d8b5709fb3daef527aa88674a391f279 # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()

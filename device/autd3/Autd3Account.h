@@ -15,51 +15,51 @@
 namespace midair::device::autd3
 {
 
-/// A field, or a sequence of fields, for all units.
+/// A field or a sequence of fields for all units.
 struct Job
 {
-    std::vector<DriveSignal> signals; ///< at least one; one: a field that stands
+    std::vector<DriveSignal> signals; ///< at least one; one: a held field
     int divider = 1;                  ///< of a sequence: a field lasts divider x 25 us
     double sentAt_s = 0;              ///< steady clock, at send()
 
     bool isSequence() const { return signals.size() > 1; }
 };
 
-/// What the thread of an Autd3Device and the others tell each other: orders one way, what became of
-/// them the other. All members may be called from any thread.
+/// Shared state between the thread of an Autd3Device and others: orders to the thread, results from
+/// it. Any thread may call any member.
 class Autd3Account
 {
 public:
-    /// What other threads want.
+    /// Requests of other threads.
     struct Orders
     {
-        std::shared_ptr<const Job> job; ///< the newest that waits
+        std::shared_ptr<const Job> job; ///< newest waiting job
         bool silence = false;
-        double silence_s = 0; ///< steady clock, when that was asked for
+        double silence_s = 0; ///< steady clock, time of the request
     };
-    /// What plays.
+    /// Present output.
     struct Playing
     {
         std::shared_ptr<const Job> job; ///< null: silence
-        double offset_ns = 0;           ///< the units' time less the host's
-        std::vector<bool> isLost;       ///< of each unit
+        double offset_ns = 0;           ///< the units' time minus the host's
+        std::vector<bool> isLost;       ///< for each unit
     };
-    /// Figures of the thread, for benchmarks and tests.
+    /// Statistics of the thread, for benchmarks and tests.
     struct Figures
     {
-        double cpu_s = 0; ///< that it has used
+        double cpu_s = 0; ///< processor time
         std::uint64_t repeats = 0;
         std::uint64_t takenBack = 0;
         std::uint64_t torn = 0;
-        std::uint64_t refusals = 0; ///< datagrams
+        std::uint64_t refusals = 0; ///< refused datagrams
         double lead_s = 0;
     };
 
-    /// What the thread tells of the device.
+    /// Results reported by the thread.
     struct Told
     {
-        DeviceReport report;    ///< but for pending
-        double confirmed_s = 0; ///< steady clock; what all units have acknowledged
+        DeviceReport report;    ///< without pending
+        double confirmed_s = 0; ///< steady clock; acknowledged by all units
         Playing playing;
         std::string refusals; ///< Refusals::text()
         Figures figures;
@@ -74,14 +74,14 @@ public:
 
     explicit Autd3Account(int units);
 
-    // For whoever has the device.
+    // For the device's users.
 
-    /// Takes the place of a job that waits. Returns false for null, and while units are lost.
+    /// Replaces a waiting job. Returns false for null, and while units are lost.
     bool order(std::shared_ptr<Job> job) MIDAIR_EXCLUDES(_mutex);
     void orderSilence() MIDAIR_EXCLUDES(_mutex);
     void close() MIDAIR_EXCLUDES(_mutex);
     DeviceReport report() const MIDAIR_EXCLUDES(_mutex);
-    /// Returns what \a get takes from what the thread has told.
+    /// Returns \a get of the reported results.
     template<typename Get>
     auto read(const Get& get) const MIDAIR_EXCLUDES(_mutex)
     {
@@ -93,18 +93,18 @@ public:
 
     bool isClosing() const { return _isClosing; }
     bool isClosedWithin(double atMost_s) MIDAIR_EXCLUDES(_mutex);
-    /// \a link is woken by orders from now on.
+    /// Orders wake \a link from now on.
     void attach(std::shared_ptr<DatagramLink> link) MIDAIR_EXCLUDES(_mutex);
-    /// The units are open; \a isBack: again.
+    /// Reports that the units are open; \a isBack: again.
     void noteReady(const std::string& firmware, bool isBack) MIDAIR_EXCLUDES(_mutex);
-    /// They are open no more, and \a lost and \a dropped jobs are given up with what is ordered.
-    /// \a why: the reason; empty: it is closed.
+    /// Reports that the units are closed, and gives up \a lost and \a dropped jobs and all orders.
+    /// \a why: the reason; empty: the device is closing.
     void detach(const std::string& why, int lost, int dropped) MIDAIR_EXCLUDES(_mutex);
-    /// Returns false if there are none that weren't taken yet.
+    /// Returns false if there are no new orders.
     bool takeOrders(Orders& orders) MIDAIR_EXCLUDES(_mutex);
     void notePlayed(const std::shared_ptr<const Job>& job, double handedOver_s, double offset_ns)
         MIDAIR_EXCLUDES(_mutex);
-    /// Has \a change change what is told.
+    /// Lets \a change modify the reported results.
     template<typename Change>
     void tell(const Change& change) MIDAIR_EXCLUDES(_mutex)
     {
@@ -115,7 +115,7 @@ public:
     {
         tell([&](Told& told) { told.countFault(what); });
     }
-    void noteDropped(const std::shared_ptr<const Job>& job) ///< or null
+    void noteDropped(const std::shared_ptr<const Job>& job) ///< may be null
     {
         if (job != nullptr) tell([](Told& told) { ++told.report.dropped; });
     }
@@ -129,10 +129,10 @@ private:
     std::atomic<bool> _isClosing{false}; ///< written under _mutex
     mutable base::Mutex _mutex;
     base::Condition _closed;
-    /// Used by the thread without the lock; null: no units are open.
+    /// Used by the thread without the lock; null: no open units.
     std::shared_ptr<DatagramLink> _link MIDAIR_GUARDED_BY(_mutex);
     Orders _orders MIDAIR_GUARDED_BY(_mutex);
-    bool _isOrdered MIDAIR_GUARDED_BY(_mutex) = false; ///< the thread has not seen them yet
+    bool _isOrdered MIDAIR_GUARDED_BY(_mutex) = false; ///< orders that the thread has not seen
     Told _told MIDAIR_GUARDED_BY(_mutex);
 };
 

@@ -22,7 +22,7 @@ namespace midair::device::autd3
 namespace
 {
 
-// A datagram's time on 100 Mbit/s: Ethernet, IPv6 and UDP add 86 bytes.
+// Duration of a datagram on 100 Mbit/s: Ethernet, IPv6 and UDP add 86 bytes.
 constexpr double wire_s(double payloadBytes)
 {
     return (payloadBytes + 86) * 80e-9;
@@ -34,7 +34,7 @@ constexpr double kAnswers_s = 0.3e-3; // guess: until all have answered
 constexpr double kReopen_s = 0.25;
 constexpr double kWholeRate = 1e-9; // relative: off by a period of the rate in days
 
-/// The divider of 40 kHz that makes \a rate_Hz; 0: none does.
+/// Returns the divider of 40 kHz for \a rate_Hz; 0: there is none.
 int dividerOf(double rate_Hz)
 {
     const double exact = DriveSequence::kMostRate_Hz / rate_Hz;
@@ -44,8 +44,8 @@ int dividerOf(double rate_Hz)
     return fits ? static_cast<int>(whole) : 0;
 }
 
-// A thread that is woken late by some ms tells units too late: it goes before others, where the
-// system allows that, and sleeps most of the time. Guards and other children don't.
+// A thread that wakes some ms late is too late for the units: it gets priority, if the system
+// allows it, and sleeps most of the time. Guards and other children don't inherit it.
 void askForPriority()
 {
     sched_param priority{};

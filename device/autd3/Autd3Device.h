@@ -18,13 +18,14 @@ namespace midair::device::autd3
 
 /// `autd3:`: AUTD3 units over UDP.
 ///
-/// One thread has the socket. send() and the others leave what they want in the account, where a
-/// newer field replaces one that waits, and wake it. When units are lost it opens them again in the
-/// background; they are silent until the next field.
+/// One thread owns the socket. send() and other calls leave orders in the account, where a newer
+/// field replaces a waiting one, and wake the thread. It reopens lost units in the background; they
+/// are silent until the next field.
 class Autd3Device : public ArrayDevice
 {
 public:
-    /// Opens the way to the units; throws DeviceError, also as soon as the function returns true.
+    /// Opens the link to the units; throws DeviceError, also when the function argument returns
+    /// true.
     using LinkOpener = std::function<std::unique_ptr<DatagramLink>(const std::function<bool()>&)>;
     using Figures = Autd3Account::Figures;
 
@@ -33,7 +34,7 @@ public:
                 const Autd3Options& options,
                 bool wait = false,
                 LinkOpener opener = nullptr);
-    ~Autd3Device() override; ///< masks all and waits at most 0.2 s until they confirm it
+    ~Autd3Device() override; ///< masks all units and waits at most 0.2 s for their confirmation
 
     Autd3Device(const Autd3Device&) = delete;
     Autd3Device& operator=(const Autd3Device&) = delete;
@@ -41,7 +42,7 @@ public:
     bool send(const DriveSignal& signal) override;
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override { _account.orderSilence(); }
-    /// What all units have acknowledged.
+    /// Acknowledged by all units.
     double confirmed_s() const override
     {
         return _account.read([](const auto& told) { return told.confirmed_s; });
@@ -64,11 +65,11 @@ private:
     const LinkOpener _opener;
     const std::string _name;
     Autd3Account _account; ///< any thread
-    // Used by the thread alone, once it runs.
+    // Used only by the thread while it runs.
     Refusals _refusals;
-    std::unique_ptr<Autd3Session> _session; ///< null: no units are open
+    std::unique_ptr<Autd3Session> _session; ///< null: no open units
 
-    std::thread _thread; ///< last: it uses all others
+    std::thread _thread; ///< last, because it uses all others
 };
 
 } // namespace midair::device::autd3

@@ -32,7 +32,7 @@ double takeTime(DeviceUri& uri, const char* key, double fallback_s, double low_s
     return value_s;
 }
 
-/// One of two words: true for the first.
+/// Takes one of two words: true for the first.
 bool takeEither(DeviceUri& uri, const char* key, const char* first, const char* second)
 {
     const std::string word = uri.takeText(key, first);
@@ -49,11 +49,12 @@ int takeUnits(DeviceUri& uri, const DeviceLayout& layout)
     if (units != std::floor(units))
         throw uri.error(
             fmt::format("units={:g} should be a whole number, 1 .. {}", units, kMostUnits));
-    if (units > kMostUnits) // not named: as many as the array asks for
-        throw uri.error(fmt::format("the array has {} transducers, {:g} units; there may be {}",
-                                    layout.transducers,
-                                    units,
-                                    kMostUnits));
+    if (units > kMostUnits) // not given: the number that the array needs
+        throw uri.error(
+            fmt::format("the array has {} transducers, {:g} units; at most {} are supported",
+                        layout.transducers,
+                        units,
+                        kMostUnits));
     const int transducers = static_cast<int>(units) * kTransducersPerUnit;
     if (transducers == layout.transducers) return static_cast<int>(units);
     if (isNamed)
@@ -80,7 +81,7 @@ std::vector<int> takeOrder(DeviceUri& uri, int units)
         if (!base::parseWhole(part, board) || board < 0 || board >= units ||
             std::find(read.begin(), read.end(), board) != read.end())
             throw uri.error(
-                fmt::format("order={}: \"{}\" should be a board, 0 .. {}, that isn't there before",
+                fmt::format("order={}: \"{}\" should be a board, 0 .. {}, that isn't listed before",
                             text,
                             part,
                             units - 1));
@@ -103,7 +104,7 @@ Silencer takeSilencer(DeviceUri& uri)
     if (parts.size() != 2 || !read(parts[0], silencer.phaseSteps) ||
         !read(parts[1], silencer.intensitySteps))
         throw uri.error(fmt::format("silencer={} should be two numbers of periods, 1 .. 65535, for "
-                                    "phase and intensity: 40,10; 1,1 is none",
+                                    "phase and intensity: 40,10; 1,1 turns it off",
                                     text));
     return silencer;
 }
@@ -120,7 +121,7 @@ CpuConfig Autd3Options::cpu() const
     return config;
 }
 
-// A unit that is lost is to be missed soon, also where the fail-safe is long.
+// A lost unit should be detected soon, even with a long fail-safe.
 double Autd3Options::restBeat_s() const
 {
     constexpr double kSlowestBeat_s = 0.1;
@@ -136,8 +137,8 @@ Autd3Options takeAutd3Options(DeviceUri& uri, const DeviceLayout& layout)
     options.interface = uri.takeText("interface", "");
     options.group = uri.takeText("group", "");
     if (!options.interface.empty() && !options.group.empty())
-        throw uri.error("interface and group exclude each other: a group of your own is reached "
-                        "by the way that the system knows");
+        throw uri.error("interface and group exclude each other: the system's routes decide how to "
+                        "reach a group");
     options.order = takeOrder(uri, options.units);
     options.timed = takeEither(uri, "sync", "time", "now");
     options.lead_s = takeTime(uri, "lead", options.lead_s, kLeastLead_s, kMostLead_s);

@@ -17,20 +17,20 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr double kStates_s = 1; // how often each unit is asked for its state
+constexpr double kStates_s = 1; // interval of state requests per unit
 constexpr double kOutOfStep_s = 2;
-constexpr double kLookForLost_s = 0.5; // how often
-constexpr double kLeastReopen_s = 10;  // from one opening of all for a lost unit to the next
+constexpr double kLookForLost_s = 0.5; // interval
+constexpr double kLeastReopen_s = 10;  // minimum time between reopenings for a lost unit
 
 constexpr double kFarewell_s = 0.2;
-constexpr double kLastMask_s = 0.05; // for the others, when a unit is lost
-// How often heartbeats' answers are waited for, for the clock (UnitClock::kWindow_s): each wakes
-// the thread.
+constexpr double kLastMask_s = 0.05; // for the other units, when one is lost
+// Interval of waiting for heartbeat answers, for the clock (UnitClock::kWindow_s): each wakes the
+// thread.
 constexpr double kPrompt_s = 0.1;
 constexpr double kPromptAtRest_s = 0.3;
 constexpr double kPublish_s = 0.05;
-constexpr double kFaultLog_s = 1; // at most so often; all are counted
-constexpr int kMostTries = 5;     // of a field that units were told too late of
+constexpr double kFaultLog_s = 1; // minimum interval; all are counted
+constexpr int kMostTries = 5;     // attempts for a field that reached units too late
 
 double threadCpu_s()
 {
@@ -58,8 +58,8 @@ UnitWatch::UnitWatch(UnitGroup& group, const std::string& name, Refusals& refusa
     group.onOther([this](const Endpoint& from, const Answer& answer) { takeInfo(from, answer); });
 }
 
-// One unit after the other, so that fields don't wait for sixteen answers at once; at rest all at
-// once, so that the thread wakes once.
+// One unit after the other, so that fields don't wait for sixteen answers at once; at rest all
+// together, so that the thread wakes once.
 void UnitWatch::askStates(double now_s, bool all)
 {
     if (!all && _group.isResting())
@@ -144,7 +144,8 @@ std::string UnitWatch::complaint() const
     return text;
 }
 
-// Ids are given to all anew, so all are silent for that: not for each time that a loose plug moves.
+// Reopening assigns all ids again and silences all units: it must not happen each time a loose plug
+// moves.
 std::string UnitWatch::returns(double now_s)
 {
     if (_group.count() == _group.size() || now_s - _looking.last_s < kLookForLost_s) return {};
@@ -165,12 +166,12 @@ void UnitWatch::takeInfo(const Endpoint& from, const Answer& answer)
             Refusal::STRAY, endpointText(from) + " wasn't asked", _group.link().now_s());
     const int id = answer.info.id;
     if (id == kNoId)
-        _looking.found = "a unit that has no id is there";
+        _looking.found = "a unit without id has appeared";
     else if (id < _group.size() && !_group.isThere(id) && _group.unit(id).at == from)
-        _looking.found = fmt::format("unit {} is there again", id);
+        _looking.found = fmt::format("unit {} is back", id);
     else
         return;
-    _looking.found += ": all are opened again";
+    _looking.found += ": all units are reopened";
 }
 
 Autd3Session::Autd3Session(std::shared_ptr<DatagramLink> link,
@@ -237,9 +238,8 @@ void Autd3Session::settle(const BankPlayer::Ending& ending)
             [&](Autd3Account::Told& told)
             {
                 ++told.report.lost;
-                told.countFault(isDisturbed ? fmt::format("a field came too late for some unit {} "
-                                                          "times; a longer lead than {:g} ms would "
-                                                          "help",
+                told.countFault(isDisturbed ? fmt::format("a field came too late for a unit {} "
+                                                          "times; set lead to more than {:g} ms",
                                                           kMostTries,
                                                           _options.lead_s * 1e3)
                                             : told.report.message);
@@ -293,8 +293,8 @@ void Autd3Session::takeOutcomes(double now_s)
                       { told.confirm(std::exchange(_silence_s, 0)); });
 }
 
-// Nothing is on its way but heartbeats, whose answers can wait for the next ones: then the thread
-// wakes once for all of them.
+// Only heartbeats are in flight, whose answers can wait for the next ones: the thread then wakes
+// once for all of them.
 void Autd3Session::receive(double now_s)
 {
     const double until_s = std::min(_group->due_s(), _player.due_s());
@@ -365,7 +365,7 @@ std::string Autd3Session::play()
             sayFarewell();
             return {};
         }
-        // Stopped for so long, units may have fallen silent, and nobody else tells.
+        // After such a pause units may have fallen silent, and nothing else reports it.
         const bool wasStopped = now_s - _rounds.looped_s > _options.failsafe_s / 2;
         if (wasStopped) _group->forgive(now_s);
         _watch.askStates(now_s, wasStopped);

@@ -15,48 +15,48 @@
 namespace midair::device::autd3
 {
 
-/// Keeps an eye on units that are open: asks for their states, tells of heat and of clocks that are
-/// out of step, finds those that are lost, and looks whether they are there again.
+/// Monitors open units: requests their states, reports heat and unsynchronised clocks, finds lost
+/// units, and checks whether they are back.
 class UnitWatch
 {
 public:
     /// \a name: of the device, for the log.
     UnitWatch(UnitGroup& group, const std::string& name, Refusals& refusals);
 
-    /// Asks for states that are due; \a all: at once.
+    /// Requests the states that are due; \a all: immediately.
     void askStates(double now_s, bool all);
-    /// Takes what a unit says of its state; returns true if its fail-safe has tripped.
+    /// Processes a unit's state; returns true if its fail-safe has tripped.
     bool takeState(const UnitGroup::Outcome& outcome);
     void watchClocks(double now_s);
-    /// Which units are lost since the last call, and why; empty: none.
+    /// Returns newly lost units with the reason; empty: none.
     std::string losses(double now_s);
-    /// Why all should be opened again, since one that was lost is there; empty: go on.
+    /// Returns the reason to reopen all units, because a lost one is back; empty: none.
     std::string returns(double now_s);
-    std::vector<bool> lost() const; ///< of each unit, as losses() said
-    /// What is wrong with units, as a sentence; empty: nothing.
+    std::vector<bool> lost() const; ///< for each unit, by losses()
+    /// Returns the problem of units, as a sentence; empty: none.
     std::string complaint() const;
 
 private:
-    /// What was told of a unit.
+    /// Reports already made about a unit.
     struct Told
     {
         bool isHot = false;
         bool isOutOfStep = false;
         bool isLost = false;
     };
-    /// One unit after the other is asked for its state.
+    /// Round-robin state requests.
     struct Asking
     {
         double last_s = 0;
         int next = 0;
     };
-    /// Looking for units that are lost.
+    /// Search for lost units.
     struct Looking
     {
-        double opened_s = 0; ///< all units
+        double opened_s = 0; ///< of all units
         double last_s = 0;
         std::uint16_t number = 0; ///< of the message
-        std::string found;        ///< that one is there again; empty: none is
+        std::string found;        ///< a unit that is back; empty: none
     };
 
     Told& told(int unit) { return _told[static_cast<std::size_t>(unit)]; }
@@ -70,8 +70,8 @@ private:
     Looking _looking;
 };
 
-/// Plays on units that are open, from their opening until they have to be opened again or the
-/// device is closed. Used by the device's thread.
+/// Plays on open units until they must be reopened or the device closes. Used by the device's
+/// thread.
 class Autd3Session
 {
 public:
@@ -83,14 +83,14 @@ public:
                  Autd3Account& account,
                  bool isBack);
 
-    /// Plays until units have to be opened again, and returns the reason; empty: closed. Then all
-    /// are masked, and what is left is to be ended.
+    /// Plays until units must be reopened, and returns the reason; empty: closed. All units are
+    /// then masked; call end() next.
     std::string play();
-    /// Gives up what is on its way and what waits, and tells the account.
+    /// Gives up jobs in progress and waiting, and reports this to the account.
     void end(const std::string& why);
 
 private:
-    /// When the thread last did what it does every so often.
+    /// Times of the last periodic actions.
     struct Rounds
     {
         double looped_s = 0;
@@ -106,7 +106,7 @@ private:
     void receive(double now_s);
     void takeOutcomes(double now_s);
     void takeState(const UnitGroup::Outcome& outcome);
-    std::string losses(double now_s); ///< why all have to be opened again; empty: go on
+    std::string losses(double now_s); ///< reason to reopen all units; empty: none
     void sayFarewell();
     void publish(double now_s);
 
@@ -118,9 +118,9 @@ private:
     const std::unique_ptr<UnitGroup> _group;
     BankPlayer _player;
     UnitWatch _watch;
-    std::shared_ptr<const Job> _next; ///< to be started
-    int _tries = 0;                   ///< of the job that was disturbed
-    double _silence_s = 0;            ///< when that was asked for which isn't acknowledged
+    std::shared_ptr<const Job> _next; ///< next job
+    int _tries = 0;                   ///< of the disturbed job
+    double _silence_s = 0;            ///< time of the unacknowledged request
     Rounds _rounds;
 };
 

@@ -184,7 +184,7 @@ void BankPlayer::end(Fate fate, double now_s)
         _endings.push_back({job, fate, _switch.sent_s()});
 }
 
-// All play what they did.
+// All units keep playing the previous field.
 void BankPlayer::endRefused(double now_s)
 {
     if (!_refusal.empty()) _fault = _refusal;

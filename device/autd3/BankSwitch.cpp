@@ -20,16 +20,17 @@ constexpr double kRepeatAtOnce_s = 0.3e-3;
 constexpr double kLeastRepeat_s = 0.15e-3;
 constexpr double kLeastSlack_s = 0.1e-3;
 constexpr double kLeastAllowance_s = 0.2e-3;
-constexpr double kBackAfter_s = 1.5e-3; // beyond margin and round trip: time to reach all units
-constexpr double kLongestBack_s = 0.2;  // a switch back that is refused is put off twice as far
-constexpr int kMostBacks = 20;          // of one unit
+constexpr double kBackAfter_s = 1.5e-3; // in addition to margin and round trip: time to reach all
+                                        // units
+constexpr double kLongestBack_s = 0.2;  // a refused switch back is delayed twice as far
+constexpr int kMostBacks = 20;          // per unit
 constexpr double kLongestLead_s = 0.1;
-constexpr double kCalmer = 0.999;       // of the lead, with each field that was in time
-constexpr double kBehindTime_s = 25e-6; // a period: a switch is done
-constexpr double kLossy_s = 2;          // after a datagram was lost
-constexpr double kMostApart_s = 1.5e-3; // of units that switch at once
+constexpr double kCalmer = 0.999;       // factor on the lead for each field in time
+constexpr double kBehindTime_s = 25e-6; // a period after its time, a switch is done
+constexpr double kLossy_s = 2;          // after a lost datagram
+constexpr double kMostApart_s = 1.5e-3; // between units that switch at once
 
-// Half a period off the grid of slots, so that no unit is on the other side of its edge.
+// Half a period off the slot grid, so that no unit is on the other side of an edge.
 double besideEdge(double wanted_ns)
 {
     return std::ceil(wanted_ns / kSlotPeriod_ns) * kSlotPeriod_ns + kSlotPeriod_ns / 2.0;
@@ -135,7 +136,7 @@ bool BankWriter::isWritten() const
     return true;
 }
 
-/// As many slots as one frame takes, from \a first on; a field that stands fills them all.
+/// As many slots as fit into a frame, from \a first on; a held field fills them all.
 Command BankWriter::piece(int unit, const Job& job, int first, int& count)
 {
     const int begin = _options.order[static_cast<std::size_t>(unit)] * kTransducersPerUnit;
@@ -150,7 +151,7 @@ Command BankWriter::piece(int unit, const Job& job, int first, int& count)
         toUnit(signal(first + i), begin, pattern);
         const bool fits =
             pattern.isEven() && pattern.intensity.front() == _patterns.front().intensity.front();
-        if (!fits && isEven && i >= kMostRawSlots) break; // the even ones before go together
+        if (!fits && isEven && i >= kMostRawSlots) break; // the equal ones before are sent together
         isEven = isEven && fits;
         slots.push_back(&pattern);
     }
@@ -194,7 +195,7 @@ BankSwitch::BankSwitch(UnitGroup& group,
 {
 }
 
-// Where datagrams are lost, a switch is sent twice: until a lost one is repeated, units differ.
+// If datagrams are lost, a switch is sent twice: units differ until a lost one is repeated.
 int BankSwitch::copies(double now_s)
 {
     if (_repeats != _group.repeats()) _lossy_s = now_s;
@@ -236,9 +237,9 @@ void BankSwitch::start(bool atTime, double now_s)
     sendAtOnce(now_s);
 }
 
-// The lead is for the acknowledgements, with repeats; then for taking the switch back where one is
-// missing; then the units' own margin. The way takes its time beyond that: the clock is behind the
-// units' by the way back, the switch takes the way there, and so does taking it back.
+// The lead covers the acknowledgements with repeats, a possible switch back, and the units' own
+// margin. Travel times are added: the clock lags the units' by the return path, and both the switch
+// and the switch back take the way there.
 void BankSwitch::startAtTime(double now_s)
 {
     const double trip_s = _group.clock().trip_s();
@@ -278,7 +279,7 @@ BankSwitch::Stand BankSwitch::look(bool isRefused, double now_s)
     if (isTimed()) return Stand::AGREED;
     if (_try.isUnknown)
     {
-        sendAtOnce(now_s); // twice is as once
+        sendAtOnce(now_s); // a repeated switch has no further effect
         return Stand::OPEN;
     }
     const double apart_s = static_cast<double>(_try.last_ns - _try.first_ns) * 1e-9;
@@ -289,7 +290,7 @@ BankSwitch::Stand BankSwitch::look(bool isRefused, double now_s)
     return Stand::DONE;
 }
 
-// The bank that plays is activated: that ends the wait for the other one.
+// Activates the playing bank, which ends the wait for the other one.
 void BankSwitch::takeBack(bool isRefused, double now_s)
 {
     ++_takenBack;
@@ -304,8 +305,8 @@ void BankSwitch::takeBack(bool isRefused, double now_s)
         pushBack(k, now_s);
 }
 
-// It has to be there a margin before its time, by the unit's clock: so it is aimed a round trip
-// further, and twice as far each time that it was too near all the same.
+// It must arrive a margin before its time, by the unit's clock: so it is aimed a round trip later,
+// and twice as far after each refusal as too close.
 void BankSwitch::pushBack(int unit, double now_s)
 {
     int& sent = _back.sent[static_cast<std::size_t>(unit)];
@@ -353,7 +354,7 @@ bool BankSwitch::take(const UnitGroup::Outcome& outcome)
     return false;
 }
 
-/// The switch itself may be settled now, too: the last one of a unit is the one back.
+/// The switch itself may be settled now as well: a unit's last one is the switch back.
 void BankSwitch::takeOneBack(const UnitGroup::Outcome& outcome)
 {
     const int k = outcome.unit;
@@ -362,12 +363,12 @@ void BankSwitch::takeOneBack(const UnitGroup::Outcome& outcome)
     if (result && *result == DONE)
     {
         if (_back.of_ns > 0 && static_cast<double>(outcome.time_ns) > _back.of_ns)
-            tellTorn(fmt::format("unit {} was told too late that a switch is put off: it may have "
-                                 "played its part of a field alone",
+            tellTorn(fmt::format("unit {} was told too late that a switch is cancelled: it may "
+                                 "have played its part of a field alone",
                                  k));
     }
     else if (_back.sent[static_cast<std::size_t>(k)] >= kMostBacks)
-        _group.lose(k, "doesn't take a switch back: " + resultText(result.value_or(DONE)));
+        _group.lose(k, "refuses to cancel a switch: " + resultText(result.value_or(DONE)));
     else
         pushBack(k, _group.link().now_s());
 }

@@ -14,28 +14,27 @@
 namespace midair::device::autd3
 {
 
-/// The two banks of patterns, which all units have alike. After Clear bank 0 plays its one slot,
-/// which is zero. What else it holds nobody knows, so it gets its settings only when it doesn't
-/// play.
+/// The two pattern banks, identical on all units. After Clear bank 0 plays its one slot, which is
+/// zero. The other contents are unknown, so a bank is configured only while idle.
 struct Banks
 {
     int playing = 0;
     std::array<std::optional<BankConfig>, kBanks> configs{BankConfig{}, std::nullopt};
 
-    int other() const { return 1 - playing; } ///< that is written, or switched to
+    int other() const { return 1 - playing; } ///< for writing or switching
     std::optional<BankConfig>& config(int bank) { return configs[static_cast<std::size_t>(bank)]; }
 };
 
-/// Commands to units that are not settled, counted for each unit.
+/// Counts unsettled commands per unit.
 class OpenCommands
 {
 public:
     explicit OpenCommands(UnitGroup& group) : _group(group) {}
 
-    /// Sends a command, if the unit is there.
+    /// Sends a command if the unit is present.
     void push(int unit, const Command& command, double repeat_s, int copies = 1);
     void settle(int unit, int commands = 1);
-    void forgetLost(); ///< what was sent to units that are lost
+    void forgetLost(); ///< commands to lost units
     bool none() const { return _total == 0; }
     int of(int unit) const { return _count[static_cast<std::size_t>(unit)]; }
 
@@ -45,35 +44,35 @@ private:
     std::uint64_t _total = 0;
 };
 
-/// Writes a job into the bank that doesn't play, on all units at once, as fast as their windows
-/// take it. What isn't known to be there is written once more.
+/// Writes a job into the idle bank of all units at once, as fast as their windows accept it. Pieces
+/// that are not confirmed are written again.
 class BankWriter
 {
 public:
     BankWriter(UnitGroup& group, const Autd3Options& options, Banks& banks);
 
     void begin(const Job& job);
-    /// Keeps the units' windows full; no more is encoded than they take.
+    /// Fills the units' windows; encodes only what they accept.
     void feed(const Job& job);
-    /// Takes back what isn't sent: the bank holds nothing that is known.
+    /// Drops unsent frames; the bank's contents are then unknown.
     void cut();
-    /// Returns true if nothing is on its way.
+    /// Returns true if nothing is in flight.
     bool isSettled() const { return _open.none(); }
-    /// Returns true if all units have acknowledged all of it.
+    /// Returns true if all units have acknowledged the whole job.
     bool isWritten() const;
-    /// Takes what became of a command; returns true if the unit refuses it.
+    /// Processes the outcome of a command; returns true if the unit refuses it.
     bool take(const UnitGroup::Outcome& outcome);
     void forgetLost() { _open.forgetLost(); }
 
 private:
-    /// What one unit has of the job.
+    /// Progress of one unit.
     struct Written
     {
-        int next = 0;           ///< the slot that is written next
-        std::deque<int> sent;   ///< first slots of the frames that are not settled; kConfigPiece
-        std::vector<int> again; ///< of those whose result was lost
+        int next = 0;           ///< next slot to write
+        std::deque<int> sent;   ///< first slots of unsettled frames; kConfigPiece
+        std::vector<int> again; ///< first slots of frames with lost results
     };
-    static constexpr int kConfigPiece = -1; ///< the settings of the bank, in place of slots
+    static constexpr int kConfigPiece = -1; ///< the settings of the bank, instead of slots
 
     bool feed(int unit, const Job& job);
     Command piece(int unit, const Job& job, int first, int& count);
@@ -83,43 +82,43 @@ private:
     Banks& _banks;
     OpenCommands _open;
     std::vector<Written> _written;
-    int _slots = 0; ///< that are written
+    int _slots = 0; ///< slots to write
     std::vector<UnitPattern> _patterns;
 };
 
-/// Lets all units go over to the other bank, at one time of their common clock or at once; and lets
-/// all stay, if one of them may miss it.
+/// Switches all units to the other bank, at one time of their common clock or at once, and makes
+/// all stay if one of them may miss it.
 class BankSwitch
 {
 public:
-    /// \a fault gets the last thing that went wrong, as a sentence.
+    /// \a fault receives the last problem, as a sentence.
     BankSwitch(UnitGroup& group, const Autd3Options& options, Banks& banks, std::string& fault);
 
-    /// Where a switch stands.
+    /// State of a switch.
     enum class Stand
     {
-        OPEN,     ///< not all have acknowledged it
-        AGREED,   ///< all have; it takes place at its time (isPast())
+        OPEN,     ///< not acknowledged by all
+        AGREED,   ///< acknowledged by all; takes place at its time (isPast())
         DONE,     ///< all have switched at once
         PUT_BACK, ///< a unit may miss it: all are told to stay (isSettled(), then isPast())
     };
 
     void start(bool atTime, double now_s);
-    /// \a isRefused: a unit has refused something of this job. To be called until it isn't OPEN.
+    /// \a isRefused: a unit has refused a part of this job. Call it until it isn't OPEN.
     Stand look(bool isRefused, double now_s);
     bool isSettled() const { return _open.none(); }
-    /// Returns true once the time of the switch, or of the one back, is over.
+    /// Returns true after the time of the switch, or of the switch back.
     bool isPast(double now_s) const;
-    double past_s() const;                                ///< when that will be
+    double past_s() const;                                ///< time when isPast() becomes true
     double deadline_s() const { return _try.deadline_s; } ///< for look(), without an outcome
-    /// Takes what became of a command; returns true if the unit refuses it for another reason than
-    /// its time.
+    /// Processes the outcome of a command; returns true if the unit refuses it for another reason
+    /// than its time.
     bool take(const UnitGroup::Outcome& outcome);
     void forgetLost() { _open.forgetLost(); }
-    /// A field was in time: the lead gets smaller.
+    /// Reports a field in time: reduces the lead.
     void calm();
 
-    double sent_s() const { return _try.sent_s; } ///< when the last switch was sent
+    double sent_s() const { return _try.sent_s; } ///< time when the last switch was sent
     std::uint64_t takenBack() const { return _takenBack; }
     std::uint64_t torn() const { return _torn; }
     double lead_s() const { return _lead_s; }
@@ -128,21 +127,21 @@ private:
     /// One switch of one job.
     struct Try
     {
-        double deadline_s = 0; ///< for all to have acknowledged a timed switch
+        double deadline_s = 0; ///< for all acknowledgements of a timed switch
         double sent_s = 0;
-        double time_ns = 0;     ///< of the switch, or of the latest one back
+        double time_ns = 0;     ///< of the switch, or of the latest switch back
         bool isUnknown = false; ///< an answer was lost
-        bool isLate = false;    ///< it was refused as too near
-        bool isTorn = false;    ///< it is told that units differed
+        bool isLate = false;    ///< it was refused as too close
+        bool isTorn = false;    ///< units are reported to differ
         bool isBack = false;    ///< it is being taken back
-        /// Between when units have switched at once, of those that say so.
+        /// Range of times at which units switched at once, as far as reported.
         std::uint64_t first_ns = 0;
         std::uint64_t last_ns = 0;
     };
-    /// The way back.
+    /// The switch back.
     struct Back
     {
-        double of_ns = 0;      ///< time of the switch that is taken back
+        double of_ns = 0;      ///< time of the original switch
         std::vector<int> sent; ///< switches back to each unit
     };
 
@@ -159,13 +158,13 @@ private:
     const Autd3Options& _options;
     Banks& _banks;
     std::string& _fault;
-    const double _margin_s; ///< the units' own
+    const double _margin_s; ///< of the units
     OpenCommands _open;
     Try _try;
     Back _back;
-    double _lead_s;             ///< grows when switches come too late
+    double _lead_s;             ///< increases when switches come too late
     std::uint64_t _repeats = 0; ///< of the group, as last seen
-    double _lossy_s = -1;       ///< when they became more
+    double _lossy_s = -1;       ///< time of their last increase
     std::uint64_t _takenBack = 0;
     std::uint64_t _torn = 0;
 };

@@ -15,23 +15,23 @@ namespace
 {
 
 constexpr int kTries = 3;
-constexpr double kAnswer_s = 0.05; // to one question
-constexpr double kGroup_s = 0.2;   // to a question to all
-constexpr double kForget_s = 0.1;  // for units to forget their ids and close
-constexpr double kMore_s = 0.02;   // a second answer to Discover would be there
-constexpr double kNobody_s = 3;    // nobody at all
-constexpr double kBooting_s = 30;  // the next one, if the one before has something behind it
-constexpr double kLocking_s = 30;  // until all follow the clock
-constexpr double kLook_s = 0.05;   // between two looks at that
+constexpr double kAnswer_s = 0.05; // for one question
+constexpr double kGroup_s = 0.2;   // for a question to all
+constexpr double kForget_s = 0.1;  // for units to drop their ids and close
+constexpr double kMore_s = 0.02;   // for a second answer to Discover
+constexpr double kNobody_s = 3;    // without any answer
+constexpr double kBooting_s = 30;  // for the next unit, if one is connected behind the last
+constexpr double kLocking_s = 30;  // until all clocks are synchronised
+constexpr double kLook_s = 0.05;   // polling interval for that
 constexpr std::uint8_t kInStep = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
 
-// So that answers to a session before are not taken for this one's.
+// Random, so that answers to a previous session are not taken for this one's.
 std::uint16_t anyNumber()
 {
     return static_cast<std::uint16_t>(std::random_device{}());
 }
 
-constexpr double kSettingUp_s = 3; // all units' settings
+constexpr double kSettingUp_s = 3; // for the settings of all units
 constexpr int kFirmwareMajor = 0;
 constexpr int kFirmwareMinor = 10;
 
@@ -62,7 +62,7 @@ void Opening::take(const Endpoint& from,
     if (!readAnswer(bytes, answer, why))
         return _refusals.add(Refusal::MALFORMED, endpointText(from) + ": " + why, now_s);
     if (answer.number != question.number || answer.kind != question.kind)
-        return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
+        return _refusals.add(Refusal::STRAY, "a late or repeated answer", now_s);
     // A unit's address changes with its id.
     if (question.to != nullptr && *question.to != from && question.kind != Kind::ASSIGN_ID)
         return _refusals.add(Refusal::FOREIGN, endpointText(from) + " wasn't asked", now_s);
@@ -157,18 +157,17 @@ Endpoint Opening::discover(int k)
         }
         const double waited_s = _link.now_s() - begin_s;
         if (waited_s > most_s && k == 0)
-            throw error(fmt::format(
-                "nobody answers on {}: units need some seconds after power-on, and a firewall must "
-                "let UDP from port {} in",
-                _link.name(),
-                kPort));
+            throw error(fmt::format("no unit answers on {}: units need some seconds after "
+                                    "power-on, and a firewall must let UDP from port {} in",
+                                    _link.name(),
+                                    kPort));
         if (waited_s > most_s)
-            throw error(fmt::format("unit {} has something behind it that doesn't answer", k - 1));
+            throw error(fmt::format("the device behind unit {} doesn't answer", k - 1));
         resetLeftover();
     }
 }
 
-/// Returns true if the unit at \a at says that it has the id \a k.
+/// Returns true if the unit at \a at reports the id \a k.
 bool Opening::hasId(const Endpoint& at, int k)
 {
     for (int i = 0; i < kTries; ++i)
@@ -178,8 +177,8 @@ bool Opening::hasId(const Endpoint& at, int k)
     return false;
 }
 
-// Its answer may be lost, or another's taken for it: it has moved to its new address then, and says
-// so when all are asked.
+// Its answer may be lost, or mistaken for another's: it has then moved to its new address, and
+// answers there when all are asked.
 Unit Opening::assign(int k, const Endpoint& at)
 {
     std::string why = "it doesn't answer";
@@ -199,7 +198,7 @@ Unit Opening::assign(int k, const Endpoint& at)
         unit.at = from;
         if (answer.status == 0 && answer.info.id == unit.id && hasId(from, k)) return unit;
     }
-    throw error(fmt::format("unit {} takes no id: {}", k, why));
+    throw error(fmt::format("unit {} refuses its id: {}", k, why));
 }
 
 bool Opening::unblock(const Unit& unit)
@@ -213,7 +212,7 @@ bool Opening::unblock(const Unit& unit)
         if (answers.front().second.status == 0) return answers.front().second.hasDownstream;
         why = statusText(answers.front().second.status);
     }
-    throw error(fmt::format("unit {} opens no way on: {}", unit.id, why));
+    throw error(fmt::format("unit {} can't open the way to the next one: {}", unit.id, why));
 }
 
 void Opening::number()
@@ -223,16 +222,16 @@ void Opening::number()
     for (int k = 0; k < _options.units; ++k)
     {
         if (!hasMore)
-            throw error(fmt::format("there are {} units; units={} are wanted", k, _options.units));
+            throw error(fmt::format("{} units were found, but units={}", k, _options.units));
         _units.push_back(assign(k, discover(k)));
         hasMore = unblock(_units.back());
     }
     if (hasMore)
-        throw error(fmt::format("there are more than {} units: units={} is too few, unit {} has "
-                                "something behind it",
-                                _options.units,
-                                _options.units,
-                                _options.units - 1));
+        throw error(fmt::format(
+            "there are more than {} units: units={} is too few, another device is behind unit {}",
+            _options.units,
+            _options.units,
+            _options.units - 1));
 }
 
 void Opening::checkAll()
@@ -249,7 +248,7 @@ void Opening::checkAll()
             if (id >= _units.size() || _units[id].at != from)
             {
                 _refusals.add(Refusal::FOREIGN,
-                              fmt::format("{} says that its id is {}, which nobody gave it",
+                              fmt::format("{} reports the id {}, which it was not given",
                                           endpointText(from),
                                           id),
                               _link.now_s());
@@ -262,7 +261,7 @@ void Opening::checkAll()
         if (std::find(seen.begin(), seen.end(), false) == seen.end()) return;
     }
     const auto missing = std::find(seen.begin(), seen.end(), false) - seen.begin();
-    throw error(fmt::format("unit {} got its id and doesn't answer any more", missing));
+    throw error(fmt::format("unit {} has stopped answering since it got its id", missing));
 }
 
 void Opening::startClock()
@@ -270,9 +269,9 @@ void Opening::startClock()
     Answers answers;
     for (int i = 0; i < kTries && answers.empty(); ++i)
         answers = ask(&_units.front().at, setTime(nextNumber(), 0), kAnswer_s, 1);
-    if (answers.empty()) throw error("unit 0 takes no time: it doesn't answer");
+    if (answers.empty()) throw error("unit 0 doesn't set its clock: it doesn't answer");
     if (answers.front().second.status != 0)
-        throw error("unit 0 takes no time: " + statusText(answers.front().second.status));
+        throw error("unit 0 doesn't set its clock: " + statusText(answers.front().second.status));
     const double until_s = _link.now_s() + kLocking_s;
     std::vector<bool> follows(_units.size());
     while (_link.now_s() < until_s)
@@ -316,14 +315,14 @@ bool isKnownFirmware(const FirmwareVersion& version)
 
 std::string unknownFirmware(const std::string& who, const FirmwareVersion& version)
 {
-    return fmt::format("{} has firmware {}; this program speaks to {}.{}",
+    return fmt::format("{} has firmware {}; this program supports {}.{}",
                        who,
                        version.text(),
                        kFirmwareMajor,
                        kFirmwareMinor);
 }
 
-// A unit keeps frames of a session before, and does them first.
+// A unit keeps frames of a previous session and does them first.
 void Opening::reset(const Unit& unit)
 {
     constexpr std::uint8_t kAfterReset = 0xFF;
@@ -359,7 +358,7 @@ void Opening::settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes
             if (!group.isThere(k))
                 throw error(fmt::format("unit {} {}", k, group.unit(k).lost));
             else if (now_s > until_s && !group.unit(k).queue.isIdle())
-                throw error(fmt::format("unit {} doesn't take its settings", k));
+                throw error(fmt::format("unit {} doesn't accept its settings", k));
     }
 }
 
@@ -367,12 +366,11 @@ std::string Opening::whyNot(const UnitGroup::Outcome& outcome)
 {
     FirmwareInfo info;
     if (!readFirmwareInfo(outcome.done.data, info))
-        return fmt::format("unit {} doesn't say what firmware it has", outcome.unit);
+        return fmt::format("unit {} doesn't report its firmware", outcome.unit);
     for (const FirmwareVersion& version : {info.cpu, info.fpga})
         if (!isKnownFirmware(version))
             return fmt::format(
-                "unit {} has firmware {} (CPU) and {} (FPGA); this program speaks to "
-                "{}.{}",
+                "unit {} has firmware {} (CPU) and {} (FPGA); this program supports {}.{}",
                 outcome.unit,
                 info.cpu.text(),
                 info.fpga.text(),
@@ -382,8 +380,8 @@ std::string Opening::whyNot(const UnitGroup::Outcome& outcome)
     return {};
 }
 
-// One command at a time: so a unit answers to a repeat, whatever is lost, and its result is known.
-// A unit whose answer is wrong is asked again.
+// One command at a time, so that a unit answers repeats whatever is lost, and its result is known.
+// A unit with a wrong answer is asked again.
 void Opening::setAll(UnitGroup& group, const std::function<Command(int)>& command)
 {
     std::string why;
@@ -400,7 +398,7 @@ void Opening::setAll(UnitGroup& group, const std::function<Command(int)>& comman
             const std::uint8_t result = outcome.done.result.value_or(DONE);
             std::string wrong;
             if (!outcome.done.result)
-                wrong = fmt::format("unit {} doesn't say what became of a command", outcome.unit);
+                wrong = fmt::format("unit {} doesn't report the result of a command", outcome.unit);
             else if (result != DONE)
                 wrong = fmt::format("unit {} refuses command {:02X}: {}",
                                     outcome.unit,
@@ -417,7 +415,7 @@ void Opening::setAll(UnitGroup& group, const std::function<Command(int)>& comman
     throw error(why);
 }
 
-// Firmware is looked at before anything is set.
+// Checks the firmware before changing settings.
 void Opening::setUp(UnitGroup& group)
 {
     for (int k = 0; k < group.size(); ++k)

@@ -12,9 +12,9 @@
 namespace midair::device::autd3
 {
 
-/// Opens the units on a cable: gives them their ids from the nearest on, starts their clock, and
-/// sets each up, silent. Waits for them; throws DeviceError that says what is wrong, and also as
-/// soon as \a isLeft returns true.
+/// Opens the units on a cable: assigns ids from the nearest on, starts their clock, and configures
+/// each, silent. Waits for them; throws DeviceError with the problem, and also when \a isLeft
+/// returns true.
 class Opening
 {
 public:
@@ -28,13 +28,13 @@ public:
 
     std::unique_ptr<UnitGroup> open();
 
-    /// The firmware that the units said to have, "0.10.0".
+    /// Firmware version reported by the units, "0.10.0".
     const std::string& firmware() const { return _firmware; }
 
 private:
     using Answers = std::vector<std::pair<Endpoint, Answer>>;
 
-    /// What an answer has to answer.
+    /// A question and its expected answers.
     struct Question
     {
         const Endpoint* to; ///< null: the group
@@ -44,8 +44,8 @@ private:
 
     DeviceError error(const std::string& what) const { return DeviceError(_device + ": " + what); }
     std::uint16_t nextNumber() { return ++_number; }
-    /// Sends to \a to, or to the group if that is null, and returns the answers to this number that
-    /// come within \a wait_s; not waiting for more than \a enough.
+    /// Sends to \a to (null: the group), and returns the answers to this number that arrive within
+    /// \a wait_s, at most \a enough.
     Answers ask(const Endpoint* to,
                 const std::vector<std::uint8_t>& bytes,
                 double wait_s,
@@ -67,9 +67,9 @@ private:
     void setUp(UnitGroup& group);
     void reset(const Unit& unit);
     void settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes);
-    /// Sends a command to each unit, until all have done it.
+    /// Sends a command to each unit until all have done it.
     void setAll(UnitGroup& group, const std::function<Command(int)>& command);
-    /// Why the firmware that a unit answered will not do; empty: it will.
+    /// Returns the reason why a unit's firmware is unusable; empty: it is usable.
     std::string whyNot(const UnitGroup::Outcome& outcome);
     void resetLeftover();
 
@@ -83,9 +83,9 @@ private:
     std::string _firmware;
 };
 
-/// Returns true for firmware whose commands this program knows.
+/// Returns true for firmware versions whose commands this program supports.
 bool isKnownFirmware(const FirmwareVersion& version);
-/// "WHO has firmware 12.1.0; this program speaks to 0.10".
+/// "WHO has firmware 12.1.0; this program supports 0.10".
 std::string unknownFirmware(const std::string& who, const FirmwareVersion& version);
 
 } // namespace midair::device::autd3

@@ -27,7 +27,7 @@ namespace midair::device::autd3
 namespace
 {
 
-// More than some 5 ms of the line waits in no queue of the system; some of them drop what does.
+// Keeps at most about 5 ms of line time in the system's queues, some of which drop the rest.
 constexpr int kSendBuffer = 8192;
 constexpr int kReceiveBuffer = 1 << 20; // answers of 64 units while this thread doesn't run
 constexpr std::size_t kMostReceived = 2048;
@@ -61,8 +61,8 @@ constexpr double kLinkAnswer_s = 0.1;
 constexpr int kLinkTries = 3;
 constexpr std::uint16_t kNumber = 0x4D44;
 
-// Any answer of the protocol will do, also one that refuses: those of the first question that gets
-// one.
+// Any answer of the protocol is accepted, even a refusal. Returns the answers to the first question
+// that gets one.
 std::vector<Answer>
 askAll(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLeft)
 {
@@ -106,8 +106,8 @@ std::unique_ptr<DatagramLink> named(const Autd3Options& options)
                      all.end(),
                      [&](const NetworkInterface& i) { return i.name == options.interface; });
     if (one == all.end())
-        throw DeviceError(fmt::format("{}: interface={} isn't there, is down or has no link-local "
-                                      "IPv6 address; there are: {}",
+        throw DeviceError(fmt::format("{}: interface={} doesn't exist, is down or has no "
+                                      "link-local IPv6 address; available: {}",
                                       deviceName(options),
                                       options.interface,
                                       all.empty() ? "none" : namesOf(all)));
@@ -225,7 +225,7 @@ bool UdpLink::send(const Endpoint& to, const std::vector<std::uint8_t>& bytes)
                         reinterpret_cast<const sockaddr*>(&address),
                         sizeof address);
     while (sent < 0 && errno == EINTR);
-    // A closed port of an emulator is told by the system at the next send, which it refuses.
+    // The system reports an emulator's closed port at the next send, which it refuses.
     _isFull = sent < 0 && (errno == EAGAIN || errno == ENOBUFS);
     return sent == static_cast<ssize_t>(bytes.size());
 }
@@ -237,7 +237,7 @@ bool UdpLink::take(Endpoint& from, std::vector<std::uint8_t>& bytes)
     socklen_t size = sizeof address;
     const ssize_t received = ::recvfrom(
         _socket, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&address), &size);
-    if (received < 0) return false; // nothing there, or told that a port was closed
+    if (received < 0) return false; // nothing available, or a closed port was reported
     bytes.resize(static_cast<std::size_t>(received));
     std::memcpy(from.address.data(), &address.sin6_addr, from.address.size());
     from.port = ntohs(address.sin6_port);
@@ -254,14 +254,14 @@ bool UdpLink::receive(double until_s, Endpoint& from, std::vector<std::uint8_t>&
     return (events & POLLIN) != 0 && take(from, bytes);
 }
 
-// Returns what there is of the events that are wanted of the socket.
+// Returns which of the wanted socket events occurred.
 short UdpLink::wait(short wanted, double until_s)
 {
     const double wait_s = std::max(0.0, until_s - base::steadySeconds());
     timespec time{};
     time.tv_sec = static_cast<time_t>(wait_s);
     time.tv_nsec = static_cast<long>((wait_s - static_cast<double>(time.tv_sec)) * 1e9);
-    // A negative file is left out: errors of the socket, too, would end the wait.
+    // A negative descriptor is ignored; otherwise socket errors would also end the wait.
     pollfd waits[] = {{wanted != 0 ? _socket : -1, wanted, 0}, {_wake, POLLIN, 0}};
     if (::ppoll(waits, 2, &time, nullptr) <= 0) return 0;
     if (waits[1].revents != 0)
@@ -307,16 +307,15 @@ chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<
         chosen = std::move(link);
     }
     if (found.size() > 1)
-        throw DeviceError(fmt::format("autd3: units answer on {}; say which with interface=NAME",
+        throw DeviceError(fmt::format("autd3: units answer on {}; choose one with interface=NAME",
                                       namesOf(found)));
     if (found.empty() && all.empty())
         throw DeviceError("autd3: no network interface is up with a link-local IPv6 address");
     if (found.empty())
-        throw DeviceError(fmt::format(
-            "autd3: nobody answers on {}: units need some seconds after power-on, and a firewall "
-            "must let UDP from port {} in",
-            namesOf(all),
-            kPort));
+        throw DeviceError(fmt::format("autd3: no unit answers on {}: units need some seconds after "
+                                      "power-on, and a firewall must let UDP from port {} in",
+                                      namesOf(all),
+                                      kPort));
     return chosen;
 }
 
@@ -336,7 +335,7 @@ std::vector<UnitsListing> listUnits()
                              static_cast<int>(answers.size()),
                              isSpoken ? first.info.firmware.text() : std::string()});
         }
-        catch (const DeviceError&) // it has gone since
+        catch (const DeviceError&) // it has disappeared since
         {
         }
     return found;

@@ -19,22 +19,22 @@ struct NetworkInterface
     std::uint32_t index = 0;
 };
 
-/// Those that units may hang on: up, not the loopback, with an address of fe80::/10.
+/// Returns the interfaces for units: up, not the loopback, with an address in fe80::/10.
 std::vector<NetworkInterface> linkLocalInterfaces();
 
-/// Reads "[ADDRESS]:PORT", or "[ADDRESS%INTERFACE]:PORT". Returns false if it is none.
+/// Parses "[ADDRESS]:PORT", or "[ADDRESS%INTERFACE]:PORT". Returns false for other texts.
 bool parseEndpoint(const std::string& text, Endpoint& endpoint);
 std::string endpointText(const Endpoint& endpoint);
 
-/// Datagrams over UDP and IPv6, by one socket that isn't connected: answers come from addresses
-/// other than the group's.
+/// Datagrams over UDP and IPv6 on an unconnected socket, because answers come from other addresses
+/// than the group's.
 class UdpLink : public DatagramLink
 {
 public:
-    /// To the units on \a interface, by the group ff02::1. Throws DeviceError if the system has no
-    /// socket for that.
+    /// For units on \a interface, by the group ff02::1. Throws DeviceError if the system can't
+    /// create the socket.
     explicit UdpLink(const NetworkInterface& interface);
-    /// To units, or emulators of them, whose group is \a group. Throws DeviceError.
+    /// For units, or emulated units, with the group \a group. Throws DeviceError.
     explicit UdpLink(const Endpoint& group);
     ~UdpLink() override;
 
@@ -64,12 +64,12 @@ private:
     bool _isFull = false; ///< the last send() found no room
 };
 
-/// "autd3", with the interface or group where one is named: what messages call the device.
+/// Returns the device's name in messages: "autd3", with interface or group if given.
 std::string deviceName(const Autd3Options& options);
 
-/// Opens the way to the units that \a options name: by their group, by their interface, or by the
-/// one interface that units answer on. Throws DeviceError, which names the interfaces that were
-/// tried or that have answers, also as soon as \a isLeft returns true.
+/// Opens the link to the units of \a options: by group, by interface, or by the only interface with
+/// answers. Throws DeviceError, which names the interfaces tried or answering, also when \a isLeft
+/// returns true.
 std::unique_ptr<DatagramLink>
 chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<bool()>& isLeft);
 
@@ -77,11 +77,11 @@ chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<
 struct UnitsListing
 {
     std::string interface;
-    int units = 0;        ///< at least 1; those behind a way that is closed don't answer
-    std::string firmware; ///< of one of them; empty: it speaks another protocol
+    int units = 0;        ///< at least 1; units behind a closed port don't answer
+    std::string firmware; ///< of one of them; empty: another protocol
 };
 
-/// Asks on all interfaces, 0.1 s each and up to three times; changes nothing at the units.
+/// Asks on all interfaces, 0.1 s each and up to three times; changes nothing on the units.
 std::vector<UnitsListing> listUnits();
 
 } // namespace midair::device::autd3

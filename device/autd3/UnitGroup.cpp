@@ -16,13 +16,13 @@ namespace
 {
 
 constexpr const char* kNames[] = {
-    "malformed", "foreign", "stray", "of a unit that isn't as it was", "of another protocol"};
+    "malformed", "foreign", "stray", "of a unit with another id", "of another protocol"};
 
 constexpr std::uint16_t kMostBeatsOpen = 1024; ///< message numbers; frames have some of them
-constexpr double kBeatAgain_s = 5e-3;          ///< after a heartbeat that is not answered
-constexpr double kRetry_s = 0.1e-3; ///< until a send is tried again for which there was no room
+constexpr double kBeatAgain_s = 5e-3;          ///< after an unanswered heartbeat
+constexpr double kRetry_s = 0.1e-3;            ///< before retrying a send without room
 constexpr std::uint8_t kFollowsClock = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
-constexpr int kMostAtOnce = 256; ///< datagrams, before other things get their turn
+constexpr int kMostAtOnce = 256; ///< datagrams, before other work
 
 } // namespace
 
@@ -32,7 +32,7 @@ void Refusals::add(Refusal refusal, const std::string& what, double now_s)
     ++entry.count;
     if (refusal == Refusal::STRAY) return;
     if (entry.logged > 0 && now_s - entry.logged_s < kLog_s) return;
-    deviceLog().warn("{}: a datagram that is {} is refused: {}; {} since the last such line",
+    deviceLog().warn("{}: refused a datagram that is {}: {}; {} since the last such line",
                      _device,
                      kNames[index(refusal)],
                      what,
@@ -73,7 +73,7 @@ int UnitGroup::count() const
         std::count_if(_units.begin(), _units.end(), [](const Unit& u) { return u.isThere(); }));
 }
 
-// To read a state is no sign of fields.
+// Reading a state doesn't count as activity.
 void UnitGroup::push(int k, const Command& command, double repeat_s, int copies)
 {
     if (!isThere(k)) return;
@@ -103,15 +103,15 @@ bool UnitGroup::isResting(const Unit& unit)
     return unit.sent_s - unit.pushed_s > kResting_s;
 }
 
-// A heartbeat that isn't answered is followed by others soon: the fail-safe doesn't wait.
+// Unanswered heartbeats are repeated soon, because the fail-safe doesn't wait.
 double UnitGroup::beatDue_s(const Unit& unit) const
 {
     const double beat_s = isResting(unit) ? _beats.resting_s : _beats.playing_s;
     return unit.sent_s + (unit.isBeatOpen ? std::min(beat_s, kBeatAgain_s) : beat_s);
 }
 
-// The farthest first: it hears last. Units at rest get their heartbeats together, so that the
-// thread wakes once for all of them.
+// The farthest unit first, because it receives last. Units at rest get their heartbeats together,
+// so that the thread wakes once for all.
 void UnitGroup::pump(double now_s)
 {
     bool isDue = false;
@@ -166,7 +166,7 @@ void UnitGroup::receive(double until_s, bool isPrompt)
     for (int i = 0; i < kMostAtOnce && _link.receive(until_s, from, _bytes); ++i)
     {
         take(from, _bytes, _link.now_s());
-        until_s = 0; // only what is there
+        until_s = 0; // only what is available
     }
 }
 
@@ -201,7 +201,7 @@ void UnitGroup::take(const Endpoint& from, const std::vector<std::uint8_t>& byte
         takeReply(k, answer, now_s);
 }
 
-// Of heartbeats in a row, where the way is long, answers to the first ones count, too.
+// On a long path, answers to the first of several heartbeats count as well.
 bool UnitGroup::isAnswered(const Unit& unit, std::uint16_t number)
 {
     const auto open = static_cast<std::uint16_t>(unit.beat - unit.unanswered);
@@ -209,7 +209,7 @@ bool UnitGroup::isAnswered(const Unit& unit, std::uint16_t number)
     return isAny && static_cast<std::uint16_t>(number - unit.unanswered) <= open;
 }
 
-/// How long a heartbeat's answer took; < 0: too long ago.
+/// Returns how long a heartbeat's answer took; < 0: too long ago.
 double UnitGroup::beatTook_s(const Unit& unit, std::uint16_t number, double now_s)
 {
     const auto since = static_cast<std::uint16_t>(unit.beat - number);
@@ -223,13 +223,13 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
     const bool isBeat = answer.kind == Kind::HEARTBEAT;
     const bool isOpen =
         isBeat ? isAnswered(unit, answer.number) : unit.queue.isInFlight(answer.number);
-    if (!isOpen) return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
-    // If that is so, it stays so, and the unit is lost for not answering.
+    if (!isOpen) return _refusals.add(Refusal::STRAY, "a late or repeated answer", now_s);
+    // If true, it stays true, and the unit is lost for not answering.
     const bool hasId = answer.status == 0 && (answer.reply.flags & HAS_ID) != 0;
     if (answer.status != 0 || !hasId || answer.reply.id != unit.id)
     {
         unit.suspicion = answer.status != 0 ? "refuses messages: " + statusText(answer.status)
-                                            : "has another id, so it started anew";
+                                            : "has another id, so it has restarted";
         return _refusals.add(
             Refusal::WRONG_ID,
             fmt::format("unit {} at {} {}", k, endpointText(unit.at), unit.suspicion),
@@ -279,7 +279,7 @@ bool UnitGroup::findLost(double now_s)
             if (one.asked >= kLeastAsked && now_s - one.asked_s > kLost_s)
                 lose(k, one.suspicion.empty() ? "doesn't answer" : one.suspicion);
             else if (now_s - one.queue.oldest_s(now_s) > kLost_s)
-                lose(k, "answers, but does nothing of what it is sent: another program may use it");
+                lose(k, "answers, but ignores all commands: another program may use it");
         }
         if (!one.isThere() && !one.isLossTold) one.isLossTold = isNew = true;
     }

@@ -15,23 +15,22 @@
 namespace midair::device::autd3
 {
 
-/// The units' common time as the host knows it: from the time stamps of answers, which are as old
-/// as their way back was long.
+/// The host's estimate of the units' common time, from the time stamps of answers, which are as old
+/// as their return path is long.
 ///
-/// The least delayed one of the last second or so counts; so the estimate is behind the units' time
-/// by that delay. What is to be there in time has to be aimed a round trip later: that delay, and
-/// the way there.
+/// Uses the least delayed stamp of the last second or so; the estimate lags the units' time by that
+/// delay. Deadlines must be aimed a round trip later: that delay, and the way there.
 class UnitClock
 {
 public:
     static constexpr double kWindow_s = 0.5; ///< two of these are kept
-    /// A time stamp that is further ahead is not believed, ns, until kLeastAlike in a row say so.
+    /// A time stamp further ahead than this, ns, is ignored until kLeastAlike in a row agree.
     static constexpr double kMostAhead_ns = 0.2e9;
     static constexpr int kLeastAlike = 5;
 
     void reset() { *this = {}; }
 
-    /// \a took_s: from the question to this answer, at most; < 0: not known.
+    /// \a took_s: upper bound of the time from question to answer; < 0: unknown.
     void note(std::uint64_t unit_ns, double received_s, double took_s = -1)
     {
         const double difference_ns = static_cast<double>(unit_ns) - received_s * 1e9;
@@ -53,7 +52,7 @@ public:
     }
 
     bool isKnown() const { return _known; }
-    /// The shortest round trip of late; 0 until one is known.
+    /// Shortest recent round trip; 0: not known yet.
     double trip_s() const
     {
         const double trip_s = std::min(_trip_s, _tripBefore_s);
@@ -69,31 +68,31 @@ public:
 
 private:
     static constexpr double kNone = -std::numeric_limits<double>::max();
-    static constexpr double kLongest_s = 0.1; ///< longer ones are none: a unit is lost by then
+    static constexpr double kLongest_s = 0.1; ///< longer ones are ignored: the unit is lost by then
 
-    double _now_ns = kNone; ///< the largest of unit's less host's time, in this window
+    double _now_ns = kNone; ///< largest difference of the unit's and the host's time in this window
     double _before_ns = kNone;
     double _began_s = 0;
-    double _trip_s = kLongest_s; ///< the shortest, in this window
+    double _trip_s = kLongest_s; ///< shortest in this window
     double _tripBefore_s = kLongest_s;
-    int _ahead = 0; ///< time stamps in a row that were
+    int _ahead = 0; ///< consecutive time stamps too far ahead
     bool _known = false;
 };
 
-/// Why a datagram is not taken.
+/// Reason for refusing a datagram.
 enum class Refusal : std::uint8_t
 {
-    MALFORMED,      ///< no answer of the protocol
-    FOREIGN,        ///< from an address that no unit of ours has
-    STRAY,          ///< answers nothing that was asked, or a second time
+    MALFORMED,      ///< not an answer of the protocol
+    FOREIGN,        ///< from an address of none of our units
+    STRAY,          ///< answers no open question, or one a second time
     WRONG_ID,       ///< from a unit's address, with another id or no result
-    OTHER_PROTOCOL, ///< of another version
+    OTHER_PROTOCOL, ///< of another protocol version
     COUNT
 };
 
-/// Counts datagrams that are not taken, and logs each kind at most every kLog_s.
+/// Counts refused datagrams, and logs each kind at most every kLog_s.
 ///
-/// Copies and late answers are how a network is: of strays only the number is kept.
+/// Copies and late answers are normal in networks: strays are only counted.
 class Refusals
 {
 public:
@@ -104,15 +103,15 @@ public:
     void add(Refusal refusal, const std::string& what, double now_s);
     std::uint64_t count(Refusal refusal) const { return _entries[index(refusal)].count; }
     std::uint64_t total() const; ///< without strays
-    /// "2 malformed, 1 foreign"; empty: none but strays.
+    /// Returns "2 malformed, 1 foreign"; empty: only strays.
     std::string text() const;
 
 private:
-    /// What one kind has come to.
+    /// State of one kind.
     struct Entry
     {
         std::uint64_t count = 0;
-        std::uint64_t logged = 0; ///< count when it was logged last
+        std::uint64_t logged = 0; ///< count at the last log line
         double logged_s = 0;
     };
     static std::size_t index(Refusal refusal) { return static_cast<std::size_t>(refusal); }
@@ -121,54 +120,54 @@ private:
     std::array<Entry, static_cast<std::size_t>(Refusal::COUNT)> _entries{};
 };
 
-/// A unit that was given its id, and what is known about it.
+/// A unit with an assigned id, and its state.
 struct Unit
 {
     Endpoint at;
     std::uint8_t id = kNoId; ///< its place along the cable, from 0
     std::uint8_t flags = 0;
     FrameQueue queue;
-    std::string lost; ///< why nothing is sent to it any more; empty: it is there
+    std::string lost; ///< reason why it is lost; empty: it is present
 
     bool isLossTold = false;
-    std::string suspicion;        ///< what is wrong with its last answer; empty: nothing
-    double heard_s = 0;           ///< when it answered last
-    double sent_s = 0;            ///< when it was last sent a frame or a heartbeat
-    double pushed_s = 0;          ///< when it last got a command
-    double asked_s = 0;           ///< when it was asked first since it answered last
-    int asked = 0;                ///< times that it was asked since then
+    std::string suspicion;        ///< problem of its last answer; empty: none
+    double heard_s = 0;           ///< time of its last answer
+    double sent_s = 0;            ///< time of the last frame or heartbeat sent
+    double pushed_s = 0;          ///< time of its last command
+    double asked_s = 0;           ///< time of the first question since its last answer
+    int asked = 0;                ///< number of questions since then
     std::uint16_t beat = 0;       ///< message number of the last heartbeat
-    std::uint16_t unanswered = 0; ///< of the first one whose answer may still come, or the next
-    bool isBeatOpen = false;      ///< none was answered since the last was sent
-    std::array<double, 32>
-        beats_s{};          ///< when the last ones were sent, by number modulo their count
-    double outOfStep_s = 0; ///< since when it doesn't follow the clock; 0: it does
+    std::uint16_t unanswered = 0; ///< number of the first heartbeat that may still be answered, or
+                                  ///< the next
+    bool isBeatOpen = false;      ///< no answer since the last was sent
+    std::array<double, 32> beats_s{}; ///< send times of the last ones, by number modulo their count
+    double outOfStep_s = 0;           ///< time since when it doesn't follow the clock; 0: it does
 
     bool isThere() const { return lost.empty(); }
 };
 
-/// The traffic with units that are open: frames, heartbeats, answers, and which unit is lost.
+/// Traffic with open units: frames, heartbeats, answers, and detection of lost units.
 ///
 /// Used by one thread at a time.
 class UnitGroup
 {
 public:
     static constexpr double kLost_s = 0.1; ///< without an answer
-    static constexpr int kLeastAsked = 3;  ///< times, before a unit is lost
+    static constexpr int kLeastAsked = 3;  ///< questions before a unit is lost
     static constexpr double kResting_s = 0.1;
     static constexpr double kNever_s = std::numeric_limits<double>::max();
 
-    /// What became of a command to unit \a unit.
+    /// Outcome of a command to unit \a unit.
     struct Outcome
     {
         int unit = 0;
         FrameQueue::Done done;
-        std::uint64_t time_ns = 0; ///< of the unit, when it answered
+        std::uint64_t time_ns = 0; ///< the unit's time when it answered
     };
-    /// Gets answers of kinds other than frames and heartbeats.
+    /// Receives answers of kinds other than frames and heartbeats.
     using Other = std::function<void(const Endpoint&, const Answer&)>;
 
-    /// How often units hear from us while nothing else is sent, s.
+    /// Heartbeat intervals while nothing else is sent, s.
     struct Beats
     {
         double playing_s = 10e-3; ///< soon after a command
@@ -181,30 +180,30 @@ public:
     Unit& unit(int k) { return _units[static_cast<std::size_t>(k)]; }
     const Unit& unit(int k) const { return _units[static_cast<std::size_t>(k)]; }
     bool isThere(int k) const { return unit(k).isThere(); }
-    int count() const; ///< of units that are there
+    int count() const; ///< number of present units
 
     void
     push(int k, const Command& command, double repeat_s = FrameQueue::kRepeat_s, int copies = 1);
 
-    /// Sends what is due: frames, repeats, and heartbeats to those that nothing else is sent to.
+    /// Sends what is due: frames, repeats, and heartbeats to otherwise idle units.
     void pump(double now_s);
-    /// When pump() has something to do without an answer.
+    /// Time when pump() is due without an answer.
     double due_s() const;
-    /// Waits for an answer, as DatagramLink::receive() does, and takes all that are there. Not
-    /// \a isPrompt: they may have waited, so that the clock learns nothing from them.
+    /// Waits for an answer, as DatagramLink::receive() does, and takes all available ones. Without
+    /// \a isPrompt they may have waited, so the clock ignores their time stamps.
     void receive(double until_s, bool isPrompt = true);
-    /// Returns true if no frame waits for anything.
+    /// Returns true if no frame is waiting.
     bool isIdle() const;
-    /// Returns true if no unit has got a command for kResting_s, but to tell its state.
+    /// Returns true if no unit received a command for kResting_s, except state requests.
     bool isResting() const;
-    /// Marks units as lost that are silent, don't go on, or have rebooted; returns true if there is
-    /// a new one. To be called after receive().
+    /// Marks units as lost that are silent, don't make progress, or have rebooted; returns true if
+    /// there is a new one. Call it after receive().
     bool findLost(double now_s);
     void lose(int k, const std::string& why);
-    /// Gives all units a new chance to answer: this program didn't run for a while.
+    /// Resets all answer deadlines after a pause of this program.
     void forgive(double now_s);
 
-    /// Moves out what was settled since the last call, in turn for each unit.
+    /// Takes the outcomes since the last call, in order for each unit.
     std::vector<Outcome> takeOutcomes() { return std::exchange(_outcomes, {}); }
     void onOther(Other other) { _other = std::move(other); }
 
@@ -212,15 +211,15 @@ public:
     UnitClock& clock() { return _clock; }
     DatagramLink& link() { return _link; }
     std::uint64_t repeats() const;
-    /// A pause between repeats that don't wait for an answer, but aren't many where the way is
-    /// long: \a pause_s and a part of the round trip.
+    /// Pause between repeats that don't wait for an answer: \a pause_s and a part of the round
+    /// trip, so that there aren't many on a long path.
     double soon_s(double pause_s) const;
 
 private:
     void take(const Endpoint& from, const std::vector<std::uint8_t>& bytes, double now_s);
     void takeReply(int k, const Answer& answer, double now_s);
     int find(const Endpoint& from) const;
-    void note(Unit& unit, double now_s); ///< that it is sent something
+    void note(Unit& unit, double now_s); ///< that something was sent to it
     void sendBeat(Unit& unit, double now_s);
     static bool isAnswered(const Unit& unit, std::uint16_t number);
     static bool isResting(const Unit& unit);

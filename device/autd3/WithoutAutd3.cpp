@@ -1,4 +1,4 @@
-// In the place of this folder where AUTD3 units are left out: whoever would open them is told so.
+// Replaces this folder in builds without AUTD3: opening units throws an error.
 
 #include "device/DeviceUri.h"
 #include "device/autd3/Autd3Device.h"

@@ -16,23 +16,22 @@ namespace
 {
 
 constexpr double kReconnect_s = 0.25;
-constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays free for new fields
+constexpr double kRepeat_s = 0.2; ///< of the output; every other frame stays free for new fields
 constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
-/// Of a sequence that is timed by the line, the line is kept busy so far ahead, which is how much a
-/// silence has to overtake; this thread may wake kLate_s late.
+/// For a sequence timed by the line, the line is kept busy this far ahead, which a silence must
+/// overtake; this thread may wake kLate_s late.
 constexpr double kAhead_s = 0.03;
 constexpr double kLate_s = 0.02;
-constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are written again; each time it pauses
-constexpr double kSwapsNew_s = 0.1;    ///< and for new fields not more often
+constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are rewritten; each time it pauses
+constexpr double kSwapsNew_s = 0.1;    ///< minimum interval for new fields
 
-constexpr double kClosing_s = 0.005; ///< the same while closing
-constexpr double kAnswer_s = 1;      ///< a board that answers does so within five repeats
+constexpr double kClosing_s = 0.005; ///< likewise while closing
+constexpr double kAnswer_s = 1;      ///< maximum answer time of a board, five repeats
 
 constexpr const char* kPlaysOn =
-    "the board may still play what it had, for it has no watchdog: cut its power";
-constexpr const char* kWasSilenced =
-    "silence was written to the board once more, but it doesn't say whether it got it: if it still "
-    "plays, cut its power";
+    "the board has no watchdog and may still play its last field: cut its power";
+constexpr const char* kWasSilenced = "silence was written to the board again, but the board "
+                                     "doesn't confirm it: if it still plays, cut its power";
 
 } // namespace
 
@@ -63,7 +62,7 @@ BoardDevice::BoardDevice(const std::string& name,
         }
         finish(std::move(first));
     }
-    _ready = true; // while the board is starting, the newest field waits
+    _ready = true; // the newest field waits while the board is starting
     _thread = std::thread([this] { run(); });
 }
 
@@ -84,8 +83,8 @@ bool BoardDevice::send(const DriveSignal& signal)
     return put(signal, {});
 }
 
-// The loudest signal comes first: a modulation whose fields are replaced then goes on in the
-// board's time, wherever in its period the host was.
+// The loudest signal comes first: if the fields of a modulation are replaced, it then continues in
+// the board's time, whatever the host's position in the period.
 bool BoardDevice::sendSequence(const DriveSequence& given)
 {
     InTurn inTurn;
@@ -130,7 +129,7 @@ bool BoardDevice::put(const DriveSignal& signal, InTurn inTurn)
 void BoardDevice::silenceLocked()
 {
     _fields.queue.dropWaiting();
-    if (_sink == nullptr) return; // lost: it stays what lose() left
+    if (_sink == nullptr) return; // lost: lose() has set the state
     _sound.silence();
     ++_silencing.epoch;
     _silencing.isWanted = true;
@@ -144,8 +143,8 @@ void BoardDevice::silence()
     silenceLocked();
 }
 
-// While the board is starting, nothing that was sent has gone out. A line that hangs takes bytes
-// for seconds, until the computer's buffer is full.
+// While the board is starting, nothing has been sent yet. A hanging line accepts bytes for seconds,
+// until the computer's buffer is full.
 double BoardDevice::confirmed_s() const
 {
     const base::Lock lock(_mutex);
@@ -270,7 +269,7 @@ bool BoardDevice::watchesAnswers() const
 void BoardDevice::listen()
 {
     const bool heard = _sink->hears(static_cast<std::uint8_t>(_board.codec->answer()));
-    if (_silencing.isResetDue) return; // while it starts, a board may send anything
+    if (_silencing.isResetDue) return; // a starting board may send anything
     if (heard)
     {
         _answers.known = Answers::YES;
@@ -282,7 +281,7 @@ void BoardDevice::listen()
         missAnswer();
 }
 
-// The bytes seem to have gone to a bootloader, or the board has no power. A bootloader ends when it
+// The bytes apparently reached a bootloader, or the board has no power. A bootloader ends when it
 // gets no bytes.
 void BoardDevice::missAnswer()
 {
@@ -292,22 +291,19 @@ void BoardDevice::missAnswer()
     {
         _answers.known = Answers::NEVER;
         _answers.missed = 0;
-        deviceLog().warn(
-            "{}: never answers, so nobody knows whether it plays what it is sent, or is "
-            "silent when it should be",
-            _board.name);
+        deviceLog().warn("{}: never answers, so it may not play its fields, or may not fall silent",
+                         _board.name);
         becomeReady();
         return;
     }
     if (_closing && _answers.missed > 1)
     {
-        deviceLog().error("{}: hasn't answered to its silence: {}", _board.name, kPlaysOn);
+        deviceLog().error("{}: hasn't confirmed its silence: {}", _board.name, kPlaysOn);
         return;
     }
     const double still_s = _sink->held_s();
-    const std::string why = fmt::format("answers no more, as if it had been reset; for {:.0f} s "
-                                        "nothing is written, so that its bootloader ends, and then "
-                                        "it is silenced: until then {}",
+    const std::string why = fmt::format("no longer answers, as after a reset; it is silenced in "
+                                        "{:.0f} s, when its bootloader has ended: until then {}",
                                         still_s,
                                         kPlaysOn);
     if (_ready) deviceLog().error("{}: {}", _board.name, why);
@@ -337,7 +333,7 @@ void BoardDevice::becomeReady()
 }
 
 // Bytes in the operating system's buffer can't be overtaken, so the line must be free, unless the
-// codec allows to cut off a field.
+// codec can restart within a field.
 double BoardDevice::nextWrite_s() const
 {
     if (_silencing.isResetDue) return _silencing.settled_s;
@@ -349,8 +345,8 @@ double BoardDevice::nextWrite_s() const
                     : _rounds.repeat_s; // no repeats while closing
 }
 
-// New fields of a sequence that the line times are written between its swaps, once the last ones
-// are.
+// New fields of a sequence timed by the line are written between its swaps, when the previous ones
+// are written.
 bool BoardDevice::fieldIsDue() const
 {
     if (!_fields.queue.waits()) return false;
@@ -427,7 +423,7 @@ BoardDevice::Piece BoardDevice::nextPiece()
     else
         piece.field = _sound.bytes;
     const double now_s = base::steadySeconds();
-    // A sequence brings its own opening; what a board has stored, the next field's opening undoes.
+    // A sequence contains its own opening; the next field's opening ends a stored sequence.
     const bool isStored = piece.isInserted || piece.inTurn.isSequence() ||
                           (piece.kind == Piece::REPEAT && !_sound.inTurn.stored.empty());
     const bool isUndone = piece.kind == Piece::FIELD && !_sound.inTurn.stored.empty();
@@ -443,7 +439,7 @@ BoardDevice::Piece BoardDevice::nextPiece()
 
 void BoardDevice::writeNext()
 {
-    if (watchesAnswers()) // the line is free, so answers from here on are for this piece
+    if (watchesAnswers()) // the line is free, so later answers are for this piece
     {
         listen();
         if (nextWrite_s() > base::steadySeconds()) return;
@@ -451,7 +447,7 @@ void BoardDevice::writeNext()
     const bool overtakes =
         !_silencing.isResetDue && _silencing.isWanted && _board.codec->restarts();
     Piece piece = nextPiece();
-    if (overtakes) _line.forget(); // discarded is not sent
+    if (overtakes) _line.forget(); // discarded bytes are not sent
     ByteSink& sink = *_sink;
     bool written = false;
     {
@@ -485,8 +481,8 @@ void BoardDevice::finish(Piece piece)
         if (newest) _line.noteAsked(_silencing.asked_s);
         _silencing.isWanted = _silencing.isWanted && !newest;
         _silencing.fieldsLeft = 0;
-        // A board that answers is ready once it has answered. When it is opened first, the state is
-        // READY already, and fields may wait.
+        // A board that answers is ready after its answer. At the first opening the state is already
+        // READY, and fields may wait.
         if (_counters.report().state == DeviceState::LOST && !watchesAnswers()) becomeReady();
         break;
     case Piece::SILENCE:
@@ -517,7 +513,7 @@ void BoardDevice::finish(Piece piece)
     if (piece.kind != Piece::REPEAT) _sound.bytes = std::move(piece.field);
 }
 
-// Silences the board that is given up: this program writes the reset, or, if it can't, the guard
+// Silences a board that is given up: this program writes the reset, or, if it can't, the guard
 // process does (bequeath()).
 void BoardDevice::lose(std::string why)
 {

@@ -20,33 +20,32 @@
 namespace midair::device
 {
 
-/// The line to a board: when its last byte leaves it, and what of all that was asked for has left
-/// the computer. Has no lock: the owner guards it. Times are base::steadySeconds().
+/// The line to a board: tracks when its last byte leaves and which requests have left the computer.
+/// Has no lock: the owner guards it. Times are base::steadySeconds().
 class BoardLine
 {
 public:
-    /// When the last byte has left the line.
+    /// Time when the last byte has left the line.
     double free_s() const { return _free_s; }
 
-    /// \a bytes, which take the line \a onLine_s, were written at \a now_s. \a isAhead: behind what
-    /// is still on the line; else the line was free.
+    /// Reports \a bytes written at \a now_s, which occupy the line for \a onLine_s. \a isAhead:
+    /// queued behind bytes still on the line; otherwise the line was free.
     void noteBytes(std::size_t bytes, double now_s, double onLine_s, bool isAhead)
     {
         _written += bytes;
         _free_s = (isAhead ? std::max(now_s, _free_s) : now_s) + onLine_s;
     }
-    /// The bytes so far are what was asked for at \a asked_s.
+    /// Assigns the bytes so far to the request of \a asked_s.
     void noteAsked(double asked_s) { _onItsWay.push_back({asked_s, _written}); }
-    /// The same of what keeps the line busy, or takes it for longer than a field: it counts as
-    /// sent.
+    /// Reports a request as sent, if it keeps the line busy or occupies it for longer than a field.
     void noteSent(double asked_s) { _confirmed_s = std::max(_confirmed_s, asked_s); }
-    /// What is on its way doesn't arrive: it was discarded, or the board is lost.
+    /// Drops bytes in transit, which were discarded, or the board is lost.
     void forget() { _onItsWay.clear(); }
     bool isAnyOnItsWay() const { return !_onItsWay.empty(); }
 
-    /// When that was asked for which has left last.
+    /// Request time of the latest request that has left.
     double confirmed_s() const { return _confirmed_s; }
-    /// The computer has \a unsent bytes left.
+    /// Reports that the computer still has \a unsent bytes.
     void noteUnsent(std::uint64_t unsent)
     {
         const std::uint64_t gone = _written - std::min(_written, unsent);
@@ -55,7 +54,7 @@ public:
     }
 
 private:
-    /// What was written, until it has left the computer: when it was asked for, and its last byte.
+    /// Written bytes that have not left the computer: request time and last byte.
     struct OnItsWay
     {
         double asked_s = 0;
@@ -67,17 +66,16 @@ private:
     double _free_s = 0;
 };
 
-/// An open board (BoardKind.h), which takes bytes and usually never answers.
+/// An open board (BoardKind.h), which receives bytes and usually never answers.
 ///
-/// A worker thread writes the newest field as soon as the one before has left the line. It repeats
-/// what plays, also silence, every 200 ms, which corrects damaged bytes and a board that was
-/// switched off and on. After opening and after every loss it first silences the board. A lost
-/// board is silenced if this process or its guard still can, and the worker tries to open it again
-/// every 0.25 s.
+/// A worker thread writes the newest field when the previous one has left the line. It repeats the
+/// output, also silence, every 200 ms, which corrects damaged bytes and restarted boards. After
+/// opening and after every loss it first silences the board. A lost board is silenced if this
+/// process or its guard still can, and the worker tries to reopen it every 0.25 s.
 ///
-/// A sequence is stored by the board, which times it by itself, or, where it has two buffers that a
-/// byte exchanges, the worker keeps the line busy with these bytes some milliseconds ahead. Silence
-/// overtakes them, and fills both buffers.
+/// A sequence is stored and timed by the board; for boards with two buffers exchanged by a byte,
+/// the worker keeps the line busy with these bytes some milliseconds ahead. Silence overtakes them
+/// and fills both buffers.
 class BoardDevice : public ArrayDevice
 {
 public:
@@ -91,8 +89,8 @@ public:
                 std::unique_ptr<BoardCodec> codec,
                 int transducers,
                 Open open);
-    /// Silences the board. Waits for a board that is still starting, which would begin to play by
-    /// itself.
+    /// Silences the board. Waits for a board that is still starting, because it would begin to play
+    /// by itself.
     ~BoardDevice() override;
 
     BoardDevice(const BoardDevice&) = delete;
@@ -101,7 +99,7 @@ public:
     bool send(const DriveSignal& signal) override;
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
-    double confirmed_s() const override; ///< what has left the computer whole
+    double confirmed_s() const override; ///< completely sent by the computer
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override
@@ -117,7 +115,7 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    /// What board it is: how it is opened, spoken to and silenced.
+    /// The board: how to open, drive and silence it.
     struct Board
     {
         std::string name;
@@ -128,16 +126,16 @@ private:
         std::vector<std::uint8_t> silentField; ///< BoardCodec::appendSilentField()
     };
 
-    /// A sequence as this board gets it; neither: a single field.
+    /// A sequence in the board's form; if both are empty: a single field.
     struct InTurn
     {
-        std::vector<std::uint8_t> stored; ///< for a board that times it by itself
+        std::vector<std::uint8_t> stored; ///< for a board that times it itself
         std::unique_ptr<BufferSwaps> swaps;
 
         bool isSequence() const { return swaps || !stored.empty(); }
     };
 
-    /// Fields until they are written.
+    /// Fields that are not written yet.
     struct Fields
     {
         FieldQueue queue; ///< at most one in flight
@@ -145,30 +143,31 @@ private:
         std::uint32_t sequence = 0;
     };
 
-    /// What the board plays.
+    /// Output of the board.
     struct Sound
     {
         DriveSignal signal;
-        std::vector<std::uint8_t> bytes; ///< the field, or silence, written last; repeated
+        std::vector<std::uint8_t> bytes; ///< field or silence written last; repeated
         InTurn inTurn;
-        double nextLoad_s = 0; ///< before it fields of inTurn aren't replaced by others
+        double nextLoad_s = 0; ///< earliest time to replace fields of inTurn
 
         void silence() { std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0)); }
     };
 
-    /// The silence that has yet to be written.
+    /// Pending silence.
     struct Silencing
     {
         bool isWanted = false;
-        double asked_s = 0;      ///< steady clock, of the last one
+        double asked_s = 0;      ///< steady clock, of the last request
         int fieldsLeft = 0;      ///< silent fields left to write, for the board's other buffers
-        bool isResetDue = false; ///< only Board::reset may be written, and not before settled_s
-        double settled_s = 0;    ///< when the board is up
-        std::uint64_t epoch = 0; ///< counts silences; a field of an older one doesn't sound
+        bool isResetDue = false; ///< only Board::reset may be written, not before settled_s
+        double settled_s = 0;    ///< time when the board is up
+        std::uint64_t epoch = 0; ///< counts silences; fields of an older epoch don't play
     };
 
-    /// Does a board that should answer do so? After a reset an Arduino runs its bootloader, which
-    /// stays as long as it gets bytes; after it the board begins to play by itself.
+    /// Watches the answers of a board that should answer. After a reset an Arduino runs its
+    /// bootloader, which stays while it receives bytes; after it the board begins to play by
+    /// itself.
     struct Answers
     {
         enum
@@ -177,19 +176,19 @@ private:
             YES,
             NEVER
         } known = UNKNOWN;
-        double due_s = 0; ///< 0: none is
+        double due_s = 0; ///< 0: none due
         int missed = 0;   ///< in a row
     };
 
-    /// When the worker does again what it does every so often.
+    /// Times of the worker's periodic actions.
     struct Rounds
     {
-        double repeat_s = 0;      ///< what plays is due
+        double repeat_s = 0;      ///< time to repeat the output
         double openedLine_s = 0;  ///< when the codec's opening was last written
-        double lookedAfter_s = 0; ///< when the line was
+        double lookedAfter_s = 0; ///< last check of the line
     };
 
-    /// The bytes that the worker writes in one go.
+    /// Bytes that the worker writes at once.
     struct Piece
     {
         enum
@@ -201,17 +200,16 @@ private:
             REPEAT
         } kind = REPEAT;
         std::uint64_t epoch = 0;
-        std::vector<std::uint8_t> field; ///< bytes of the field that plays afterwards
+        std::vector<std::uint8_t> field; ///< bytes of the field that plays next
         double sentAt_s = 0;
         InTurn inTurn;
-        bool isInserted =
-            false; ///< into what is on its way to the line: bytes of Sound::inTurn.swaps
+        bool isInserted = false; ///< into queued bytes of Sound::inTurn.swaps
     };
 
     bool put(const DriveSignal& signal, InTurn inTurn) MIDAIR_REQUIRES(_mutex);
     void silenceLocked() MIDAIR_REQUIRES(_mutex);
 
-    // These are called by the worker; those that open or write release _mutex meanwhile.
+    // Called by the worker; those that open or write release _mutex meanwhile.
     void run() MIDAIR_EXCLUDES(_mutex);
     void reconnect(base::Lock& lock) MIDAIR_REQUIRES(_mutex);
     void adopt(std::unique_ptr<ByteSink> sink) MIDAIR_REQUIRES(_mutex);
@@ -221,7 +219,7 @@ private:
     /// Refuses fields from now on and drops the waiting one.
     void fail(const std::string& why) MIDAIR_REQUIRES(_mutex);
     void becomeReady() MIDAIR_REQUIRES(_mutex);
-    /// Returns true if nothing is left to be written before closing.
+    /// Returns true if nothing is left to write before closing.
     bool quiet() const MIDAIR_REQUIRES(_mutex);
     bool watchesAnswers() const MIDAIR_REQUIRES(_mutex);
     void listen() MIDAIR_REQUIRES(_mutex);
@@ -230,22 +228,22 @@ private:
     Piece nextPiece() MIDAIR_REQUIRES(_mutex); ///< puts its bytes into _bytes
     Piece nextField() MIDAIR_REQUIRES(_mutex);
     Piece nextSwaps() MIDAIR_REQUIRES(_mutex);
-    /// False: none waits, or it has to wait for the one before.
+    /// False: none is waiting, or it must wait for the previous one.
     bool fieldIsDue() const MIDAIR_REQUIRES(_mutex);
-    /// Whether both the field that waits and the one that plays are timed by the line.
+    /// Returns true if both the waiting and the playing field are timed by the line.
     bool isInserted() const MIDAIR_REQUIRES(_mutex)
     {
         return _sound.inTurn.swaps && _fields.waiting.swaps;
     }
     void finish(Piece piece) MIDAIR_REQUIRES(_mutex);
 
-    Board _board;                     ///< written by the constructor alone
-    std::vector<std::uint8_t> _bytes; ///< used by the worker alone
+    Board _board;                     ///< written only by the constructor
+    std::vector<std::uint8_t> _bytes; ///< used only by the worker
     FieldCounters _counters;          ///< any thread
 
     mutable base::Mutex _mutex;
     base::Condition _wake;
-    /// Null: lost. The worker alone replaces it, and uses it without the lock.
+    /// Null: lost. Only the worker replaces it, and uses it without the lock.
     std::unique_ptr<ByteSink> _sink MIDAIR_GUARDED_BY(_mutex);
     mutable BoardLine _line MIDAIR_GUARDED_BY(_mutex);
     Fields _fields MIDAIR_GUARDED_BY(_mutex);
@@ -256,7 +254,7 @@ private:
     bool _ready MIDAIR_GUARDED_BY(_mutex) = false; ///< takes fields
     bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
 
-    std::thread _thread; ///< last: it uses all others
+    std::thread _thread; ///< last, because it uses all others
 };
 
 } // namespace midair::device

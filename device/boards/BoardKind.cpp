@@ -14,14 +14,14 @@ namespace midair::device
 namespace
 {
 
-// For the message that asks for a serial number: any FT232H may be something else, so none is
-// opened that wasn't named.
+// For the message that asks for a serial number: any FT232H may be another device, so only named
+// ones are opened.
 std::string pluggedInFifos(const std::string& scheme)
 {
     std::vector<std::string> fifos;
     for (const UsbListing& one : listUsbDevices(kFifoAddress))
         fifos.push_back(fmt::format("{} ({})",
-                                    one.serial.empty() ? "one that doesn't tell its serial number"
+                                    one.serial.empty() ? "one without serial number"
                                                        : scheme + ":" + one.serial,
                                     one.condition));
     if (fifos.empty()) return "no FT232H is plugged in";
@@ -34,8 +34,8 @@ extern const BoardKind kSonicSurface;
 extern const BoardKind kUltraino;
 extern const BoardKind kOpenMpd;
 
-// A list, since files that register themselves would be left out: a linker drops objects of a
-// static library that nothing refers to.
+// A list, because linkers drop objects of a static library that nothing refers to, so
+// self-registering files would be missing.
 const std::vector<BoardKind>& boardKinds()
 {
     static const std::vector<BoardKind> kKinds = {kSonicSurface, kUltraino, kOpenMpd};
@@ -76,8 +76,7 @@ openOnFifo(DeviceUri& uri, const DeviceLayout& layout, std::unique_ptr<BoardCode
     uri.rejectUnknown();
     const std::string& serial = uri.path();
     if (serial.empty())
-        throw uri.error("which one? Name it by its serial number, for any FT232H may be something "
-                        "else; " +
+        throw uri.error("give its serial number, because an FT232H may be another device; " +
                         pluggedInFifos(uri.scheme()));
     return std::make_unique<BoardDevice>(uri.text(),
                                          std::move(codec),

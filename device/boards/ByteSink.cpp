@@ -28,11 +28,11 @@ namespace
 {
 
 constexpr int kWriteTimeout_ms = 500;
-/// Shorter than SilenceOnCrash's half a second, since beat() isn't called meanwhile.
+/// Shorter than SilenceOnCrash's half a second, because beat() isn't called meanwhile.
 constexpr int kFifoTimeout_ms = 300;
 constexpr int kBeat_ms = 100;
 
-/// B0: there is none.
+/// B0: unsupported.
 speed_t speedOf(int baud)
 {
     static const std::map<int, speed_t> kSpeeds = {{9600, B9600},
@@ -78,8 +78,8 @@ SerialPort::SerialPort(const std::string& device,
     };
     _port = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (_port < 0) fail("can't be opened: ");
-    // In addition to TIOCEXCL, which doesn't stop root; before any setting is changed, since
-    // another program may be writing.
+    // In addition to TIOCEXCL, which doesn't stop root; before any setting changes, because another
+    // program may be writing.
     if (::flock(_port, LOCK_EX | LOCK_NB) != 0) fail("can't be locked: ");
     termios settings{};
     if (::tcgetattr(_port, &settings) != 0) fail("isn't a serial port: ");
@@ -88,8 +88,8 @@ SerialPort::SerialPort(const std::string& device,
         (settings.c_cflag & ~(CSTOPB | PARENB | CRTSCTS | CSIZE | HUPCL)) | CS8 | CLOCAL | CREAD;
     ::cfsetspeed(&settings, speedOf(baud));
     if (::tcsetattr(_port, TCSANOW, &settings) != 0)
-        fail(fmt::format("doesn't take {} baud: ", baud));
-    if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
+        fail(fmt::format("doesn't support {} baud: ", baud));
+    if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be opened exclusively: ");
     _settled_s = base::steadySeconds() + settle_s;
     _lastWill = std::make_unique<SilenceOnCrash>(
         SilenceOnCrash::Way{_port, 0}, lastWill, _settled_s, held_s());
@@ -144,7 +144,7 @@ bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
             _error = std::generic_category().message(errno);
             return false;
         }
-        beat(); // so that waiting for the line isn't taken for hanging
+        beat(); // so that waiting for the line doesn't count as hanging
         pollfd wait{_port, POLLOUT, 0};
         if (::poll(&wait, 1, kBeat_ms) == 0) waited_ms += kBeat_ms;
         if (waited_ms >= kWriteTimeout_ms)
@@ -194,10 +194,10 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
     _ftdi->usb_write_timeout = kFifoTimeout_ms;
     if (ftdi_set_bitmode(_ftdi, 0xFF, BITMODE_RESET) < 0 ||
         ftdi_setflowctrl(_ftdi, SIO_DISABLE_FLOW_CTRL) < 0)
-        fail("doesn't take its settings: ");
+        fail("doesn't accept its settings: ");
     const int descriptor = descriptorOf(_ftdi->usb_dev, static_cast<unsigned>(_ftdi->interface));
     if (descriptor < 0)
-        deviceLog().warn("FT232H: nobody silences the board if this program crashes: libusb's "
+        deviceLog().warn("FT232H: the board is not silenced if this program crashes: libusb's "
                          "descriptor isn't found");
     else // libftdi's in_ep is into the chip: an OUT endpoint
         _lastWill = std::make_unique<SilenceOnCrash>(
@@ -206,7 +206,8 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
 
 FtdiFifo::~FtdiFifo()
 {
-    _lastWill.reset(); // first: while its child holds the device, no other program can open it
+    _lastWill.reset(); // first, because its child holds the device, so no other program could open
+                       // it
     ftdi_usb_close(_ftdi);
     ftdi_free(_ftdi);
 }

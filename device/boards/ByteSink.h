@@ -13,8 +13,7 @@ namespace midair::device
 
 class SilenceOnCrash;
 
-/// The connection to a board, which takes bytes: a serial port or an FTDI chip. Only one thread at
-/// a time may use it.
+/// Byte connection to a board: a serial port or an FTDI chip. Only one thread at a time may use it.
 class ByteSink
 {
 public:
@@ -23,29 +22,28 @@ public:
     ByteSink(const ByteSink&) = delete;
     ByteSink& operator=(const ByteSink&) = delete;
 
-    /// Writes all of \a bytes; returns false and sets error() if it can't.
+    /// Writes all of \a bytes; on failure returns false and sets error().
     virtual bool write(const std::vector<std::uint8_t>& bytes) = 0;
-    /// Drops bytes that were written and have not left the computer, if possible.
+    /// Drops written bytes that have not left the computer, if possible.
     virtual void discard() {}
-    /// Bytes that were written and have not left the computer, where it tells that; else 0. Any
+    /// Returns the written bytes that have not left the computer, if known, otherwise 0. Any
     /// thread.
     virtual std::size_t unsent() const { return 0; }
-    /// Returns false and sets error() if the connection is gone, as far as can be seen without
-    /// writing.
+    /// Returns false and sets error() if the connection is gone, as far as visible without writing.
     virtual bool present() { return true; }
-    /// Returns true if \a answer is among the bytes that came back since the last call.
+    /// Returns true if \a answer is among the bytes received since the last call.
     virtual bool hears(std::uint8_t /*answer*/) { return false; }
-    /// Time after opening during which the board is starting and takes no bytes, s; 0: none.
+    /// Time after opening during which the starting board takes no bytes, s; 0: none.
     virtual double settle_s() const { return 0; }
     /// When that time ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
-    /// Time during which the board takes nothing after it was sent bytes while starting, s: a
-    /// Mega's bootloader stays some 6.5 s, where settling takes 1 s.
+    /// Time during which a board takes nothing if it receives bytes while starting, s: a Mega's
+    /// bootloader stays about 6.5 s, with 1 s of settling.
     double held_s() const { return 4 * settle_s(); }
     /// Tells the guard process, which silences the board if this program hangs, that it is alive;
-    /// to be called every 100 ms. \a held: the board takes nothing for held_s() from now.
+    /// call it every 100 ms. \a held: the board takes nothing for held_s() from now.
     void beat(bool held = false);
-    /// Gives up writing and has the guard process write the bytes that silence the board; returns
+    /// Stops writing and makes the guard process write the bytes that silence the board; returns
     /// true if it could.
     bool bequeath();
     const std::string& error() const { return _error; }
@@ -55,7 +53,7 @@ protected:
     std::unique_ptr<SilenceOnCrash> _lastWill;
 };
 
-/// A serial port, raw, 8N1, opened exclusively. An advisory lock also stops programs of root that
+/// A serial port, raw, 8N1, opened exclusively. An advisory lock also stops root's programs that
 /// check it.
 ///
 /// If this process ends without closing the port, or hangs, a guard process writes \a lastWill, the

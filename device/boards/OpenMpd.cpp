@@ -25,16 +25,16 @@ public:
             levels.push_back(static_cast<float>(base::pulseAmplitude(width, kSteps)));
         return levels;
     }
-    double bytesPerSecond() const override { return 8e6; } // the asynchronous FIFO's
+    double bytesPerSecond() const override { return 8e6; } // asynchronous FIFO
     void appendOpening(std::vector<std::uint8_t>&) const override {}
     bool restarts() const override { return false; }
-    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after a frame
-    // that was cut off it plays each frame only when the next one has come, first the second whole
-    // one.
+    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after a
+    // truncated frame it plays each frame only when the next one has arrived, beginning with the
+    // second whole one.
     int silentFields() const override { return 4; }
 
-    // Delays of 0, unlike encoded fields with all off: a frame whose start is lost may take delays
-    // for pulse widths.
+    // Delays of 0, unlike encoded fields with all off, because a frame with a lost start may take
+    // delays for pulse widths.
     void appendSilentField(std::vector<std::uint8_t>& out, int) const override
     {
         out.push_back(kStart);

@@ -37,7 +37,7 @@ public:
         return &kSwap;
     }
 
-    // A board stacked on ours may still play a field of another program. Ours comes first, since
+    // A board stacked on ours may still play a field of another program. Ours comes first, because
     // every swap of buffers swaps both boards.
     void appendReset(std::vector<std::uint8_t>& out, int transducers) const override
     {

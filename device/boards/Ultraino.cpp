@@ -34,13 +34,13 @@ public:
     }
     double bytesPerSecond() const override { return 11520; }
     bool restarts() const override { return false; }
-    // Two buffers, plus one: after a field that was cut off the first silent one is shifted and
-    // doesn't overwrite the beginning of the cut one.
+    // Two buffers, plus one: after a truncated field the first silent one is shifted and doesn't
+    // overwrite the beginning of the truncated one.
     int silentFields() const override { return 3; }
     int answer() const override
     {
         return 0x00;
-    } // the bytes for the next board of the chain go to the computer too
+    } // the bytes for the next board of the chain also go to the computer
 
     // The board plays a list of patterns with durations in periods: here one pattern for ever
     // (durations 1, then 0 as the end).
@@ -141,7 +141,7 @@ private:
     static constexpr int kPorts = 10; // A C L B K F H D G J
     static constexpr int kPatterns = 32;
     static constexpr int kLongest = 255; ///< periods that a pattern lasts at most
-    // Which bit of the ten ports drives a channel (bit of port p: 8 p + bit).
+    // Bit of the ten ports that drives a channel (bit of port p: 8 p + bit).
     static constexpr std::array<std::uint8_t, kChannels> kPins = {
         51, 52, 53, 54, 28, 29, 30, 31, 47, 46, 45, 44, 43, 42, 41, 40, 56, 57, 58, 59, 48, 49,
         72, 69, 39, 38, 37, 36, 35, 34, 33, 32, 21, 23, 65, 63, 9,  11, 13, 15, 20, 22, 64, 66,
@@ -170,8 +170,8 @@ std::unique_ptr<BoardCodec> makeCodec()
     return std::make_unique<Ultraino>();
 }
 
-// Opening the port resets an Arduino, whose bootloader waits for a second, and longer as long as
-// bytes arrive.
+// Opening the port resets an Arduino, whose bootloader waits for a second, and longer while bytes
+// arrive.
 std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 {
     return openOnSerialPort(uri, layout, makeCodec(), {115200, 2});

@@ -8,11 +8,11 @@
 namespace midair::device
 {
 
-/// Rounds activations to the nearest phase and duty level; |q| > 1 is clipped. \a q has m entries;
-/// \a signal is resized. If a value is not finite, sets all duties to 0 and returns false.
+/// Rounds activations to the nearest phase and duty levels; clips |q| > 1. \a q has m entries; \a
+/// signal is resized. If a value is not finite, sets all duties to 0 and returns false.
 bool encode(const std::complex<float>* q, int m, DriveSignal& signal);
 
-/// The activations that the hardware makes of a drive signal: e^{+j 2 pi phase/256}
+/// Converts a drive signal to the hardware's activations: e^{+j 2 pi phase/256}
 /// base::dutyAmplitude(duty).
 void decode(const DriveSignal& signal, std::vector<std::complex<float>>& q);
 

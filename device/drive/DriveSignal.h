@@ -8,8 +8,8 @@
 namespace midair::device
 {
 
-/// One field as the hardware takes it: phase level L means e^{+j 2 pi L/256}; duty level L means a
-/// pulse of L/510 of the period, of the relative amplitude base::dutyAmplitude(L). Both m long.
+/// One field in hardware levels: phase level L means e^{+j 2 pi L/256}; duty level L means a pulse
+/// of L/510 of the period, with the relative amplitude base::dutyAmplitude(L). Both m long.
 struct DriveSignal
 {
     std::vector<std::uint8_t> phase;
@@ -30,7 +30,7 @@ inline DriveSignal silentSignal(int transducers)
     return {std::vector<std::uint8_t>(m, 0), std::vector<std::uint8_t>(m, 0)};
 }
 
-/// Fields that a device stores and times by itself. It repeats them, starting with the first, until
+/// Fields that a device stores and times itself. It repeats them, starting with the first, until
 /// the next send(), sendSequence() or silence().
 struct DriveSequence
 {

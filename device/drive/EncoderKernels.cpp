@@ -81,7 +81,7 @@ void encodeLevels(const float* __restrict q,
     }
 }
 
-// Infinities and NaNs have all bits of the exponent set. Tests the bits since a compiler may assume
+// Infinities and NaNs have all exponent bits set. Tests the bits because a compiler may assume
 // finite values.
 bool allFinite(const float* values, int count)
 {

@@ -28,7 +28,7 @@ struct Claims
 
 Claims& claims()
 {
-    // Never destroyed: a device that takes long to open may be given up when the program ends.
+    // Never destroyed: an opening that takes long may be abandoned when the program ends.
     static auto* const all = new Claims;
     return *all;
 }
@@ -42,9 +42,9 @@ OpeningIsLeft& openingOfThread()
 std::string keyOf(const DeviceUri& uri, Owned owned)
 {
     if (owned == Owned::NOTHING) return {};
-    if (owned == Owned::HARDWARE) // where the path says nothing, the way to it does
+    if (owned == Owned::HARDWARE) // an empty path is identified by its scheme
         return uri.scheme() + ":" + uri.path() + uri.value("interface") + uri.value("group");
-    // Links to a file give one key, and so does one port under two schemes.
+    // Links to a file give the same key, and so does a port under two schemes.
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);
     return error ? uri.path() : file.string();

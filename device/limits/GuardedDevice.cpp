@@ -23,8 +23,8 @@ namespace midair::device
 namespace
 {
 
-// How strongly the drive may exceed the budget while the mean is below it: P <= B + kLead (B -
-// mean). The mean of a quantity that obeys this approaches B from below and never passes it.
+// How far the drive may exceed the budget while the mean is below it: P <= B + kLead (B - mean).
+// The mean of such a drive approaches B from below and never exceeds it.
 constexpr double kLead = 20;
 
 double meanSquare(const DriveSignal& signal)
@@ -39,8 +39,8 @@ double meanSquare(const DriveSignal& signal)
 }
 
 constexpr double kLongSleep_s = 3600;
-constexpr double kLate_s = 0.5e-3; // so that what is due is over when the thread looks
-// Fields that a line may still have to carry before one is confirmed: the one on it, and its own.
+constexpr double kLate_s = 0.5e-3; // so that due actions are overdue when the thread checks
+// Fields that a line may still carry before one is confirmed: the one on it, and its own.
 constexpr double kLineFields = 2.5;
 
 } // namespace
@@ -105,7 +105,7 @@ const DriveSignal& LimitedDrive::lowered(double cap, double now_s)
     return _lowered;
 }
 
-// A field that is refused changes nothing: the one before may sound on, and counts.
+// A refused field changes nothing: the previous one may still play, and counts.
 void LimitedDrive::noteSent(bool taken)
 {
     if (taken) _drive = _limits.meanDrive < 1 ? meanSquare(_lowered) : 0;
@@ -186,7 +186,7 @@ bool GuardedDevice::refuse()
     return false;
 }
 
-// What has begun to sound may be due before the thread would look again.
+// New output may be due before the thread's next check.
 void GuardedDevice::wake()
 {
     if (_watchman.thread.joinable() && nextDue_s() < _watchman.wakeAt_s) _wake.notifyAll();
@@ -209,7 +209,7 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
     return taken;
 }
 
-// Each signal is scaled as it would be if sent alone.
+// Each signal is scaled as if sent alone.
 bool GuardedDevice::sendSequence(const DriveSequence& sequence)
 {
     const base::Lock lock(_mutex);
@@ -251,11 +251,11 @@ void GuardedDevice::silence()
 {
     _device->silence(); // before the lock, so that a mute waits for no other thread
     const base::Lock lock(_mutex);
-    silenceLocked(); // again, for a field that run() or send() was just handing over
+    silenceLocked(); // again, for a field that run() or send() was handing over
 }
 
-// From the first line on nothing new is taken; what another thread is just handing over is silenced
-// once it has the lock no more.
+// From the first line on, new fields are refused; a field that another thread is handing over is
+// silenced when it releases the lock.
 void GuardedDevice::setMuted(bool muted)
 {
     if (muted) lead()->setMuted(true);
@@ -282,14 +282,14 @@ bool GuardedDevice::setAmplitudeCap(double amplitude)
     return true;
 }
 
-// A mute stays until somebody lifts it, so the new lead has it, too.
+// A mute stays until it is lifted, so the new lead gets it, too.
 void GuardedDevice::follow(const std::shared_ptr<Lead>& lead)
 {
     const std::shared_ptr<Lead> before = std::atomic_exchange(&_lead, lead);
     if (before->isMuted() || lead->isMuted()) setMuted(true);
     setAmplitudeCap(lead->amplitudeCap());
     const base::Lock lock(_mutex);
-    wake(); // its sign of life may be an older one
+    wake(); // its last sign of life may be older
 }
 
 bool GuardedDevice::isHoldOver() const
@@ -312,8 +312,8 @@ void GuardedDevice::noteSilence()
     _sounding.isAny = false;
 }
 
-// Takes note of what was handed to the device at asked_s; level: none for a silence. The thread
-// watches what isn't confirmed within the call, which with many devices is nothing.
+// Notes output handed to the device at asked_s; level: none for a silence. The thread watches
+// requests that aren't confirmed within the call; many devices have none.
 void GuardedDevice::ask(const std::optional<Loudness>& level, double asked_s, bool taken)
 {
     settle();
@@ -346,12 +346,12 @@ void GuardedDevice::watchHold()
     if (_sounding.isAbandoned || _watchman.closing || !maySound() || !isHoldOver()) return;
     _sounding.isAbandoned = true;
     silenceLocked();
-    deviceLog().warn("{}: silenced, for there was no sign of life for {:g} s (hold)",
+    deviceLog().warn("{}: silenced, because there was no sign of life for {:g} s (hold)",
                      _device->status(),
                      _limits.hold_s);
 }
 
-// A lost device is told, and silenced by its driver before it plays again.
+// A lost device is reported, and its driver silences it before it plays again.
 void GuardedDevice::watchQuieting()
 {
     settle();
@@ -372,11 +372,11 @@ void GuardedDevice::watchQuieting()
         text = fmt::format(&text == &quieting.quieted
                                ? "a quieter field wasn't confirmed within {:.0f} ms, so it is "
                                  "silenced{}"
-                               : "it was asked for silence and hasn't confirmed that within {:.0f} "
-                                 "ms, so it may play on; it is asked again{}",
+                               : "a silence wasn't confirmed within {:.0f} ms, so it may still "
+                                 "play; it is silenced again{}",
                            1000 * quieting.patience_s,
                            why);
-        if (report.unsilenced.empty()) // else its driver has counted and told it
+        if (report.unsilenced.empty()) // otherwise its driver has counted and reported it
         {
             ++quieting.faults;
             deviceLog().error("{}: {}", _device->status(), text);
@@ -398,8 +398,8 @@ double GuardedDevice::nextDue_s() const
     return due_s;
 }
 
-// Updates the gain as time passes: raises the ramp while a field is played, lowers it when closing;
-// keeps the thermal budget; watches.
+// Updates the gain over time: raises the ramp while a field plays, lowers it when closing; keeps
+// the thermal budget; runs the watchdogs.
 void GuardedDevice::run()
 {
     base::Lock lock(_mutex);
@@ -416,7 +416,7 @@ void GuardedDevice::run()
         if (!sounded) last_s = now_s;
         watchHold();
         if (!_watchman.closing) watchQuieting();
-        if (!_sounding.isAny || _sounding.inTurn) continue; // a sequence has no gain that changes
+        if (!_sounding.isAny || _sounding.inTurn) continue; // a sequence has a constant gain
         _drive.passRamp(now_s - last_s, !_watchman.closing);
         last_s = now_s;
         if (_drive.isDue(cap(), now_s)) sendLowered();
@@ -446,7 +446,7 @@ std::vector<std::complex<float>> GuardedDevice::wouldPlay(const DriveSignal& sig
 DeviceReport GuardedDevice::report() const
 {
     DeviceReport report = _device->report();
-    // Before the fields refused while muted are added: they are no shortfall.
+    // Before adding fields refused while muted, which are no shortfall.
     if (report.shortfall.empty()) report.shortfall = shortfallOf(report);
     const base::Lock lock(_mutex);
     settle();

@@ -19,10 +19,10 @@
 namespace midair::device
 {
 
-/// The field that is wanted of a device, and how loud SafetyLimits let it be as time passes: cap of
-/// the amplitude, ramp, thermal budget.
+/// The requested field of a device, and the amplitude that SafetyLimits allow over time: amplitude
+/// cap, ramp, thermal budget.
 ///
-/// Has no lock: the owner guards it. Times are those of any one clock.
+/// Has no lock: the owner guards it. Times are of any one clock.
 class LimitedDrive
 {
 public:
@@ -30,26 +30,26 @@ public:
 
     /// Ramp or budget: the gain changes while a field is held.
     bool needsTime() const { return _limits.ramp_s > 0 || _limits.meanDrive < 1; }
-    /// Longest time between two looks at what changes, s.
+    /// Longest time between two updates, s.
     double step_s() const;
 
     void want(const DriveSignal& signal);
-    /// The gain at which what is wanted may sound, with its peak at \a cap at most.
+    /// Returns the allowed gain of the requested field, with its peak at most \a cap.
     double allowed(double cap, double now_s);
-    /// Returns what is wanted, lowered by that; it stays until the next call.
+    /// Returns the requested field with that gain; valid until the next call.
     const DriveSignal& lowered(double cap, double now_s);
-    /// The device has taken the last lowered(), or else refused it and plays on.
+    /// Reports whether the device has taken the last lowered(); otherwise it plays on.
     void noteSent(bool taken);
-    /// A sequence plays, whose loudest field is lowered by \a gain. Ramp and budget let none be
-    /// sent.
+    /// Reports that a sequence plays, with its loudest field lowered by \a gain. With ramp or
+    /// budget no sequences are sent.
     void noteSequence(double gain) { _gain = gain; }
     void noteSilence(double now_s);
 
-    double gain() const { return _gain; } ///< of what is played
+    double gain() const { return _gain; } ///< of the present output
     bool isRampedUp() const { return _limits.ramp_s > 0 && _ramp > 0; }
-    /// The ramp goes on for \a passed_s, upwards or down.
+    /// Advances the ramp by \a passed_s, upwards or down.
     void passRamp(double passed_s, bool upwards);
-    /// Returns true if the gain would change by what is worth a field: half a duty level.
+    /// Returns true if the gain changes enough for a new field: half a duty level.
     bool isDue(double cap, double now_s);
 
 private:
@@ -61,39 +61,37 @@ private:
     double _wantedPeak = 0;  ///< largest amplitude of _wanted
     double _wantedDrive = 0; ///< mean of its amplitudes squared
     double _ramp = 0;        ///< 0 .. 1; gain of the ramp
-    double _gain = 1;        ///< of what is played
-    double _drive = 0;       ///< mean amplitude squared of what is played
+    double _gain = 1;        ///< of the present output
+    double _drive = 0;       ///< mean squared amplitude of the present output
     double _meanDrive = 0;   ///< mean of that over time
     double _accounted_s;     ///< time of _meanDrive
 };
 
 /// The largest amplitude of \a signal.
 double peakAmplitude(const DriveSignal& signal);
-/// The gain that lowers \a signal to a peak of \a cap; 1 if it is no louder.
+/// Returns the gain that lowers \a signal to a peak of \a cap; 1 if it is not louder.
 double capGain(const DriveSignal& signal, double cap);
 
 class DeviceUri;
 
-/// Wraps a device and enforces its limits: amplitude cap, ramp, thermal budget, hold, mute.
-/// Everything that reaches the device goes through here. What whoever leads has asked of it stands
-/// in its Lead.
+/// Wraps a device and enforces its limits: amplitude cap, ramp, thermal budget, hold, mute. All
+/// output passes through it. Its Lead holds the application's requests.
 ///
-/// With a ramp or thermal budget a thread resends the last field with another gain as time passes.
-/// It is also the one watchdog of all devices: without a sign of life for the time of the hold it
-/// silences the device, whatever is sent, and what was asked to become quieter and isn't confirmed
-/// in time (QuietWatch) it silences, again and again until that is confirmed.
+/// With a ramp or thermal budget, a thread resends the last field with changing gain. It is also
+/// the single watchdog of all devices: without a sign of life during the hold time it silences the
+/// device, whatever is sent, and it silences a device that doesn't confirm a quieter field in time
+/// (QuietWatch), repeatedly until the silence is confirmed.
 class GuardedDevice : public ArrayDevice
 {
 public:
-    /// Throws DeviceError for limits that are out of range. \a claim is released after the device
-    /// is closed; may be null. \a clock has to outlive it; it is that of the device's
-    /// confirmed_s().
+    /// Throws DeviceError for limits out of range. \a claim is released after the device is closed;
+    /// may be null. \a clock must outlive it, and is the clock of the device's confirmed_s().
     GuardedDevice(std::unique_ptr<ArrayDevice> device,
                   const SafetyLimits& limits,
                   int transducers,
                   std::unique_ptr<DeviceClaim> claim = {},
                   const base::Clock& clock = base::steadyClock());
-    ~GuardedDevice() override; ///< takes up to ramp_s if a field is played
+    ~GuardedDevice() override; ///< takes up to ramp_s if a field plays
 
     GuardedDevice(const GuardedDevice&) = delete;
     GuardedDevice& operator=(const GuardedDevice&) = delete;
@@ -105,11 +103,11 @@ public:
     }
     bool sendUnled(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
     bool canStage() const override { return _device->canStage(); }
-    /// No sign of life.
+    /// Not a sign of life.
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
-    /// Refuses all sequences with a ramp or thermal budget, since the gain of a sequence can't be
-    /// changed while the device plays it. After the hold it is silenced as a field is.
+    /// Refuses all sequences with a ramp or thermal budget, because the gain of a playing sequence
+    /// can't be changed. The hold silences sequences like fields.
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
@@ -130,40 +128,40 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    /// What the device was given last.
+    /// Last output of the device.
     struct Sounding
     {
         bool isAny = false;
         bool inTurn = false;      ///< a sequence, which can't be lowered while it plays
-        bool isAbandoned = false; ///< the hold has silenced it, and no field came since
-        double cap = 1;           ///< of the amplitude, to which it keeps
+        bool isAbandoned = false; ///< silenced by the hold, with no field since
+        double cap = 1;           ///< amplitude cap that it respects
     };
-    /// Whether the device becomes quieter when it is asked to, and what is told of it.
+    /// Whether the device becomes quieter on request, and the reports about it.
     struct Quieting
     {
         QuietWatch watch;
         double patience_s = QuietWatch::kConfirm_s;
         std::string quieted;    ///< DeviceReport::quieted
-        std::string unsilenced; ///< DeviceReport::unsilenced, as far as seen here
+        std::string unsilenced; ///< DeviceReport::unsilenced, as far as known here
         std::uint64_t faults = 0;
     };
-    /// For report(): what the device doesn't know of.
+    /// For report(): counters that the device doesn't have.
     struct Counts
     {
         std::uint64_t refused = 0;
         std::uint64_t silences = 0;
     };
-    /// The thread: there from the start with limits that need time, else once it is needed.
+    /// The thread: started at once for limits that need time, otherwise on demand.
     struct Watchman
     {
         std::thread thread;
-        double wakeAt_s = std::numeric_limits<double>::infinity(); ///< until then it sleeps
+        double wakeAt_s = std::numeric_limits<double>::infinity(); ///< end of its sleep
         bool closing = false;
     };
 
     std::shared_ptr<Lead> lead() const { return std::atomic_load(&_lead); }
-    /// The lower of the cap that it was opened with and the lead's. Another thread may change it at
-    /// any time: each sending reads it once.
+    /// The lower of the cap at opening and the lead's. Another thread may change it at any time:
+    /// each send reads it once.
     double cap() const;
     bool refuse() MIDAIR_REQUIRES(_mutex);
     bool sendLowered(const std::shared_ptr<JointCommit>& joint = nullptr) MIDAIR_REQUIRES(_mutex);
@@ -175,7 +173,7 @@ private:
     bool maySound() const MIDAIR_REQUIRES(_mutex);
     void watchHold() MIDAIR_REQUIRES(_mutex);
     void watchQuieting() MIDAIR_REQUIRES(_mutex);
-    double nextDue_s() const MIDAIR_REQUIRES(_mutex); ///< when run() has something to do
+    double nextDue_s() const MIDAIR_REQUIRES(_mutex); ///< time when run() is due
     void wake() MIDAIR_REQUIRES(_mutex);
     void run() MIDAIR_EXCLUDES(_mutex);
 
@@ -191,7 +189,7 @@ private:
     base::Condition _wake;
     LimitedDrive _drive MIDAIR_GUARDED_BY(_mutex);
     Sounding _sounding MIDAIR_GUARDED_BY(_mutex);
-    mutable Quieting _quieting MIDAIR_GUARDED_BY(_mutex); ///< of what was handed to the device
+    mutable Quieting _quieting MIDAIR_GUARDED_BY(_mutex); ///< of output handed to the device
     Counts _counts MIDAIR_GUARDED_BY(_mutex);
     Watchman _watchman MIDAIR_GUARDED_BY(_mutex);
 };
@@ -202,7 +200,7 @@ void checkLimits(const SafetyLimits& limits);
 /// Takes the limits from the URI's parameters and combines them with \a limits, see SafetyLimits.
 SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
 
-/// The lower of two caps of a pressure or a level; 0 means none.
+/// Returns the lower of two caps of a pressure or level; 0 means none.
 double stricterCap(double a, double b);
 
 } // namespace midair::device

@@ -8,18 +8,18 @@
 namespace midair::device
 {
 
-/// What whoever leads an array has asked of it: that it is muted, a cap of the amplitude, signs of
-/// life. It is kept here alone, whichever device plays and whether one is open by now. Guarded
-/// devices follow it (ArrayDevice::follow()), several of a list the same one, and whatever stands
-/// before them asks it.
+/// Requests of the application that leads an array: mute, amplitude cap, signs of life. They are
+/// stored only here, whichever device plays and whether or not it is open. Guarded devices follow a
+/// lead (ArrayDevice::follow()); all devices of a list follow the same one, and code in front of
+/// them queries it.
 ///
-/// It only remembers. What sounds is changed by the device's functions of the same names, which
-/// write it down here; a device that is opened later finds it. All members may be called from any
-/// thread and never wait.
+/// It only stores. The device's functions of the same names change the output and record the
+/// request here; a device that is opened later reads it. Any thread may call any member; none
+/// waits.
 class Lead
 {
 public:
-    /// Making it counts as a sign of life. \a clock has to outlive it.
+    /// Construction counts as a sign of life. \a clock must outlive it.
     explicit Lead(const base::Clock& clock = base::steadyClock()) :
         _clock(clock),
         _sign_s(clock.now_s())
@@ -31,7 +31,7 @@ public:
         if (!_muted.exchange(muted) && muted) ++_mutes;
     }
     bool isMuted() const { return _muted; }
-    /// How often it was muted: tells what was played before a mute from what came after.
+    /// Number of mutes: distinguishes output before a mute from output after it.
     std::uint64_t mutes() const { return _mutes; }
 
     /// \a amplitude: 0 .. 1 of full drive; anything else counts as 0.

@@ -9,7 +9,7 @@
 namespace midair::device
 {
 
-/// How loud a field is, as far as that can be told without its points; silence is {}.
+/// Loudness of a field, as far as known without its points; silence is {}.
 struct Loudness
 {
     int peak = 0;          ///< its largest duty level
@@ -33,21 +33,21 @@ struct Loudness
     bool isBelow(const Loudness& other) const { return peak < other.peak || sum < other.sum; }
 };
 
-/// Watches whether what was asked to become quieter has become so: a quieter field or a silence,
-/// whatever it was for (a cap, a mute, a lower target). It has once ArrayDevice::confirmed_s() has
-/// reached the asking. GuardedDevice silences what isn't confirmed in time.
+/// Watches whether a device has become quieter on request: by a quieter field or a silence, for any
+/// reason (a cap, a mute, a lower target). The request is confirmed when ArrayDevice::confirmed_s()
+/// reaches its time. GuardedDevice silences devices that don't confirm in time.
 ///
-/// Has no lock: the owner guards it. All times are those of the owner's clock.
+/// Has no lock: the owner guards it. All times are of the owner's clock.
 class QuietWatch
 {
 public:
-    /// Within this time the device has to confirm, where its line is not slower.
+    /// Time for the device's confirmation, unless its line is slower.
     static constexpr double kConfirm_s = 0.1;
-    /// What has not even confirmed its silence for so long hangs.
+    /// A device that has not even confirmed its silence for this time hangs.
     static constexpr double kHangs_s = 1.0;
 
-    /// A field as loud as \a level was handed to the device at \a now_s; \a taken: it has not
-    /// refused it. Call confirm() before, so that what sounds is known.
+    /// A field with the loudness \a level was handed to the device at \a now_s; \a taken: not
+    /// refused. Call confirm() before, so that the present output is known.
     void ask(const Loudness& level, double now_s, bool taken)
     {
         _isSilence = false;
@@ -58,8 +58,8 @@ public:
         _isRefused = !taken;
     }
 
-    /// The first silence that isn't confirmed counts, though others are asked for meanwhile: a
-    /// device may take longer for one than the owner waits until it asks again.
+    /// The first unconfirmed silence counts, even if others are requested meanwhile: a device may
+    /// take longer for one than the owner's retry interval.
     void askSilence(double now_s)
     {
         ask({}, now_s, true);
@@ -69,7 +69,7 @@ public:
         _dueAfter = {};
     }
 
-    /// The device has carried out what was asked for before \a confirmed_s.
+    /// The device has carried out the requests before \a confirmed_s.
     void confirm(double confirmed_s)
     {
         if (_isRefused) confirmed_s = std::min(confirmed_s, std::nextafter(_last_s, 0));
@@ -85,37 +85,37 @@ public:
         if (_due.since_s <= 0) _doubted_s = _tried_s = 0;
     }
 
-    /// Since when something quieter isn't confirmed; 0: nothing.
+    /// Time of the first unconfirmed quieter request; 0: none.
     double since_s() const { return _due.since_s; }
-    /// The same, or since when it was silenced for that.
+    /// The same, or the time of the silence that followed it.
     double tried_s() const { return std::max(_due.since_s, _tried_s); }
     bool isOverdue(double now_s, double patience_s) const
     {
         return _due.since_s > 0 && now_s - tried_s() > patience_s;
     }
-    /// The owner silences it now, for it is overdue.
+    /// Reports that the owner silences the device now because a request is overdue.
     void doubt(double now_s)
     {
         if (_doubted_s <= 0) _doubted_s = _due.since_s;
         askSilence(now_s);
         _tried_s = now_s;
     }
-    /// When that was asked for whose silence isn't confirmed, either; 0: nothing.
+    /// Time of the request whose silence isn't confirmed either; 0: none.
     double doubted_s() const { return _doubted_s; }
 
-    bool maySound() const { return _due.most.peak > 0; } ///< as far as it has confirmed
-    /// The newest field is confirmed, and is no silence.
+    bool maySound() const { return _due.most.peak > 0; } ///< as far as confirmed
+    /// Returns true if the newest field is confirmed and not silent.
     bool sounds() const { return _isDone && _last.peak > 0; }
-    bool isSilence() const { return _isSilence; } ///< the newest asking was for one
+    bool isSilence() const { return _isSilence; } ///< the newest request was for silence
     void forget() { *this = {}; }                 ///< the device is lost, and begins in silence
 
 private:
     struct Due
     {
-        /// The loudest that may sound: what was confirmed last, and all that came since.
+        /// Loudest possible output: the last confirmed field, and all after it.
         Loudness most;
         double since_s = 0;
-        double quieter_s = 0; ///< when something quieter was asked for last
+        double quieter_s = 0; ///< time of the last quieter request
 
         void ask(const Loudness& level, double now_s)
         {
@@ -134,15 +134,15 @@ private:
     };
 
     Due _due;
-    Due _dueAfter;         ///< what is due once the silence of _silence_s is confirmed
-    double _silence_s = 0; ///< 0: none isn't confirmed
+    Due _dueAfter;         ///< what is due after the silence of _silence_s is confirmed
+    double _silence_s = 0; ///< 0: no unconfirmed silence
     Loudness _last;
     double _last_s = 0;
     bool _isRefused = false; ///< the last one was
     bool _isSilence = false;
-    bool _isDone = true; ///< the last one is confirmed
+    bool _isDone = true; ///< the newest request is confirmed
     double _doubted_s = 0;
-    double _tried_s = 0; ///< when it was silenced for what is overdue
+    double _tried_s = 0; ///< time of the silence for an overdue request
 };
 
 } // namespace midair::device

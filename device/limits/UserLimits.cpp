@@ -26,8 +26,8 @@ constexpr const char* kMaxPressure = "OSG_MIDAIR_MAX_PRESSURE";
 constexpr const char* kEarLimit = "OSG_MIDAIR_EAR_LIMIT";
 constexpr const char* kEarPoints = "OSG_MIDAIR_EAR_POINTS";
 
-/// Has \a read take each value that the variable \a name has into caps of its own, which \a caps
-/// then keep to; it returns false for one that isn't understood, which should be \a expected.
+/// Lets \a read parse each value of the variable \a name into separate caps, which then restrict \a
+/// caps. \a read returns false on an error; \a expected describes valid values.
 template<typename Read>
 void readCap(UserCaps& caps, const char* name, const std::string& expected, Read read)
 {
@@ -42,13 +42,13 @@ void readCap(UserCaps& caps, const char* name, const std::string& expected, Read
                 "{} is \"{}\", should be {}; nothing is played", name, *text, expected));
 }
 
-/// Reads a number of 0 .. \a most.
+/// Parses a number in 0 .. \a most.
 bool readNumber(const std::string& text, const char* unit, double most, double& value)
 {
     return base::parseQuantity(text, unit, value) && value >= 0 && value <= most;
 }
 
-/// Reads "110", "110 dB", "none", "0".
+/// Parses "110", "110 dB", "none", "0".
 bool readLevel(const std::string& text, double& level_dB)
 {
     if (base::lowerCase(base::trimmed(text)) == "none")

@@ -56,7 +56,7 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
 {
 }
 
-// Notes the skew of the last field once all devices have handed it over. Joints measure their own.
+// Notes the skew of the last field when all devices have handed it over. Joints measure their own.
 void MultiDevice::measureSkew() const
 {
     if (_staging > 1) return;
@@ -90,10 +90,10 @@ bool MultiDevice::sendUnled(const DriveSignal& signal)
         return false;
     }
     measureSkew(); // of the last field, which has usually been handed over by now
-    // Cuts all first, so that the sends follow each other closely.
+    // Splits all first, so that the sends follow each other closely.
     for (std::size_t i = 0; i < _parts.size(); ++i)
         cut(signal, _parts[i], _cuts[i]);
-    // A single device that can stage has no other to wait for.
+    // A single staging device has no other to wait for.
     const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging, _skew) : nullptr;
     bool taken = true;
     for (std::size_t i = 0; i < _parts.size(); ++i)
@@ -158,8 +158,7 @@ std::string MultiDevice::status() const
     return text;
 }
 
-// The sums of all devices' counters, with the state and message of the first one in the worst
-// state.
+// Sums all devices' counters, with the state and message of the first device in the worst state.
 DeviceReport MultiDevice::report() const
 {
     const base::Lock lock(_mutex);
@@ -238,7 +237,7 @@ bool MultiDevice::identify(int board, bool light)
     return any;
 }
 
-// For a transducer that several devices have, the first in the list counts.
+// If several devices have a transducer, the first in the list counts.
 template<typename Play>
 std::vector<std::complex<float>> MultiDevice::join(Play&& play) const
 {
@@ -256,7 +255,7 @@ std::vector<std::complex<float>> MultiDevice::played() const
     return join([](const Part& part) { return part.device->played(); });
 }
 
-// All that changes in one of them is a field of all.
+// A change in one of them makes a new field of all.
 std::vector<PlayedField> MultiDevice::playedSince(double from_s) const
 {
     if (_parts.front().count == _transducers) return _parts.front().device->playedSince(from_s);

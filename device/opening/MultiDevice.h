@@ -7,17 +7,17 @@
 namespace midair::device
 {
 
-/// Combines several devices to one: boards of the array on different ports, or the array and a
+/// Combines several devices into one: boards of the array on different ports, or the array and a
 /// recording.
 ///
-/// A field goes to all of them, one right after the other. Those that can stage it
-/// (ArrayDevice::canStage()) play it when the last of them has its piece; the others play at once.
-/// The report's skew_s says how far apart that was. A device that is lost doesn't keep the others
-/// from playing; send() returns false if any of them refused.
+/// A field goes to all of them, one right after the other. Devices that can stage it
+/// (ArrayDevice::canStage()) play it when the last of them has its part; the others play at once.
+/// The report's skew_s is the time between them. A lost device doesn't keep the others from
+/// playing; send() returns false if any of them refused.
 class MultiDevice : public ArrayDevice
 {
 public:
-    /// One device and its transducers: count of them, from first on.
+    /// A device and its transducers: count of them, from first on.
     struct Part
     {
         std::unique_ptr<ArrayDevice> device;
@@ -37,16 +37,16 @@ public:
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
     void keepAlive() override;
-    void follow(const std::shared_ptr<Lead>& lead) override; ///< all the same one
-    bool isHoldOver() const override;                        ///< that of any
-    double confirmed_s() const override;                     ///< by all
+    void follow(const std::shared_ptr<Lead>& lead) override; ///< the same lead for all
+    bool isHoldOver() const override;                        ///< of any device
+    double confirmed_s() const override;                     ///< by all devices
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences
     bool identify(int board, bool light) override;
     /// for each transducer, of the first device that has it
     std::vector<std::complex<float>> played() const override;
-    /// the same; empty where one of these devices isn't simulated
+    /// likewise; empty if one of these devices isn't simulated
     std::vector<PlayedField> playedSince(double from_s) const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
@@ -65,12 +65,12 @@ private:
     std::vector<DriveSignal> _cuts MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// Splits a list of URIs at commas that letters and a colon follow; without such a comma it is one
-/// URI. Throws DeviceError for a list that is too long (DeviceUri.h).
+/// Splits a list of URIs at commas followed by letters and a colon; otherwise the text is one URI.
+/// Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
 
-/// Returns the same devices, with recordings that are to be continued: for who opens again what it
-/// has opened before. Throws DeviceError for what is no URI.
+/// Returns the same devices with recordings set to continue, for reopening. Throws DeviceError for
+/// an invalid URI.
 std::string continuedRecordings(const std::string& uri);
 
 } // namespace midair::device

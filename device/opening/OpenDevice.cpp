@@ -92,9 +92,8 @@ std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& 
     if (uri.takeText("board", "") == "autd3")
     {
         if (const OpenDevice& open = rehearsedAutd3()) return open(uri, layout);
-        throw uri.error("no emulated units are in this program; \"midair-device emulate autd3 "
-                        "--units 1 --port 44336\" is such, for "
-                        "\"autd3:?units=1&group=[::1]:44336\"");
+        throw uri.error("this program has no emulated units; run \"midair-device emulate autd3 "
+                        "--units 1 --port 44336\" and open \"autd3:?units=1&group=[::1]:44336\"");
     }
     const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
     uri.rejectUnknown();
@@ -128,16 +127,15 @@ std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& l
 }
 
 constexpr const char* kNoPointsInRecording =
-    "max-pressure can't be held: a recording has no control points. It holds what was capped when "
-    "it was recorded; "
-    "max-amplitude caps it again";
+    "max-pressure can't be held: a recording has no control points. Its fields were capped when "
+    "they were recorded; max-amplitude caps them again";
 
 std::unique_ptr<ArrayDevice> openList(const std::string& text,
                                       const DeviceLayout& layout,
                                       const SafetyLimits& limits,
                                       const std::string& owner = {});
 
-// The limits are those of the device that it plays on, which is a guarded one.
+// The limits are those of the target device, which is guarded.
 std::unique_ptr<ArrayDevice>
 openPlaying(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
 {
@@ -147,7 +145,7 @@ openPlaying(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limi
     options.loop = uri.takeFlag("loop", false);
     const std::string to = uri.takeText("to", "");
     uri.rejectUnknown();
-    if (to.empty()) throw uri.error("say on which device: \"play:FILE?to=usb:\"");
+    if (to.empty()) throw uri.error("choose a device: \"play:FILE?to=usb:\"");
     if (playsByItself(to))
         throw uri.error("a recording plays on an array, not on another recording: \"play:\" may "
                         "not stand in \"to\"");
@@ -158,7 +156,7 @@ openPlaying(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limi
     return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
 }
 
-/// A kind of device: its scheme, how it is opened, and its line of help.
+/// A kind of device: scheme, open function, and line of help.
 struct Scheme
 {
     const char* name;
@@ -201,7 +199,7 @@ std::vector<Scheme> allSchemes()
     return all;
 }
 
-/// Opens a device of a kind that is known, and puts the limits around it.
+/// Opens a device of a known kind with the limits around it.
 template<typename Open>
 std::unique_ptr<ArrayDevice> openWith(const Open& open,
                                       Owned owned,
@@ -210,7 +208,7 @@ std::unique_ptr<ArrayDevice> openWith(const Open& open,
                                       const SafetyLimits& strict,
                                       const std::string& owner)
 {
-    // Without an owner's name, hardware that is in use is refused by the operating system.
+    // Without an owner's name, the operating system refuses hardware in use.
     auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owned, owner);
     auto device = open(uri, layout);
     return std::make_unique<GuardedDevice>(
@@ -284,7 +282,7 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
 {
     std::vector<MultiDevice::Part> parts;
     const std::vector<std::string> list = splitDeviceList(text);
-    // One array that plays on in part is none that is silent: the shortest hold is that of all.
+    // An array is silent only if all its parts are: the shortest hold applies to all.
     SafetyLimits limits = given;
     for (const std::string& one : list)
     {
@@ -326,7 +324,7 @@ Registry& registry()
     return all;
 }
 
-// Letters only: where a list of devices is split, letters and a colon begin the next.
+// Letters only: a list of devices is split where letters and a colon begin the next.
 bool isSchemeName(const std::string& name)
 {
     return !name.empty() && name.size() <= kMostLetters &&

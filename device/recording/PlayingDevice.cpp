@@ -78,12 +78,18 @@ bool PlayingDevice::playOnce(base::Lock& lock)
     }
     if (stop != recording::Stop::END && _ending.empty())
     {
-        _ending = fmt::format("the file {} at byte {} of {}, after {} whole fields",
-                              stop == recording::Stop::TRUNCATED ? "breaks off" : "is damaged",
-                              reader.offset(),
-                              _show.bytes().size(),
-                              _fields);
-        deviceLog().warn("recording \"{}\": {}", _show.file(), _ending);
+        _isDamaged = stop == recording::Stop::CORRUPT;
+        const std::size_t bytes = _show.bytes().size();
+        const std::size_t left = bytes - reader.offset();
+        if (_isDamaged)
+            _ending = fmt::format("the file is damaged at byte {} of {}, after {} whole fields",
+                                  reader.offset(),
+                                  bytes,
+                                  _fields);
+        else
+            _ending = "ended without its last mark" +
+                      (left == 0 ? "" : fmt::format("; of one more there are {} bytes", left));
+        deviceLog().warn("recording \"{}\": {} fields, {}", _show.file(), _fields, _ending);
     }
     return true;
 }
@@ -95,7 +101,7 @@ void PlayingDevice::silence()
         _stop = true;
     }
     _wake.notifyAll();
-    // At once; run() does it again when it ends, for a field that it was just sending.
+    // At once; run() repeats it when it ends, for a field that it was sending.
     _device->silence();
 }
 
@@ -115,7 +121,7 @@ DeviceReport PlayingDevice::report() const
 {
     DeviceReport report = _device->report();
     const base::Lock lock(_mutex);
-    if (!_finished || _ending.empty()) return report;
+    if (!_finished || !_isDamaged) return report;
     report.state = DeviceState::LOST;
     ++report.faults;
     report.message = "recording \"" + _show.file() + "\": " + _ending;

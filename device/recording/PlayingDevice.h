@@ -11,20 +11,20 @@
 namespace midair::device
 {
 
-/// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of
-/// its own. Refuses all fields that are sent to it. At the end of the file, or where it breaks off,
-/// it silences the device. Its fields are no signs of life: where that device has a hold, whoever
-/// plays the recording has to give them (keepAlive()).
+/// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in its own
+/// thread. Refuses all fields. At the end of the file, or where it breaks off, it silences the
+/// device. Its fields are not signs of life: if that device has a hold, the program that plays the
+/// recording must call keepAlive().
 class PlayingDevice : public ArrayDevice
 {
 public:
-    /// How the recording is played.
+    /// Playback options.
     struct Options
     {
         double speed = 1;  ///< > 0; factor on the recorded speed
         bool loop = false; ///< start again at the end
-        /// transducers that are never driven, whatever the recording says; others than the array's
-        /// don't count
+        /// transducers that are never driven, whatever the recording contains; unknown ones are
+        /// ignored
         std::vector<int> dead = {};
     };
 
@@ -37,17 +37,22 @@ public:
     PlayingDevice& operator=(const PlayingDevice&) = delete;
 
     bool send(const DriveSignal&) override { return false; }
-    void silence() override;                                         ///< ends playing
-    void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
+    void silence() override; ///< ends playing
+    void setMuted(bool muted) override
+    {
+        _device->setMuted(muted);
+    } ///< playback continues
+      ///< silently
     bool setAmplitudeCap(double amplitude) override { return _device->setAmplitudeCap(amplitude); }
     void keepAlive() override { _device->keepAlive(); }
     void follow(const std::shared_ptr<Lead>& lead) override { _device->follow(lead); }
     bool isHoldOver() const override { return _device->isHoldOver(); }
     double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
-    /// The other device's report; LOST, with one more fault, if the file broke off or was damaged.
+    /// The other device's report; LOST, with one more fault, if the file is damaged. A file
+    /// truncated by a kill is played as far as it goes, without a fault.
     DeviceReport report() const override;
-    DriveAbility ability() const override; ///< the other device's, but with no sequences
+    DriveAbility ability() const override; ///< of the other device, without sequences
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
     std::vector<PlayedField> playedSince(double from_s) const override
@@ -59,9 +64,9 @@ public:
         return _device->wouldPlay(signal);
     }
 
-    bool finished() const;          ///< true if playing has ended
-    std::string ending() const;     ///< what is wrong with the file; empty: nothing so far
-    double worstLateness_s() const; ///< the longest delay of an entry against its recorded time
+    bool finished() const;      ///< true if playing has ended
+    std::string ending() const; ///< reason if the file ended without its end mark; otherwise empty
+    double worstLateness_s() const; ///< longest delay of an entry after its recorded time
 
 private:
     void run();
@@ -80,6 +85,7 @@ private:
     double _time_s MIDAIR_GUARDED_BY(_mutex) = 0;
     double _worstLateness_s MIDAIR_GUARDED_BY(_mutex) = 0;
     std::string _ending MIDAIR_GUARDED_BY(_mutex);
+    bool _isDamaged MIDAIR_GUARDED_BY(_mutex) = false;
     std::thread _thread;
 };
 

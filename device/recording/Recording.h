@@ -9,8 +9,7 @@
 namespace midair::device
 {
 
-/// The file format that `record:` writes and `play:` reads, as pure functions on bytes (format
-/// version 1).
+/// File format of `record:` and `play:`, as pure functions on bytes (format version 1).
 ///
 /// All numbers are little-endian. The header has 32 bytes: "MIDAIRF\n" (8), version (u16), header
 /// bytes (u16), number m of transducers (u32), start in ns since 1970 (u64), 0 (u32), CRC-32C of
@@ -36,18 +35,18 @@ enum class Kind : std::uint8_t
     END = 3
 };
 
-/// Encodes fields as bytes; keeps the last field, for coding 2.
+/// Encodes fields as bytes; keeps the last field for coding 2.
 class Writer
 {
 public:
     explicit Writer(int transducers);
 
     std::vector<std::uint8_t> header(std::uint64_t start_ns) const;
-    /// A record of a field; \a signal has one entry per transducer. The bytes are valid until the
-    /// next call.
+    /// Returns a record of a field; \a signal has one entry per transducer. The bytes are valid
+    /// until the next call.
     const std::vector<std::uint8_t>& field(std::uint64_t time_ns, const DriveSignal& signal);
     const std::vector<std::uint8_t>& mark(std::uint64_t time_ns, Kind kind); ///< SILENCE or END
-    /// The next field refers to none before it.
+    /// Makes the next field independent of those before it.
     void forget() { _before = {}; }
 
 private:
@@ -67,7 +66,7 @@ struct Entry
     DriveSignal signal;
 };
 
-/// Why reading stopped.
+/// Reason for the end of reading.
 enum class Stop
 {
     MORE,      ///< an entry was read
@@ -76,19 +75,19 @@ enum class Stop
     CORRUPT    ///< a record's CRC or contents are wrong
 };
 
-/// Decodes bytes to fields; never reads outside of them, whatever they contain.
+/// Decodes bytes to fields; never reads out of bounds, whatever the bytes.
 class Reader
 {
 public:
     /// Keeps the pointer, so the bytes must outlive the reader. \a name is the file's, for
-    /// messages. Throws DeviceError if the header is not valid or of another version than 1.
+    /// messages. Throws DeviceError if the header is invalid or of another version than 1.
     Reader(const std::uint8_t* data, std::size_t size, const std::string& name);
     Reader(const std::string& bytes, const std::string& name);
 
     int transducers() const { return _transducers; }
     std::uint64_t start_ns() const { return _start_ns; }
     Stop next(Entry& entry);                       ///< sets \a entry only if it returns MORE
-    std::size_t offset() const { return _offset; } ///< of the first byte that was not read
+    std::size_t offset() const { return _offset; } ///< of the first unread byte
 
 private:
     const std::uint8_t* _data;

@@ -39,19 +39,18 @@ RecordingDevice::RecordingDevice(const std::string& file,
     if (!_failure.empty()) throw DeviceError("recording \"" + file + "\": " + _failure);
 }
 
-// Returns false if there is nothing to go on with.
+// Returns false if there is no recording to continue.
 bool RecordingDevice::goOn()
 {
     const auto ended = recording::endOf(_opened.descriptor());
     if (!ended) return false;
     const std::string name = "recording \"" + _file + "\": ";
     if (ended->transducers != _held.transducers())
-        throw DeviceError(
-            fmt::format("{}was begun for {} transducers, and the array has {} now; it "
-                        "stays as it is: choose another name",
-                        name,
-                        ended->transducers,
-                        _held.transducers()));
+        throw DeviceError(fmt::format(
+            "{}was begun for {} transducers, but the array now has {}; choose another name",
+            name,
+            ended->transducers,
+            _held.transducers()));
     const auto end = static_cast<off_t>(ended->bytes);
     if (::ftruncate(_opened.descriptor(), end) != 0 ||
         ::lseek(_opened.descriptor(), end, SEEK_SET) != end)
@@ -254,7 +253,7 @@ std::uint64_t recording::RunningSequence::begun(std::uint64_t time_ns) const
 {
     const double passed_s = static_cast<double>(time_ns - _start_ns) * 1e-9;
     std::uint64_t steps = static_cast<std::uint64_t>(passed_s * _sequence.rate_Hz) + 1;
-    // The product may be rounded past a step's start, either way.
+    // The product may be rounded past a step's start in either direction.
     while (this->time_ns(steps) <= time_ns)
         ++steps;
     while (steps > 1 && this->time_ns(steps - 1) > time_ns)

@@ -16,12 +16,12 @@ namespace midair::device
 namespace recording
 {
 
-/// A sequence on the clock of a recording: tells which steps have begun by a time, and which of
-/// them are not in the file yet.
+/// A sequence on the clock of a recording: computes which steps have begun by a time, and which are
+/// not in the file yet.
 class RunningSequence
 {
 public:
-    /// Steps that are later than this in the file are left out, s.
+    /// Steps that are later than this are left out of the file, s.
     static constexpr double kMostBacklog_s = 2;
 
     RunningSequence() = default; ///< no sequence: converts to false
@@ -30,12 +30,12 @@ public:
 
     explicit operator bool() const { return !_sequence.signals.empty(); }
 
-    std::uint64_t step() const { return _next; } ///< the first step not in the file, from 0
+    std::uint64_t step() const { return _next; } ///< first step not in the file, from 0
     void advance() { ++_next; }
     /// start_ns + step/rate, rounded to the nanosecond.
     std::uint64_t time_ns(std::uint64_t step) const;
     const DriveSignal& signal(std::uint64_t step) const;
-    /// The number of steps that have begun by \a time_ns, which must not be before the start.
+    /// Returns the number of steps begun by \a time_ns, which must not be before the start.
     std::uint64_t begun(std::uint64_t time_ns) const;
     /// Skips the steps that are more than kMostBacklog_s late at \a time_ns; returns their number.
     std::uint64_t leaveOutLate(std::uint64_t time_ns);
@@ -49,20 +49,20 @@ private:
 } // namespace recording
 
 /// `record:FILE`: writes every field with its time into a file (Recording.h), for `play:` and for
-/// tests. A field is handed to the operating system in one write before send() returns, so a crash
-/// loses at most the last one.
+/// tests. Each field is one write to the operating system before send() returns, so a crash loses
+/// at most the last one.
 ///
-/// A sequence is written step by step, each with the time at which it would be played: start +
-/// k/rate, to the nanosecond. A thread that wakes up every 50 ms writes the steps that have begun;
-/// so does every call that ends the sequence. What could not be written, on a full disk say, is a
-/// loss of the device: it refuses all fields from then on. Steps that are more than two seconds
-/// late, on a slow disk, are left out, which counts as a fault with a message.
+/// A sequence is written step by step, each with its playing time: start + k/rate, to the
+/// nanosecond. A thread that wakes up every 50 ms, and every call that ends the sequence, writes
+/// the steps that have begun. A write error, such as a full disk, is a loss of the device: it
+/// refuses all fields from then on. Steps that are more than two seconds late, on a slow disk, are
+/// left out, which counts as a fault with a message.
 class RecordingDevice : public ArrayDevice
 {
 public:
-    /// \a before: what happens to the recording that is in \a file. One that is continued has the
-    /// same clock and number of transducers, and goes on after a pause; throws DeviceError, and
-    /// leaves it, for another number, and if the file can't be written or must not be
+    /// \a before: what happens to an existing recording in \a file. A continued one has the same
+    /// clock and number of transducers, and resumes after a pause. Throws DeviceError, without
+    /// changing the file, for another number, and if the file can't or must not be written
     /// (RecordingFile.h).
     RecordingDevice(const std::string& file,
                     int transducers,
@@ -103,7 +103,7 @@ private:
     std::uint64_t _bytes MIDAIR_GUARDED_BY(_mutex) = 0; ///< of whole records
     std::string _failure MIDAIR_GUARDED_BY(_mutex);
     bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
-    /// Writes the steps of sequences; started by the first one, under _mutex.
+    /// Writes the steps of sequences; the first one starts it, under _mutex.
     std::thread _thread;
 };
 

@@ -68,18 +68,17 @@ Ends& ends()
     fail(file, "can't be written: " + std::generic_category().message(errno));
 }
 
-// Called before the file is opened, since opening some devices has side effects, and again after.
+// Called before the file is opened, because opening some devices has side effects, and again after.
 void requireOwnFile(const std::string& file, const struct stat& about)
 {
-    if (S_ISLNK(about.st_mode))
-        fail(file, "is a link, and nothing is written through one; name the file itself");
+    if (S_ISLNK(about.st_mode)) fail(file, "is a link; name the file itself");
     if (S_ISDIR(about.st_mode)) fail(file, "is a folder; name a file in it");
     if (!S_ISREG(about.st_mode))
         fail(file, "is a device or a pipe; a recording goes into a regular file");
     if (about.st_nlink > 1)
         fail(file,
-             fmt::format("has {} names (hard links), and what is written here would be in all of "
-                         "them; choose another name",
+             fmt::format("has {} names (hard links), and a recording would change all of them; "
+                         "choose another name",
                          about.st_nlink));
 }
 
@@ -92,8 +91,8 @@ void requireRecording(const std::string& file, int descriptor)
                        std::memcmp(begin.data(), kMagic, begin.size()) == 0))
         return;
     fail(file,
-         "is there and isn't a recording (it doesn't start with MIDAIRF), so it stays as it is; "
-         "choose another name, or say record:" +
+         "exists and isn't a recording (it doesn't start with MIDAIRF); choose another name, or "
+         "use record:" +
              file + "?overwrite=yes");
 }
 
@@ -127,7 +126,8 @@ std::optional<Ended> endOf(int descriptor)
 OpenFile::~OpenFile()
 {
     if (_descriptor < 0) return;
-    ::flock(_descriptor, LOCK_UN); // close() isn't enough if a child process has the descriptor too
+    ::flock(_descriptor, LOCK_UN); // close() isn't enough if a child process also has the
+                                   // descriptor
     ::close(_descriptor);
 }
 
@@ -147,12 +147,11 @@ OpenFile openForWriting(const std::string& file, Before before)
     if (there) requireOwnFile(file, about);
     OpenFile opened(::open(file.c_str(), (there ? O_RDWR : O_RDWR | O_CREAT) | kCareful, 0666));
     const int descriptor = opened.descriptor();
-    if (descriptor < 0 && errno == ELOOP)
-        fail(file, "is a link, and nothing is written through one; name the file itself");
+    if (descriptor < 0 && errno == ELOOP) fail(file, "is a link; name the file itself");
     if (descriptor < 0 || ::fstat(descriptor, &about) != 0) failToWrite(file);
     requireOwnFile(file, about);
-    // Other errors, as on a file system without locks, are ignored: then only two users of one file
-    // aren't kept apart.
+    // Ignores other errors, as on a file system without locks: two users of one file are then not
+    // kept apart.
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         fail(file, "is being recorded or played by somebody else; choose another name");
     if (before != Before::OVERWRITTEN) requireRecording(file, descriptor);
@@ -165,8 +164,8 @@ Show::Show(const std::string& file, int transducers) : _file(file)
 {
     try
     {
-        // A shared lock, which keeps openForWriting() away; if it can't be had, the recording is
-        // played all the same.
+        // A shared lock, which blocks openForWriting(); without it the recording is played all the
+        // same.
         struct stat about = {};
         if (::stat(file.c_str(), &about) == 0 && S_ISREG(about.st_mode))
             _held = OpenFile(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));

@@ -22,12 +22,12 @@ private:
     int _descriptor;
 };
 
-/// What happens to a recording that is in the file already.
+/// Handling of an existing recording in the file.
 enum class Before
 {
-    REPLACED,    ///< by a new one
-    OVERWRITTEN, ///< likewise, whatever the file holds
-    CONTINUED    ///< if this program was the last to record into it, else replaced
+    REPLACED,    ///< replaced by a new one
+    OVERWRITTEN, ///< likewise, whatever the file contains
+    CONTINUED    ///< if this program was the last to record into it, otherwise replaced
 };
 
 /// Opens \a file for a recording, and locks it; empty, unless it is to be continued. Throws
@@ -37,7 +37,7 @@ enum class Before
 /// Never waits.
 OpenFile openForWriting(const std::string& file, Before before);
 
-/// A recording that this program has ended, as far as it is needed to go on with it.
+/// A recording ended by this program, with the data to continue it.
 struct Ended
 {
     int transducers = 0;
@@ -46,9 +46,9 @@ struct Ended
     double start_s = 0;      ///< base::steadySeconds()
 };
 
-/// Notes that the recording in the open file \a descriptor has ended like that. Any thread.
+/// Notes that the recording in the open file \a descriptor has ended. Any thread.
 void noteEnd(int descriptor, const Ended& ended);
-/// Returns what was noted of that file last, if it hasn't changed since. Any thread.
+/// Returns the last note on that file, if it is unchanged since. Any thread.
 std::optional<Ended> endOf(int descriptor);
 
 /// A recording in memory. While it exists, its file is locked against new recordings.

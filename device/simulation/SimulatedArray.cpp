@@ -17,7 +17,7 @@ namespace midair::device
 namespace
 {
 
-// Throws before the members are built, so that they can be const.
+// Throws before the members are constructed, so that they can be const.
 const DeviceLayout&
 checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& name)
 {
@@ -67,7 +67,7 @@ bool SimulatedBoard::playSequence(const DriveSequence& sequence, double now_s)
 void SimulatedBoard::advance(double now_s)
 {
     if (_inTurn.signals.empty()) return;
-    constexpr std::int64_t kMostSteps = 200; // more than the history keeps of a modulation
+    constexpr std::int64_t kMostSteps = 200; // more of a modulation than the history keeps
     const auto step = static_cast<std::int64_t>((now_s - _inTurnSince_s) * _inTurn.rate_Hz);
     for (_inTurnStep = std::max(_inTurnStep, step - kMostSteps); _inTurnStep < step;)
     {
@@ -159,8 +159,7 @@ double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
     if (_board != nullptr && !unplugged(now_s)) _board->advance(now_s);
-    // A real host sends KEEPALIVE from a thread; here the firmware is brought up to date at each
-    // call.
+    // A real host sends KEEPALIVE from a thread; here each call updates the firmware.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
     const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
     if (watchdogs > _watchdogs)
@@ -241,7 +240,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
             {
                 ++report.sent;
                 ++report.lost;
-                report.message = "a field didn't come whole and was not played";
+                report.message = "an incomplete field was not played";
             });
     else
         _counters.countPlayed(sentAt_s);
@@ -342,7 +341,7 @@ std::string SimulatedArray::status() const
     const protocol::Status status = _firmware.status(now_s);
     if ((status.flags & protocol::WATCHDOG_FIRED) != 0) text += "; muted by the watchdog";
     if (status.incomplete > 0)
-        text += fmt::format("; {} fields came incomplete and were not played", status.incomplete);
+        text += fmt::format("; {} incomplete fields were not played", status.incomplete);
     return text;
 }
 

@@ -21,8 +21,8 @@
 namespace midair::device
 {
 
-/// An open board that is simulated: what is sent goes as its codec's bytes to a VirtualBoard, and
-/// what that has played is kept. Has no lock: the owner guards it. Times never decrease.
+/// A simulated open board: fields go as its codec's bytes to a VirtualBoard, and its output is
+/// kept. Has no lock: the owner guards it. Times never decrease.
 class SimulatedBoard
 {
 public:
@@ -33,10 +33,11 @@ public:
 
     const BoardCodec& codec() const { return *_codec; }
     void play(const DriveSignal& signal, double now_s);
-    /// The board goes on with it by itself. What it stores, or exchanges at the pace of its line,
-    /// is given to it field by field here. Returns false if this board can't, or not so long ones.
+    /// Starts a sequence, which the board plays by itself. Sequences that a board stores, or
+    /// exchanges at its line's rate, are given to it field by field here. Returns false if the
+    /// board can't play it.
     bool playSequence(const DriveSequence& sequence, double now_s);
-    /// Gives it the fields of its sequence that are due.
+    /// Sends the fields of the sequence that are due.
     void advance(double now_s);
     void silence(double now_s);
 
@@ -53,26 +54,26 @@ private:
     const std::unique_ptr<BoardCodec> _codec;
     const std::unique_ptr<VirtualBoard> _board;
     std::vector<std::uint8_t> _bytes;
-    DriveSequence _inTurn;     ///< that it plays by itself; no signals: none
-    double _inTurnSince_s = 0; ///< when its first signal began
+    DriveSequence _inTurn;     ///< playing sequence; no signals: none
+    double _inTurnSince_s = 0; ///< time when its first signal began
     std::int64_t _inTurnStep = 0;
     PlayedHistory<Activations> _history;
 };
 
 class DeviceUri;
 
-/// s; longest time constant that a simulation is asked to ring with, as that of arrays' files.
+/// s; largest ringing time constant of a simulation, as for array files.
 constexpr double kMostSimulatedRinging_s = 0.01;
 
-/// `sim:`: a simulated array. Sends the bytes that hardware would get to a VirtualFirmware or
-/// VirtualBoard; played() returns what that plays of them.
+/// `sim:`: a simulated array. Sends the bytes for the hardware to a VirtualFirmware or
+/// VirtualBoard; played() returns its output.
 ///
 /// The URI's parameters simulate faults: `drop` and `corrupt` (probabilities per packet, 0 .. 1),
-/// `seed`, `latency` (from commit to sound), `fps` (the most fields per second), `unplug_at`,
-/// `replug_at`, `hang_at` (the host sends nothing more, so the watchdog mutes), the last three as
-/// times since opening. `board` chooses the protocol of an open board instead of osgMidair's own.
-/// It keeps what it has played in the last moments; `ringing` (0 .. 10 ms) is for whoever makes
-/// pressures over time of that: see DriveAbility::ringing_s.
+/// `seed`, `latency` (from commit to output), `fps` (maximum fields per second), `unplug_at`,
+/// `replug_at`, `hang_at` (the host stops sending, so the watchdog mutes), the last three as times
+/// since opening. `board` selects the protocol of an open board instead of osgMidair's own. It
+/// keeps its recent output; `ringing` (0 .. 10 ms) is for computing pressures over time from it:
+/// see DriveAbility::ringing_s.
 class SimulatedArray : public ArrayDevice
 {
 public:
@@ -85,7 +86,7 @@ public:
         double unplugAt_s = std::numeric_limits<double>::infinity();
         double replugAt_s = std::numeric_limits<double>::infinity();
         double hangAt_s = std::numeric_limits<double>::infinity();
-        double ringing_s = -1; ///< below 0: not said
+        double ringing_s = -1; ///< below 0: not given
         std::string board;     ///< a scheme of boardKinds(); empty: osgMidair's own protocol
         VirtualFirmware::Options firmware;
     };
@@ -111,7 +112,7 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    /// Brings what is simulated and the faults to the present; returns the time since opening, s.
+    /// Advances the simulation and the faults to the present; returns the time since opening, s.
     double advance() const MIDAIR_REQUIRES(_mutex);
     bool sendPackets(const DriveSignal& signal, double now_s) MIDAIR_REQUIRES(_mutex);
     /// Sends _bytes to the firmware, with dropped and damaged packets.
@@ -132,16 +133,16 @@ private:
     mutable FieldCounters _counters;   ///< any thread
     mutable VirtualFirmware _firmware; ///< any thread; of our own protocol
 
-    // Looking brings it to the present, so even that changes it.
+    // Reading advances the simulation to the present, which changes it.
     mutable base::Mutex _mutex;
     std::vector<std::uint8_t> _bytes MIDAIR_GUARDED_BY(_mutex);
     std::uint32_t _sequence MIDAIR_GUARDED_BY(_mutex) = 0;
     std::minstd_rand _random MIDAIR_GUARDED_BY(_mutex);
     mutable bool _lost MIDAIR_GUARDED_BY(_mutex) = false;
     mutable bool _unplugged MIDAIR_GUARDED_BY(_mutex) = false; ///< unplugAt_s has passed
-    /// The firmware's, as far as counted as faults.
+    /// The firmware's count, as far as counted as faults.
     mutable std::uint32_t _watchdogs MIDAIR_GUARDED_BY(_mutex) = 0;
-    /// When something was asked for that didn't arrive, if nothing has since; else infinite.
+    /// Time of the first request that did not arrive, if none arrived since; otherwise infinite.
     mutable double _confirmed_s MIDAIR_GUARDED_BY(_mutex) = std::numeric_limits<double>::infinity();
 };
 

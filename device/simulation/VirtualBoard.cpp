@@ -15,8 +15,8 @@ namespace midair::device
 namespace
 {
 
-// The fundamental of a periodic two-level wave, given as samples over one period, relative to that
-// of a square wave of full drive whose pulse starts at 0. With e^{+jwt} a later pulse has a smaller
+// Fundamental of a periodic two-level wave, given as samples over one period, relative to that of a
+// square wave of full drive whose pulse starts at 0. With e^{+jwt} a later pulse has a smaller
 // phase.
 std::complex<float> fundamental(const std::vector<bool>& period)
 {
@@ -36,7 +36,7 @@ std::complex<float> fundamental(const std::vector<bool>& period)
 }
 
 /// One of up to two SonicSurface boards on a line. Source: upnalab/SonicSurface, Firmware, "FPGA
-/// primary" and "FPGA secondary", Distribute.vhd and PhaseLine.vhd, less the phase correction,
+/// primary" and "FPGA secondary", Distribute.vhd and PhaseLine.vhd, without the phase correction,
 /// which each board has for its own emitters.
 class SonicSurfaceFpga
 {
@@ -131,7 +131,7 @@ private:
     std::uint64_t _swaps = 0;
 };
 
-/// One Arduino of a chain; forwards bytes that aren't for it to the next. Source:
+/// One Arduino of a chain; forwards bytes for other boards to the next. Source:
 /// asiermarzo/Ultraino, DriverMEGA.ino.
 class UltrainoBoard
 {
@@ -177,8 +177,8 @@ public:
             forward(static_cast<std::uint8_t>(byte - 1));
     }
 
-    // For a list of patterns, which are played in turn, takes the loudest activation of each
-    // channel, so that the list doesn't count as silent.
+    // For a list of patterns in turn, takes the loudest activation of each channel, so that the
+    // list doesn't count as silent.
     void append(std::vector<std::complex<float>>& q) const
     {
         // Channels in the order of the board's 8 x 8 sockets, as bits of the ports A C L B K F H D
@@ -231,7 +231,7 @@ private:
     std::size_t _digit = 0;
 };
 
-/// A chain of Ultraino boards, of which the first is wired to the computer.
+/// A chain of Ultraino boards; the first is wired to the computer.
 class UltrainoChain : public VirtualBoard
 {
 public:
@@ -285,7 +285,7 @@ public:
             _fifo.erase(_fifo.begin(), _fifo.begin() + kFrame);
         }
     }
-    // A part of a frame is dropped when no byte comes for a second.
+    // A partial frame is dropped after a second without bytes.
     void rest(double seconds) override
     {
         if (seconds >= 1) _fifo.clear();

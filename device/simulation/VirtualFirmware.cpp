@@ -51,7 +51,7 @@ void VirtualFirmware::powerCycle(double now_s)
     _watchdog.fed_s = now_s;
 }
 
-// What is sent again, and a silence of silence, change nothing.
+// Repeated fields and repeated silences change nothing.
 void VirtualFirmware::note(double since_s)
 {
     if (!_options.hasHistory) return;
@@ -69,7 +69,7 @@ void VirtualFirmware::mute(std::uint16_t why, double at_s)
         static_cast<std::uint16_t>((_status.flags & ~unsigned(protocol::PLAYING)) | why);
 }
 
-// Brings the state to now_s: swaps in fields that are due, unless the watchdog muted before.
+// Advances the state to now_s: swaps in due fields, unless the watchdog muted before.
 void VirtualFirmware::advance(double now_s)
 {
     const double watchdogAt_s = _watchdog.fed_s + _watchdog.after_s;
@@ -212,7 +212,7 @@ void VirtualFirmware::commit(const Packet& packet, double now_s)
     double due_s = now_s + _options.latency_s;
     if (_options.fieldsPerSecond > 0)
     {
-        // A newer field takes the turn of one that waits.
+        // A newer field takes the place of a waiting one.
         if (!_commits.queue.empty() && _commits.queue.back().due_s > due_s)
         {
             due_s = _commits.queue.back().due_s;

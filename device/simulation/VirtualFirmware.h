@@ -13,8 +13,8 @@
 namespace midair::device
 {
 
-/// What was played in the last moments: drives of any kind, each with the time from which it
-/// sounded. Keeps what sounded within kKept_s of the newest, at most kMost drives.
+/// Recent output: drives of any kind with their start times. Keeps output within kKept_s of the
+/// newest, at most kMost drives.
 template<typename Drive>
 class PlayedHistory
 {
@@ -22,7 +22,7 @@ public:
     static constexpr double kKept_s = 0.11;
     static constexpr std::size_t kMost = 1024; ///< 10,000 a second
 
-    /// \a drive sounds from \a since_s on, which is not before the last.
+    /// Notes that \a drive plays from \a since_s on, which is not before the last.
     void note(double since_s, Drive drive)
     {
         _drives.emplace_back(since_s, std::move(drive));
@@ -33,7 +33,7 @@ public:
     }
     const Drive* newest() const { return _drives.empty() ? nullptr : &_drives.back().second; }
 
-    /// Returns the drives that sounded at \a from_s or later, in order; the first may have begun
+    /// Returns the drives that played at \a from_s or later, in order; the first may have begun
     /// before.
     std::vector<std::pair<double, Drive>> since(double from_s) const
     {
@@ -47,40 +47,40 @@ private:
     std::deque<std::pair<double, Drive>> _drives;
 };
 
-/// The array's firmware as PROTOCOL.md describes it, for `sim:` and for the USB tests. Takes bytes
+/// Firmware of the array as described in PROTOCOL.md, for `sim:` and for the USB tests. Takes bytes
 /// and the time as arguments (seconds from any start, never decreasing), so that tests need not
-/// wait. All members may be called from any thread.
+/// wait. Any thread may call any member.
 class VirtualFirmware
 {
 public:
-    /// What kind of device is simulated.
+    /// Kind of simulated device.
     struct Options
     {
         double latency_s = 0; ///< >= 0; from commit to sound
-        /// >= 0; the most fields per second that it swaps in; of commits that come faster the
-        /// newest wins; 0: no limit
+        /// >= 0; maximum number of fields per second; of faster commits the newest wins; 0: no
+        /// limit
         double fieldsPerSecond = 0;
         double temperature_C = 35;
-        double temperatureLimit_C = 80; ///< above it mutes, until it is 5 degrees below
+        double temperatureLimit_C = 80; ///< mutes above it, until it is 5 degrees below
         std::uint8_t protocolVersion = protocol::kVersion;
         std::uint8_t firmwareMinor = 0; ///< firmware 1.minor.0
-        bool hasHistory = false;        ///< playedSince() knows something
+        bool hasHistory = false;        ///< playedSince() returns something
     };
 
     VirtualFirmware(const DeviceLayout& layout, const Options& options);
     explicit VirtualFirmware(const DeviceLayout& layout) : VirtualFirmware(layout, Options()) {}
 
-    /// Takes bytes from the host, cut in any way.
+    /// Receives bytes from the host, split at any place.
     void receive(const std::uint8_t* bytes, std::size_t count, double now_s);
-    /// Takes the answers that wait for the host, whole ones only, at most \a most bytes.
+    /// Takes waiting answers to the host, only whole ones, at most \a most bytes.
     std::vector<std::uint8_t> takeAnswer(std::size_t most, double now_s);
     bool hasAnswer(double now_s);
 
     /// Feeds the watchdog at \a now_s, as KEEPALIVE does; for `sim:`.
     void keptAlive(double now_s);
 
-    DriveSignal playing(double now_s); ///< the field that is played; duties 0 when muted
-    /// What has sounded since \a from_s, up to \a now_s; PlayedHistory says how much is kept.
+    DriveSignal playing(double now_s); ///< present field; duties 0 when muted
+    /// Returns the output from \a from_s to \a now_s; PlayedHistory limits how much is kept.
     std::vector<std::pair<double, DriveSignal>> playedSince(double from_s, double now_s);
     protocol::Status status(double now_s);
     bool light(int board) const; ///< true if IDENTIFY has turned the board's light on
@@ -95,27 +95,27 @@ private:
         std::vector<int> begin; ///< first transducer of each board, and the end
         std::vector<bool> light;
     };
-    /// The field that comes in, until it is whole and committed.
+    /// The incoming field, until it is whole and committed.
     struct BackBuffer
     {
         DriveSignal signal;
-        /// For each transducer the sequence number of its data; 0: none.
+        /// Sequence number of each transducer's data; 0: none.
         std::vector<std::uint32_t> stamp;
     };
-    /// A committed field that is to be played at due_s.
+    /// A committed field, to play at due_s.
     struct Committed
     {
         double due_s;
         DriveSignal signal;
     };
-    /// Fields that were committed and don't sound yet.
+    /// Committed fields that don't play yet.
     struct Commits
     {
         std::deque<Committed> queue;
         double lastDue_s = -1e30;
         std::uint32_t newest = 0; ///< sequence number of the last commit or mute
     };
-    /// Mutes when no packet comes.
+    /// Mutes when no packet arrives.
     struct Watchdog
     {
         double fed_s = 0;
@@ -140,7 +140,7 @@ private:
     protocol::StreamParser _parser MIDAIR_GUARDED_BY(_mutex);
     BackBuffer _back MIDAIR_GUARDED_BY(_mutex);
     Commits _commits MIDAIR_GUARDED_BY(_mutex);
-    DriveSignal _front MIDAIR_GUARDED_BY(_mutex); ///< sounds
+    DriveSignal _front MIDAIR_GUARDED_BY(_mutex); ///< plays
     PlayedHistory<DriveSignal> _history MIDAIR_GUARDED_BY(_mutex);
     std::deque<std::vector<std::uint8_t>> _answers MIDAIR_GUARDED_BY(_mutex);
     protocol::Status _status MIDAIR_GUARDED_BY(_mutex);

@@ -25,7 +25,7 @@ void putU16(std::vector<std::uint8_t>& out, std::size_t at, std::size_t value)
     out[at + 1] = static_cast<std::uint8_t>(value >> 8);
 }
 
-// Appends a header with the payload's length left 0, for finish(); returns the packet's offset.
+// Appends a header with payload length 0, for finish(); returns the packet's offset.
 std::size_t begin(std::vector<std::uint8_t>& out,
                   Type type,
                   std::uint16_t board,
@@ -94,7 +94,7 @@ struct Take
     }
 };
 
-/// What a payload consists of. \a field: Put or Take.
+/// Members of a payload. \a field: Put or Take.
 template<typename Field, typename P>
 void eachField(const Field& field, P& packet)
 {
@@ -147,7 +147,8 @@ void eachField(const Field& field, P& packet)
     }
 }
 
-// True if a payload of the type may have this length; detects garbage by its first 12 bytes.
+// Returns true if a payload of the type may have this length; detects garbage by its first 12
+// bytes.
 bool lengthFits(Type type, std::size_t length)
 {
     switch (type)

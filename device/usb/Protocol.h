@@ -13,8 +13,8 @@ namespace midair::device
 
 struct DeviceLayout;
 
-/// The wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for
-/// authors of firmware.
+/// Wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for
+/// firmware authors.
 namespace protocol
 {
 
@@ -23,7 +23,7 @@ constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint16_t kAllBoards = 0xFFFF;
 constexpr int kMostInPacket = 1024;            ///< transducers in one DATA packet
-constexpr double kWatchdog_s = 0.1;            ///< the device mutes if no packet came for this time
+constexpr double kWatchdog_s = 0.1;            ///< the device mutes without a packet for this time
 constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the watchdog mutes
 
 /// The type of a packet.
@@ -73,19 +73,19 @@ enum StatusFlags : std::uint16_t
 /// that it answers, else 0.
 struct Status
 {
-    /// sequence number of the last field committed; 0: none in this session
+    /// sequence number of the last committed field; 0: none in this session
     std::uint32_t lastPlayed = 0;
     std::uint16_t flags = 0;         ///< StatusFlags
     std::int16_t temperature_dC = 0; ///< tenths of a degree Celsius
     std::uint32_t played = 0;     ///< commits that swapped, since power-on; like all counters below
     std::uint32_t stale = 0;      ///< commits dropped as not newer than the last field or mute
-    std::uint32_t incomplete = 0; ///< commits refused since data were missing
-    /// bytes that were no packet (counted once per gap), wrong CRC or contents
+    std::uint32_t incomplete = 0; ///< commits refused because of missing data
+    /// bytes that are no packet (counted once per gap), or with wrong CRC or contents
     std::uint32_t badPackets = 0;
     std::uint32_t watchdogs = 0; ///< times the watchdog muted
 };
 
-/// One parsed packet. Its type says which members are used.
+/// One parsed packet. Its type determines the members in use.
 struct Packet
 {
     Type type = Type::KEEPALIVE;
@@ -108,7 +108,7 @@ struct Packet
 /// Appends one packet.
 void append(std::vector<std::uint8_t>& out, const Packet& packet);
 
-/// The part of a field that one DATA packet carries.
+/// Part of a field in one DATA packet.
 struct Range
 {
     std::uint16_t board = 0;
@@ -116,10 +116,11 @@ struct Range
     std::uint16_t count = 0;
     int offset = 0; ///< within the field
 };
-/// How a field is cut into DATA packets: boards ascending, each in ranges of at most kMostInPacket.
+/// Splits a field into DATA packets: boards ascending, each in ranges of at most kMostInPacket.
 std::vector<Range> ranges(const DeviceLayout& layout);
 
-/// Appends all DATA packets of a field, or its COMMIT; no allocation once \a out is large enough.
+/// Appends all DATA packets of a field, or its COMMIT; doesn't allocate once \a out is large
+/// enough.
 void appendData(std::vector<std::uint8_t>& out,
                 const DriveSignal& signal,
                 const std::vector<Range>& ranges,
@@ -134,8 +135,8 @@ void appendField(std::vector<std::uint8_t>& out,
 
 using device::newer; // sequence numbers
 
-/// Cuts a byte stream into packets. Bytes that are no packet are skipped and counted, and the next
-/// whole packet is found after them, however the bytes are cut into transfers.
+/// Splits a byte stream into packets. Skips and counts bytes that are no packet, and finds the next
+/// whole packet after them, however the bytes are split into transfers.
 class StreamParser
 {
 public:

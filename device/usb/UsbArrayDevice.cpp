@@ -134,7 +134,7 @@ void UsbArrayDevice::run()
     }
 }
 
-// fieldsPerSecond is what the firmware said when it was greeted last; 0 before.
+// fieldsPerSecond is the firmware's value at the last greeting; 0 before.
 DriveAbility UsbArrayDevice::ability() const
 {
     DriveAbility ability;

@@ -17,14 +17,14 @@ class DeviceUri;
 /// `usb:` and `usb:SERIAL`: the array over libusb, in the protocol of PROTOCOL.md.
 ///
 /// send() packs and submits the field if a transfer is free, without waiting for the hardware or
-/// waking another thread. Otherwise it leaves the field in a slot for one, where a newer one
+/// waking another thread. Otherwise it leaves the field in a one-field slot, where a newer one
 /// replaces it; a worker thread sends it and does everything else. A field whose transfer fails is
 /// sent once more unless a newer one waits. When the device is lost, the worker looks for it every
-/// 0.25 s and connects again; the array stays silent until the next field.
+/// 0.25 s and reconnects; the array stays silent until the next field.
 ///
-/// A field of a joint goes in two transfers: its data, and its commit once all devices have their
-/// data. Until then newer fields wait in the slot. After a fault, or with 8 fields not confirmed,
-/// the device leaves the joint and plays the field by itself.
+/// A field of a joint takes two transfers: its data, and its commit when all devices have their
+/// data. Until then newer fields wait in the slot. After a fault, or with 8 unconfirmed fields, the
+/// device leaves the joint and plays the field by itself.
 class UsbArrayDevice : public ArrayDevice
 {
 public:
@@ -32,7 +32,7 @@ public:
     struct Options
     {
         UsbAddress address;
-        bool wait = false; ///< if the device isn't there, wait for it instead of throwing
+        bool wait = false; ///< wait for a missing device instead of throwing
     };
     static Options takeOptions(DeviceUri& uri); ///< path: serial number; `id=VVVV:PPPP`, `wait`
 
@@ -62,13 +62,13 @@ private:
 
     const DeviceLayout _layout;
     const Options _options;
-    std::atomic<int> _fieldsPerSecond{0}; ///< as the firmware says; 0: not connected yet
+    std::atomic<int> _fieldsPerSecond{0}; ///< reported by the firmware; 0: not connected yet
     UsbConnection _connection;
-    bool _connected = false; ///< used by the thread only, once it runs
+    bool _connected = false; ///< used only by the thread while it runs
     base::Mutex _mutex;
     base::Condition _wake;
     bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
-    std::thread _thread; ///< calls work(), and looks for the array while it is away
+    std::thread _thread; ///< calls work(), and looks for a missing array
 };
 
 } // namespace midair::device

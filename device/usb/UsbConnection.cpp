@@ -24,8 +24,7 @@ constexpr double kGreeting_s = 0.5;
 constexpr double kConfirm_s = 0.5;
 constexpr int kMostFaultsInRow = 5;
 
-// A new one each time, so that an answer to an earlier greeting isn't taken for the answer to this
-// one.
+// New for each greeting, so that an answer to an earlier one isn't taken for this one's.
 std::uint32_t newNonce()
 {
     static std::atomic<std::uint32_t> count{0};
@@ -65,9 +64,8 @@ void UsbLink::greet()
     }
     if (_greeted) return;
     if (_fault != Outcome::DONE)
-        throw DeviceError(name() + ": doesn't take the greeting: " + outcomeName(_fault));
-    throw DeviceError(
-        name() + ": gives no answer that this program understands; is osgMidair's firmware on it?");
+        throw DeviceError(name() + ": refuses the greeting: " + outcomeName(_fault));
+    throw DeviceError(name() + ": gives no valid answer; does it run osgMidair's firmware?");
 }
 
 void UsbLink::check(const DeviceLayout& layout) const
@@ -250,7 +248,7 @@ bool UsbConnection::canHandOver() const
     return !_busy && _link != nullptr && _session.fault == Outcome::DONE && _link->hasFree();
 }
 
-// Wakes the worker only if it has something to do: waking it costs more than sending a field.
+// Wakes the worker only if it has work: waking costs more than sending a field.
 void UsbConnection::wakeWorker()
 {
     if (_queue.waits() || _queue.isCommitDue() || _session.fault != Outcome::DONE ||
@@ -262,7 +260,7 @@ template<typename Action>
 bool UsbConnection::alone(Action&& action)
 {
     _busy = true;
-    UsbLink& link = *_link; // who takes it away waits until nobody is busy
+    UsbLink& link = *_link; // its removal waits until nobody is busy
     bool isDone = false;
     {
         const base::Unlocked unlocked(_mutex); // the pool may call onSent() at once
@@ -358,8 +356,8 @@ void UsbConnection::drop(const JointCommit& joint)
     if (_queue.dropFor(joint) && _queue.waits() && canSubmit()) submitField();
 }
 
-// Fields that still reach the device have smaller sequence numbers than the MUTE and never play.
-// Asked again with nothing in between, it keeps its number: a late answer counts.
+// Fields that still reach the device have smaller sequence numbers than the MUTE and never play. A
+// repeated request keeps its number, so a late answer counts.
 void UsbConnection::mute()
 {
     std::vector<Joint> joints;
@@ -380,7 +378,7 @@ void UsbConnection::mute()
         joint->giveUp();
 }
 
-// Returns false while the last control transfer is in flight; the worker tries again after it.
+// Returns false while the last control transfer is in flight; the worker then tries again.
 bool UsbConnection::submitMute()
 {
     if (!_link->mute(_mute.sequence())) return false;
@@ -400,8 +398,7 @@ std::string UsbConnection::work()
             if (!why.empty()) return why;
         }
         else if (!_busy && _session.clock.isDeviceSilent(now_s))
-            return fmt::format("gives no answer that this program understands since {:g} s",
-                               LinkClock::kSilentDevice_s);
+            return fmt::format("has given no valid answer for {:g} s", LinkClock::kSilentDevice_s);
         else if (_busy || !workOnce()) // alone() wakes this thread when it ends
         {
             double due_s = _session.clock.nextDue_s();
@@ -416,7 +413,7 @@ bool UsbConnection::workOnce()
 {
     const double now_s = base::steadySeconds();
     // Answers come in order, so an answer this long after a field came after that field's own
-    // answer. The time now would blame the device when the host's threads don't get to run.
+    // answer. The present time would blame the device when the host's threads don't run.
     if (_queue.loseUnconfirmed(_session.clock.heard_s(), kConfirm_s))
     {
         _counters.countFault("a field was never confirmed");
@@ -442,17 +439,17 @@ bool UsbConnection::workOnce()
 }
 
 // Recovers from a fault: clears the stall and sends the newest field again. Returns the reason if
-// the link has to be given up.
+// the link must be given up.
 std::string UsbConnection::recover()
 {
     const Outcome fault = std::exchange(_session.fault, Outcome::DONE);
     if (fault == Outcome::LOST) return "unplugged";
     if (++_session.faultsInRow > kMostFaultsInRow)
-        return std::string(outcomeName(fault)) + " again and again, given up";
+        return std::string(outcomeName(fault)) + " repeatedly, given up";
     _counters.countFault(outcomeName(fault));
     if (_session.faultsInRow == 1)
         deviceLog().warn("{}: {}; the field is sent again", _name, outcomeName(fault));
-    // The field is sent again only once the pipe isn't halted any more.
+    // The field is sent again only when the pipe is no longer halted.
     if (!alone([](UsbLink& link) { return link.clearHalt(); })) return "unplugged";
     const Joint left = _queue.repeatFailed();
     if (left == nullptr) return {};
@@ -496,8 +493,8 @@ void UsbConnection::onReceiveFailed(Outcome outcome)
 
 void UsbConnection::onNonsense(bool first)
 {
-    _counters.countFault("answers that are no packets");
-    if (first) deviceLog().warn("{}: answers that are no packets; ignored", name());
+    _counters.countFault("invalid answers");
+    if (first) deviceLog().warn("{}: invalid answers; ignored", name());
 }
 
 void UsbConnection::onAnswer(const Packet& packet)
@@ -511,7 +508,7 @@ void UsbConnection::onAnswer(const Packet& packet)
     _changed.notifyAll();
 }
 
-// Every commit is answered, in order, so older fields than the one answered were not played.
+// Every commit is answered, in order, so older fields than the answered one were not played.
 void UsbConnection::takeStatus(const Packet& packet)
 {
     const protocol::Status& status = packet.status;

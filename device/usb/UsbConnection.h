@@ -16,8 +16,8 @@
 namespace midair::device
 {
 
-/// Tells when something is due on a link: a keep-alive for the device's watchdog, a status query,
-/// and giving up when the device doesn't answer. Times are those of base::steadySeconds().
+/// Times the periodic actions of a link: keep-alives for the device's watchdog, status queries, and
+/// giving up if the device doesn't answer. Times are base::steadySeconds().
 class LinkClock
 {
 public:
@@ -42,8 +42,8 @@ public:
     }
 
     double heard_s() const { return _heard_s; }
-    /// Returns true if no answer came for kSilentDevice_s in spite of several queries: a host that
-    /// was stopped for a while hasn't received anything either.
+    /// Returns true if no answer came for kSilentDevice_s despite several queries: a host that was
+    /// suspended hasn't received anything either.
     bool isDeviceSilent(double now_s) const
     {
         return now_s - _heard_s > kSilentDevice_s && _questions >= kMostQuestions;
@@ -74,7 +74,7 @@ class PendingMute
 public:
     static constexpr double kRetry_s = 0.02;
 
-    /// Somebody wants a mute, at \a now_s; \a sequence is its number.
+    /// Requests a mute at \a now_s; \a sequence is its number.
     void ask(std::uint32_t sequence, double now_s = 0)
     {
         _awaited = sequence;
@@ -101,25 +101,26 @@ public:
         return isAwaited() && (_sent != _awaited || now_s - _sent_s >= kRetry_s);
     }
     double nextDue_s() const { return _sent_s + kRetry_s; }
-    /// When that was asked for which the device confirmed last; 0: none.
+    /// Request time of the last confirmed mute; 0: none.
     double confirmed_s() const { return _confirmed_s; }
 
 private:
-    std::uint32_t _awaited = 0; ///< sequence number of the MUTE not yet answered; 0: none
+    std::uint32_t _awaited = 0; ///< sequence number of the unanswered MUTE; 0: none
     std::uint32_t _sent = 0;    ///< sequence number of the last one sent
     double _sent_s = 0;
     double _asked_s = 0; ///< last
     double _confirmed_s = 0;
 };
 
-/// A connection to an array that is plugged in, opened and greeted: the array speaks osgMidair's
-/// protocol and matches the layout.
+/// A connection to a plugged-in array, opened and greeted: it speaks osgMidair's protocol and
+/// matches the layout.
 class UsbLink : private UsbTransferPool::Listener
 {
 public:
     using Outcome = UsbTransferPool::Outcome;
 
-    /// Gets the link's events, on the pool's event thread, with no lock held, from the greeting on.
+    /// Receives the link's events, on the pool's event thread, with no lock held, from the greeting
+    /// on.
     class Owner
     {
     public:
@@ -127,9 +128,9 @@ public:
         /// The transfer of send() with \a token ended; 0: a packet other than a field.
         virtual void onSent(std::uint64_t token, Outcome outcome) = 0;
         virtual void onAnswer(const protocol::Packet& packet) = 0;
-        /// No answers come any more until clearHalt().
+        /// No more answers until clearHalt().
         virtual void onReceiveFailed(Outcome outcome) = 0;
-        /// Bytes came that are no packet; \a first: for the first time on this link.
+        /// Received bytes that are no packet; \a first: for the first time on this link.
         virtual void onNonsense(bool first) = 0;
     };
 
@@ -137,8 +138,8 @@ public:
     /// protocol version, number of transducers or number of boards.
     UsbLink(const UsbAddress& address, const DeviceLayout& layout, Owner& owner);
 
-    // These may be called from any thread; those that send return false if no transfer is free or
-    // the array is gone.
+    // Any thread may call these; those that send return false if no transfer is free or the array
+    // is gone.
 
     bool hasFree() const { return _pool->hasFree(); }
     bool send(std::uint64_t token, const std::vector<std::uint8_t>& bytes)
@@ -146,19 +147,19 @@ public:
         return _pool->send(token, bytes);
     }
     bool send(protocol::Type type);       ///< sends a packet without payload
-    bool mute(std::uint32_t sequence);    ///< goes by the control endpoint, so it overtakes fields
-    bool identify(int board, bool light); ///< goes by the control endpoint; -1: all boards
+    bool mute(std::uint32_t sequence);    ///< uses the control endpoint, so it overtakes fields
+    bool identify(int board, bool light); ///< uses the control endpoint; -1: all boards
     void cancelSends() { _pool->cancelSends(); }
     /// Clears a stall; returns false if that fails. Must not be called on the event thread.
     bool clearHalt() { return _pool->clearHalt(); }
 
     const std::string& name() const { return _pool->name(); }
-    /// After the greeting nothing writes it any more.
+    /// Not written after the greeting.
     const protocol::Info& info() const MIDAIR_NO_THREAD_ANALYSIS { return _info.info; }
 
 private:
     void greet();
-    /// Reads _info without the lock: after the greeting nothing writes it any more.
+    /// Reads _info without the lock: it is not written after the greeting.
     void check(const DeviceLayout& layout) const MIDAIR_NO_THREAD_ANALYSIS;
 
     void onSent(std::uint64_t token, Outcome outcome) override;
@@ -167,7 +168,7 @@ private:
     void noteFault(Outcome outcome);
 
     Owner& _owner;
-    const std::uint32_t _nonce;     ///< sent in HELLO; the INFO that answers it has the same
+    const std::uint32_t _nonce;     ///< sent in HELLO; the answering INFO has the same
     protocol::StreamParser _parser; ///< used by the event thread only
     std::uint32_t _nonsense = 0;    ///< bad packets reported; used by the event thread only
     base::Mutex _mutex;
@@ -175,12 +176,12 @@ private:
     bool _greeted MIDAIR_GUARDED_BY(_mutex) = false;
     Outcome _fault MIDAIR_GUARDED_BY(_mutex) = Outcome::DONE;
     protocol::Packet _info MIDAIR_GUARDED_BY(_mutex);
-    std::unique_ptr<UsbTransferPool> _pool; ///< last: its thread uses all other members
+    std::unique_ptr<UsbTransferPool> _pool; ///< last, because its thread uses all other members
 };
 
-/// The traffic with an array on the USB: fields, mutes, keep-alives, answers and faults, over a
-/// UsbLink while one is attached; without one, fields are refused. The owner opens the link, and
-/// its thread calls work().
+/// Traffic with an array on USB: fields, mutes, keep-alives, answers and faults, over a UsbLink
+/// while one is attached; without one, fields are refused. The owner opens the link, and its thread
+/// calls work().
 class UsbConnection : public UsbLink::Owner, private JointCommit::Device
 {
 public:
@@ -191,7 +192,7 @@ public:
         AWAY,
         GREETING, ///< a link is being opened
         READY,    ///< takes fields, also while it recovers from a fault
-        CLOSING   ///< takes no fields any more; final
+        CLOSING   ///< refuses fields; final
     };
 
     UsbConnection(const DeviceLayout& layout, const std::string& name);
@@ -200,7 +201,7 @@ public:
     UsbConnection(const UsbConnection&) = delete;
     UsbConnection& operator=(const UsbConnection&) = delete;
 
-    // These may be called from any thread.
+    // Any thread may call these.
 
     /// See UsbArrayDevice.
     bool send(const DriveSignal& signal, const Joint& joint) MIDAIR_EXCLUDES(_mutex);
@@ -212,7 +213,7 @@ public:
         const base::Lock lock(_mutex);
         return _link != nullptr && _link->identify(board, light);
     }
-    FieldCounters& counters() { return _counters; }  ///< all but those of fields
+    FieldCounters& counters() { return _counters; }  ///< all except those of fields
     std::string name() const MIDAIR_EXCLUDES(_mutex) ///< of the last link
     {
         const base::Lock lock(_mutex);
@@ -232,24 +233,24 @@ public:
         return _session.flags;
     }
     std::vector<std::complex<float>> played() const { return _playing.activations(); }
-    double confirmed_s() const MIDAIR_EXCLUDES(_mutex) ///< what its answers say, see ArrayDevice
+    double confirmed_s() const MIDAIR_EXCLUDES(_mutex) ///< from its answers, see ArrayDevice
     {
         const base::Lock lock(_mutex);
         return std::max(_queue.confirmed_s(), _mute.confirmed_s());
     }
 
-    // These are called by one thread, in this order: begin(); then attach(), or detach() if there
-    // is no link; work() while attached.
+    // Called by one thread, in this order: begin(); then attach(), or detach() if there is no link;
+    // work() while attached.
 
-    /// To be called before a link with this as its owner is opened.
+    /// Call it before opening a link with this as its owner.
     void begin() MIDAIR_EXCLUDES(_mutex);
     /// \a isBack: count a reconnect.
     void attach(std::unique_ptr<UsbLink> link, bool isBack) MIDAIR_EXCLUDES(_mutex);
     /// Counts fields in flight as lost, and a loss for the reason \a why unless that is empty; the
     /// caller destroys the returned link.
     std::unique_ptr<UsbLink> detach(const std::string& why = {}) MIDAIR_EXCLUDES(_mutex);
-    /// Does what is due until the link has to be given up, and returns the reason, or an empty
-    /// string after close().
+    /// Does what is due until the link must be given up, and returns the reason, or an empty string
+    /// after close().
     std::string work() MIDAIR_EXCLUDES(_mutex);
     /// Leaves all joints, mutes, waits at most \a atMost_s until the device confirms it, and makes
     /// work() return. Any thread.
@@ -258,12 +259,12 @@ public:
 private:
     using Outcome = UsbTransferPool::Outcome;
 
-    /// What begins anew with each link: numbers, faults, and what the device said of itself.
+    /// State of one link: numbers, faults, and the device's self-description.
     struct Session
     {
         std::uint32_t sequence = 0;
-        std::uint16_t flags = 0;       ///< the last protocol::StatusFlags that the device sent
-        Outcome fault = Outcome::DONE; ///< the fault to recover from; DONE: none
+        std::uint16_t flags = 0;       ///< last protocol::StatusFlags of the device
+        Outcome fault = Outcome::DONE; ///< fault to recover from; DONE: none
         int faultsInRow = 0;
         LinkClock clock;
     };
@@ -286,7 +287,7 @@ private:
     void submitCommit() MIDAIR_REQUIRES(_mutex);
     void handOver() MIDAIR_REQUIRES(_mutex);
     bool submitMute() MIDAIR_REQUIRES(_mutex);
-    bool workOnce() MIDAIR_REQUIRES(_mutex); ///< does one thing that is due; false: none was
+    bool workOnce() MIDAIR_REQUIRES(_mutex); ///< does one due action; false: none was due
     std::string recover() MIDAIR_REQUIRES(_mutex);
     void takeStatus(const protocol::Packet& packet) MIDAIR_REQUIRES(_mutex);
     void noteFault(Outcome outcome) MIDAIR_REQUIRES(_mutex);
@@ -298,8 +299,8 @@ private:
 
     const std::vector<protocol::Range> _ranges;
     const std::shared_ptr<JointCommit::Seat> _seat;
-    FieldCounters _counters; ///< all but those of fields; any thread
-    HeldField _playing;      ///< the last field that the device confirmed; any thread
+    FieldCounters _counters; ///< all except those of fields; any thread
+    HeldField _playing;      ///< last confirmed field; any thread
 
     mutable base::Mutex _mutex;
     base::Condition _wake;    ///< the worker
@@ -308,7 +309,7 @@ private:
     std::string _name MIDAIR_GUARDED_BY(_mutex);
     std::unique_ptr<UsbLink> _link MIDAIR_GUARDED_BY(_mutex);
     bool _busy MIDAIR_GUARDED_BY(_mutex) = false; ///< a thread is in alone()
-    std::vector<std::uint8_t> _bytes;             ///< of who is alone(), or has _mutex and may be
+    std::vector<std::uint8_t> _bytes; ///< for the thread in alone(), or with _mutex if it may be
     FieldQueue _queue MIDAIR_GUARDED_BY(_mutex);
     PendingMute _mute MIDAIR_GUARDED_BY(_mutex);
     Session _session MIDAIR_GUARDED_BY(_mutex);

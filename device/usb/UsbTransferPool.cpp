@@ -75,7 +75,7 @@ std::string serialOf(libusb_device_handle* handle, std::uint8_t index)
     return reinterpret_cast<const char*>(text);
 }
 
-/// The list of devices that are plugged in now; the destructor frees it.
+/// The list of plugged-in devices; the destructor frees it.
 class DeviceList
 {
 public:
@@ -111,7 +111,7 @@ std::string nodeOf(libusb_device* device)
                        libusb_get_device_address(device));
 }
 
-// libusb doesn't return it. Another thread may have the same device open for a moment, to read its
+// libusb doesn't return it. Another thread may have the same device open briefly, to read its
 // serial number, so the descriptor must also be the one that holds the claim: claiming again
 // succeeds and changes nothing for that one, and fails with EBUSY for any other.
 int descriptorOf(libusb_device_handle* handle, unsigned interface)
@@ -354,7 +354,7 @@ void UsbTransferPool::onOut(libusb_transfer* transfer)
         transfer->actual_length < transfer->length)
         outcome = Outcome::SHORT;
     const std::uint64_t token = slot.token;
-    // Before the listener, which may use the slot again; the pool exists until this thread ends.
+    // Before the listener, which may reuse the slot; the pool exists until this thread ends.
     pool.settle(slot);
     pool._listener.onSent(token, outcome);
 }

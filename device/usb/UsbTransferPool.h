@@ -20,43 +20,43 @@ namespace midair::device
 /// The path of the device's usbfs file, such as "/dev/bus/usb/001/005".
 std::string nodeOf(libusb_device* device);
 
-/// The file descriptor with which libusb holds \a interface of an open device, or -1 if none is
-/// found. libusb still owns it.
+/// Returns libusb's file descriptor for \a interface of an open device, or -1 if not found. libusb
+/// still owns it.
 int descriptorOf(libusb_device_handle* handle, unsigned interface);
 
-/// Identifies a USB device; its interface is found by its class (PROTOCOL.md).
+/// Identifies a USB device; its interface is found by class (PROTOCOL.md).
 struct UsbAddress
 {
     std::uint16_t vendor = 0x1209;  ///< pid.codes
-    std::uint16_t product = 0x0001; ///< pid.codes' id for tests, until one is registered
+    std::uint16_t product = 0x0001; ///< pid.codes' test id, until one is registered
     std::string serial;             ///< empty: the first device found
 };
 
-/// An FT232H with its factory ids, which may be the chip of a board.
+/// An FT232H with factory ids, which may be the chip of a board.
 inline const UsbAddress kFifoAddress{0x0403, 0x6014, {}};
 
-/// One USB device that is plugged in, for lists.
+/// A plugged-in USB device, for lists.
 struct UsbListing
 {
     int bus = 0;
     int address = 0;
-    std::string serial;    ///< empty when it can't be opened
-    std::string condition; ///< "free", or why it can't be used
+    std::string serial;    ///< empty if it can't be opened
+    std::string condition; ///< "free", or the reason why it can't be used
 };
 /// Lists the devices that match \a which.
 std::vector<UsbListing> listUsbDevices(const UsbAddress& which);
 
-/// One claimed interface of a USB device: a pool of asynchronous OUT transfers, one IN transfer
-/// that always waits for answers, and the thread that handles libusb's events. Has its own libusb
-/// context, so that it sees devices that were plugged in before it.
+/// A claimed interface of a USB device: a pool of asynchronous OUT transfers, one permanent IN
+/// transfer for answers, and the thread that handles libusb's events. Has its own libusb context,
+/// so that it sees devices that were plugged in before it.
 class UsbTransferPool
 {
 public:
-    /// How a transfer ended.
+    /// Result of a transfer.
     enum class Outcome
     {
         DONE,
-        SHORT, ///< the device took only a part of the bytes
+        SHORT, ///< the device took only part of the bytes
         STALLED,
         TIMED_OUT,
         CANCELLED,
@@ -64,21 +64,21 @@ public:
         FAILED
     };
 
-    /// Gets the pool's events, on the event thread, with no lock of the pool held. May call send()
-    /// and control(), but must not destroy the pool.
+    /// Receives the pool's events, on the event thread, with no lock of the pool held. May call
+    /// send() and control(), but must not destroy the pool.
     class Listener
     {
     public:
         virtual ~Listener() = default;
         virtual void onSent(std::uint64_t token, Outcome outcome) = 0;
         virtual void onReceived(const std::uint8_t* bytes, std::size_t count) = 0;
-        virtual void onReceiveFailed(Outcome outcome) = 0; ///< answers come again after clearHalt()
+        virtual void onReceiveFailed(Outcome outcome) = 0; ///< answers resume after clearHalt()
     };
 
     static constexpr int kTransfers = 4;
     static constexpr unsigned kSendTimeout_ms = 100; ///< by then the device's watchdog has muted
 
-    /// Throws DeviceError if the device isn't there, permission is denied, another program uses it,
+    /// Throws DeviceError if the device is missing, permission is denied, another program uses it,
     /// or it has no interface of this class.
     UsbTransferPool(const UsbAddress& which, Listener& listener);
     ~UsbTransferPool(); ///< cancels and waits for every transfer
@@ -94,8 +94,8 @@ public:
     /// false if it can't be submitted or the last one is still in flight. Any thread.
     bool control(const std::vector<std::uint8_t>& packet);
     void cancelSends(); ///< cancels all OUT transfers; any thread
-    /// Clears a stall of both endpoints and waits for answers again; returns false if that fails.
-    /// Must not be called on the event thread.
+    /// Clears a stall of both endpoints and resumes answers; returns false on failure. Must not be
+    /// called on the event thread.
     bool clearHalt();
 
     const std::string& name() const { return _name; }
@@ -122,14 +122,14 @@ private:
     std::string _name;
     mutable base::Mutex _mutex;
     base::Condition _settled;
-    /// kTransfers OUT, then control, then IN; all in them but what is in flight.
+    /// kTransfers OUT, then control, then IN; includes everything except transfers in flight.
     std::vector<std::unique_ptr<Slot>> _slots MIDAIR_GUARDED_BY(_mutex);
     bool _closing MIDAIR_GUARDED_BY(_mutex) = false;
     std::atomic<bool> _stop{false};
     std::thread _thread;
 };
 
-/// \a outcome in words, for messages: "short transfer", "unplugged", ..
+/// Returns \a outcome in words, for messages: "short transfer", "unplugged", ..
 const char* outcomeName(UsbTransferPool::Outcome outcome);
 
 } // namespace midair::device

@@ -23,7 +23,7 @@ namespace
 
 constexpr std::size_t kMostShown = 32;
 
-// Troubles, each told once until it has ended.
+// Problems, each reported once until it has ended.
 constexpr const char* kBad = "bad";
 constexpr const char* kStale = "stale";
 constexpr const char* kClosed = "closed";
@@ -34,7 +34,8 @@ bool isBlank(const std::string& line)
     return text.empty() || text.front() == '#';
 }
 
-/// Reads at most kMostRead bytes from \a place on, or from where \a descriptor is (-1).
+/// Reads at most kMostRead bytes from offset \a place, or from the present position of \a
+/// descriptor if -1.
 std::string readSome(int descriptor, off_t place)
 {
     std::string text(TemperatureSource::kMostRead, '\0');
@@ -56,11 +57,11 @@ std::optional<double> temperatureOf(const std::string& line, std::string& proble
     double temperature_C = 0.0;
     const std::string text = base::trimmed(line);
     const bool isRead = base::parseQuantity(text, "C", temperature_C);
-    // Written so that NaN is out of range.
+    // NaN counts as out of range.
     if (isRead && temperature_C >= base::kLeastTemperature_C &&
         temperature_C <= base::kMostTemperature_C)
         return temperature_C;
-    problem = fmt::format("\"{}\" is no reading, should be a number from {:g} to {:g} C",
+    problem = fmt::format("\"{}\" is not a reading, should be a number from {:g} to {:g} C",
                           base::printable(text, kMostShown),
                           base::kLeastTemperature_C,
                           base::kMostTemperature_C);
@@ -115,8 +116,8 @@ void TemperatureSource::tell(const std::string& problem, bool isClosed)
     if (!problem.empty()) _news.problem = problem;
 }
 
-// A pipe stays open, so that one writer may follow another; a file is opened at each look, since it
-// may be another one of the same name.
+// A pipe stays open, so that writers may follow each other; a file is opened at each look, because
+// it may have been replaced.
 void TemperatureSource::look()
 {
     if (_descriptor >= 0) return readPipe();
@@ -133,7 +134,7 @@ void TemperatureSource::look()
 
 void TemperatureSource::readPipe()
 {
-    // What comes faster than 16 kB a look waits in the pipe.
+    // Input of more than 16 kB a look waits in the pipe.
     for (int reads = 0; reads < 4; ++reads)
     {
         const std::string text = readSome(_descriptor, -1);
@@ -148,11 +149,11 @@ void TemperatureSource::readPipe()
     }
 }
 
-// The newest reading of a file is its last whole line; what follows may be being written, and
-// counts once it has stayed for a look.
+// The newest reading of a file is its last complete line; text after it may be incomplete, and
+// counts once it stayed unchanged for a look.
 void TemperatureSource::readFile()
 {
-    // Not blocking, or what has become a pipe in between would hold it up.
+    // Non-blocking: otherwise a file replaced by a pipe would block here.
     const int file = ::open(_file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     struct stat about = {};
     if (file < 0 || ::fstat(file, &about) != 0 || !S_ISREG(about.st_mode))
@@ -181,7 +182,7 @@ void TemperatureSource::readFile()
         _isTold = true;
     else
         text.resize(whole == std::string::npos ? 0 : whole + 1);
-    // Once a file has stayed as it is, its whole lines have been read before.
+    // Complete lines of an unchanged file have been read before.
     if (!isNew && whole + 1 == text.size()) return;
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r'))
         text.pop_back();
@@ -237,9 +238,9 @@ double AirTemperature::follow(const TemperatureSource::News& news, double now_s,
 
 void AirTemperature::listen(const TemperatureSource::News& news, double now_s)
 {
-    const std::string kept =
-        _readings > 0 ? fmt::format("the last good reading, {:.1f} C, is kept", _last[0])
-                      : std::string("until there is one the temperature that is set is used");
+    const std::string kept = _readings > 0
+                                 ? fmt::format("the last good reading, {:.1f} C, is kept", _last[0])
+                                 : std::string("until then the setting temperature is used");
     if (news.temperature_C)
     {
         _last = {*news.temperature_C, _last[0], _last[1]};

@@ -14,28 +14,28 @@
 namespace midair::bridge
 {
 
-/// What a line of a temperature source says: a number from kLeastTemperature_C to
-/// kMostTemperature_C, in C or with its unit, "21.3", "21.3 C". Returns nothing, and why in \a
-/// problem, for anything else.
+/// Parses a line of a temperature source: a number from kLeastTemperature_C to kMostTemperature_C,
+/// in C or with its unit, "21.3", "21.3 C". Returns nothing, with the reason in \a problem, for
+/// other lines.
 std::optional<double> temperatureOf(const std::string& line, std::string& problem);
 
-/// Reads a thermometer's readings, a line each, from a regular file, whose last line is the newest,
-/// or from a named pipe. A thread of its own looks four times a second, so that no caller waits for
-/// a file.
+/// Reads a thermometer, one reading a line, from a regular file, whose last line is the newest, or
+/// from a named pipe. A separate thread looks four times a second, so that no caller waits for a
+/// file.
 class TemperatureSource
 {
 public:
-    /// Longest line, and the part of a file's end that is read, bytes.
+    /// Longest line, and length of the end of a file that is read, bytes.
     static constexpr std::size_t kMostLine = 256;
     static constexpr std::size_t kMostRead = 4096;
     static constexpr double kLook_s = 0.25;
 
-    /// What the thread has found since the last take().
+    /// Results of the thread since the last take().
     struct News
     {
         std::optional<double> temperature_C; ///< the newest good reading; none: there was none
-        int bad = 0;                         ///< lines that are no reading
-        std::string problem; ///< the newest of these, or why there is nothing to read; empty: none
+        int bad = 0;                         ///< invalid lines
+        std::string problem; ///< newest problem of a line, or why nothing can be read; empty: none
         bool isClosed = false; ///< there is nothing to read now
     };
 
@@ -68,33 +68,33 @@ private:
     std::thread _thread; // last, so that it starts after all others are made
 };
 
-/// The temperature that fields are solved for: the one that is set, or one that follows a source in
-/// small steps, so that a field goes on from the last one and nothing is heard or felt of it.
+/// The temperature used for solving: the setting, or a followed source. It changes in small steps,
+/// so that fields continue from the last one without audible or perceptible jumps.
 ///
-/// What is followed is the median of the last three good readings: a single wrong one does nothing.
-/// Without a good reading for kStale_s the last one is kept, as rooms change slowly and a wrong
-/// temperature costs accuracy alone; no cap depends on it by more than a percent in 5 K.
+/// Follows the median of the last three good readings, so that a single wrong one has no effect.
+/// Without a good reading for kStale_s the last one is kept: rooms change slowly, and a wrong
+/// temperature costs only accuracy; no cap depends on it by more than a percent in 5 K.
 class AirTemperature
 {
 public:
     static constexpr double kStep_K = 0.1;   ///< largest step
-    static constexpr double kLeast_K = 0.05; ///< what differs by less is not followed
+    static constexpr double kLeast_K = 0.05; ///< smaller differences are ignored
     static constexpr double kPause_s = 0.2;  ///< between two steps: 0.5 K/s at most
-    static constexpr double kStale_s = 60.0; ///< without a good reading
+    static constexpr double kStale_s = 60.0; ///< time without a good reading
 
-    /// \a log: is told of each kind of trouble, once until it has ended.
+    /// \a log gets each kind of problem once until it has ended.
     explicit AirTemperature(base::MessageLog& log) : _log(log) {}
 
-    /// Follows \a file from now on; empty: no source. Goes on as before if it is the same.
+    /// Follows \a file from now on; empty: no source. No change if it is the same.
     void setSource(const std::string& file);
 
     const std::string& source() const { return _name; }
 
-    /// Returns the temperature for now, \a now_s on the steady clock, C. \a set_C is what is set:
-    /// it holds at once while there is no source, and is where a source's steps begin.
+    /// Returns the present temperature, C; \a now_s on the steady clock. \a set_C is the setting:
+    /// it applies at once without a source, and is the start of a source's steps.
     double at(double now_s, double set_C);
 
-    /// The same for the readings in \a news instead of the source's.
+    /// The same with the readings in \a news instead of the source's.
     double follow(const TemperatureSource::News& news, double now_s, double set_C);
 
 private:
@@ -108,7 +108,7 @@ private:
     std::string _name;             // of the source, for messages
     std::array<double, 3> _last{}; // newest good readings
     int _readings = 0;             // of _last
-    double _now_C = 0.0;           // what is solved for
+    double _now_C = 0.0;           // temperature for solving
     bool _follows = false;         // _now_C is known
     double _heard_s = 0.0;         // of the last good reading, or of the source's begin
     double _bad_s = 0.0;           // of the last bad one

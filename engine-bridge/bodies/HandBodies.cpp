@@ -22,12 +22,12 @@ namespace midair::bridge
 namespace
 {
 
-/// A shape is made anew once a bone's length or radius has changed by more than this: trackers
-/// measure both in each frame.
+/// A shape is rebuilt when a bone's length or radius changed by more than this: trackers measure
+/// both in each frame.
 constexpr double kShapeTolerance_m = 5e-4;
 
-/// Where Bullet asks a kinematic body to be: each step a share of the way to the newest pose.
-/// Bullet takes the body's velocity from the way of a step.
+/// Motion state of a kinematic body: each step moves it a share of the way to the newest pose.
+/// Bullet derives the body's velocity from the step.
 class WayToGo : public btMotionState
 {
 public:
@@ -56,7 +56,7 @@ private:
     btTransform _from = btTransform::getIdentity();
     btTransform _to = btTransform::getIdentity();
     int _steps = 1;
-    // Bullet asks once a step, by a const function.
+    // Bullet calls this once per step, through a const function.
     mutable int _taken = 0;
     mutable btTransform _now = btTransform::getIdentity();
 };
@@ -92,16 +92,16 @@ struct HandBodies::Body
     {
         start(poseOf(capsule.shape));
         body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-        body.setActivationState(DISABLE_DEACTIVATION); // so that it wakes what it touches
+        body.setActivationState(DISABLE_DEACTIVATION); // so that it wakes bodies that it touches
         body.setUserIndex(capsule.hand);
         body.setUserIndex2(capsule.bone);
-        world.addRigidBody(&body); // among static bodies, so that hands don't push each other
+        world.addRigidBody(&body); // in the static group, so that hands don't push each other
     }
     ~Body() { world.removeRigidBody(&body); }
     Body(const Body&) = delete;
     Body& operator=(const Body&) = delete;
 
-    /// Puts it there without a velocity.
+    /// Places it without a velocity.
     void start(const btTransform& pose)
     {
         way.begin(pose);
@@ -124,8 +124,8 @@ struct HandBodies::Body
     double seen_s = 0.0;
 };
 
-/// Sums what the hands' bodies push at the end of each step of the world: the impulses by which
-/// Bullet keeps bodies ahead of them.
+/// Sums the pushes of the hands' bodies at the end of each step of the world: the impulses with
+/// which Bullet keeps bodies ahead of them.
 class HandBodies::Pushes final : public btActionInterface
 {
 public:
@@ -149,7 +149,7 @@ public:
         btDispatcher& dispatcher = *world->getDispatcher();
         for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
             add(*dispatcher.getManifoldByIndexInternal(i));
-        // An application may have deleted what was pushed in a step before.
+        // The application may have deleted a body pushed in an earlier step.
         const btCollisionObjectArray& all = world->getCollisionObjectArray();
         for (Push& push : _pushes)
             if (all.findLinearSearch(const_cast<btCollisionObject*>(push.body)) < all.size())
@@ -171,11 +171,11 @@ public:
     }
 
 private:
-    /// One bone on one body.
+    /// Push of one bone on one body.
     struct Push
     {
         Key bone;
-        const btCollisionObject* body = nullptr; ///< to be looked for before it is used
+        const btCollisionObject* body = nullptr; ///< check that it still exists before use
         btVector3 inBody;                        ///< of the newest step, in the body's frame
         btVector3 place;                         ///< m, in the world
         double impulse_Ns = 0.0;
@@ -246,7 +246,7 @@ void HandBodies::place(const HandCapsule& capsule, double time_s, int steps)
         if (jumped || !body->fits(capsule.shape))
         {
             const btTransform before = body->way.target();
-            body.reset(); // first the old one out
+            body.reset(); // removes the old one first
             body = std::make_unique<Body>(_world, capsule);
             if (!jumped) body->start(before);
         }

@@ -15,8 +15,8 @@ class btDiscreteDynamicsWorld;
 namespace midair::bridge
 {
 
-/// Hands as kinematic bodies of a Bullet world: a capsule for each bone, which pushes what it meets
-/// and isn't pushed. The world must outlive the bodies; for the thread that steps it.
+/// Hands as kinematic bodies of a Bullet world: one capsule per bone, which pushes other bodies and
+/// isn't pushed. The world must outlive the bodies; for the thread that steps it.
 class HandBodies
 {
 public:
@@ -26,26 +26,26 @@ public:
     HandBodies(const HandBodies&) = delete;
     HandBodies& operator=(const HandBodies&) = delete;
 
-    /// Moves the bodies to \a hands (metres, the world's frame), adds those that are new and takes
-    /// out those whose bone has been lost for more than kHold_s. \a steps (>= 1): number of times
-    /// that the world's stepSimulation() will be called until the next update; the way is divided
-    /// among them, so that the bodies have the hands' velocity. A time before the last one begins
-    /// anew.
+    /// Moves the bodies to \a hands (metres, the world's frame), adds new ones and removes those
+    /// whose bone has been lost for more than kHold_s. \a steps (>= 1): number of calls of the
+    /// world's stepSimulation() until the next update; the motion is divided among them, so that
+    /// the bodies have the hands' velocity. A time before the last one starts again.
     void update(const HandFrame& hands, int steps = 1);
 
     int count() const { return static_cast<int>(_bodies.size()); }
 
-    /// What the hands have pushed in the world's steps since the last call, or in those before if
-    /// there was none: each bone with each body that may move, and the place on it, where the body
-    /// is now. Any thread.
+    /// Returns the pushes in the world's steps since the last call, or in those before if there was
+    /// none: each bone with each movable body, and the place on the body at its present pose. Any
+    /// thread.
     std::vector<HandPress> presses();
 
-    /// Returns true for one of these bodies, with its Hand::id and its bone (see handCapsules()).
+    /// Returns true if \a object is one of these bodies, with its Hand::id and bone (see
+    /// handCapsules()).
     bool find(const btCollisionObject& object, int& hand, int& bone) const;
 
     static constexpr double kHold_s = 0.1;
-    /// Bones that moved farther than this between two updates were not moved by a hand: they start
-    /// anew there, without velocity.
+    /// A bone that moved farther than this between two updates starts again at the new place
+    /// without velocity: no hand moves so fast.
     static constexpr double kJump_m = 0.3;
 
 private:

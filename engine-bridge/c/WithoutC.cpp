@@ -1,5 +1,4 @@
-// In the place of the C interface where it is left out: what libmidair says of itself to any
-// program.
+// Replaces the C interface in builds without it: libmidair reports this to its callers.
 
 #include "engine-bridge/c/midair.h"
 

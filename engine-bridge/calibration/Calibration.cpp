@@ -1,8 +1,8 @@
 #include "engine-bridge/calibration/Calibration.h"
 
+#include "engine-bridge/calibration/PlaceError.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/SmallMatrices.h"
-#include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
 
 #include <Eigen/Core>
@@ -30,7 +30,7 @@ struct RobustFitOptions
     std::uint64_t seed = 1;
 };
 
-/// The map array = linear world + offset that fits the pairs which agree with one another.
+/// The map array = linear world + offset that fits the mutually consistent pairs.
 struct RobustFit
 {
     Eigen::Matrix3d linear = Eigen::Matrix3d::Identity(); ///< rotation times scale
@@ -41,8 +41,8 @@ struct RobustFit
     double noise_m = 0.0;        ///< standard deviation per coordinate over the inliers
 };
 
-constexpr int kFewestForRejection = 6;  ///< fewer pairs don't show which one is wrong
-constexpr double kFinestNoise_m = 1e-7; ///< so that rounding makes no outliers of exact pairs
+constexpr int kFewestForRejection = 6;  ///< with fewer pairs the wrong one can't be identified
+constexpr double kFinestNoise_m = 1e-7; ///< so that rounding causes no outliers among exact pairs
 
 using Triple = std::array<int, 3>;
 
@@ -85,7 +85,7 @@ std::vector<Triple> triples(int n, const RobustFitOptions& options)
     return result;
 }
 
-/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs in a trial fit,
+/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs per trial fit,
 /// which has the highest breakdown point (Rousseeuw 1984).
 double medianResidual(const Eigen::VectorXd& residuals)
 {
@@ -112,7 +112,7 @@ double noise(const RobustFit& result, bool scaling)
     return std::max(kFinestNoise_m, std::sqrt(sum / std::max(1, freedom)));
 }
 
-/// The pairs that agree with the fit to the best triple.
+/// Returns the pairs that are consistent with the fit to the best triple.
 std::vector<int> consensus(const PointPairs& pairs, const RobustFitOptions& options)
 {
     const int n = pairs.size();
@@ -127,16 +127,16 @@ std::vector<int> consensus(const PointPairs& pairs, const RobustFitOptions& opti
         bestMedian = median;
         best = trial;
     }
-    // The median of the length of a Gaussian 3-vector is 1.538 sigma; the factor after it is
-    // Rousseeuw's for small samples.
+    // The median length of a Gaussian 3-vector is 1.538 sigma; the other factor is Rousseeuw's for
+    // small samples.
     const double sigma =
         std::max(kFinestNoise_m, bestMedian / 1.538 * (1.0 + 5.0 / std::max(1, n - 3)));
     return within(best.residuals_m, options.outlierSigmas * sigma);
 }
 
 /// Fits by least median of squares over triples (all, or random ones by seed), then by least
-/// squares over the inliers until these stay the same. Needs at least three finite pairs; the
-/// caller checks for degenerate ones.
+/// squares over the inliers until these are stable. Needs at least three finite pairs; the caller
+/// checks for degenerate ones.
 RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options)
 {
     const int n = pairs.size();
@@ -164,8 +164,6 @@ constexpr int kEnoughPoints = 12;
 constexpr double kLineRatio = 0.05;  ///< second over first standard deviation: below, a line
 constexpr double kPlaneRatio = 0.1;  ///< third over first: below, a plane
 constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, wrong handedness
-constexpr int kDraws = 4000;         ///< gives the 95 % quantile to about 1.5 %
-constexpr int kEdgeDirections = 256;
 
 /// Standard deviations along the principal axes, largest first.
 Eigen::Vector3d spread(const Eigen::Matrix3Xd& points)
@@ -175,13 +173,6 @@ Eigen::Vector3d spread(const Eigen::Matrix3Xd& points)
         base::symmetricAxes(Eigen::Matrix3d(centred * centred.transpose()));
     const double count = static_cast<double>(points.cols());
     return (axes.values.cwiseMax(0.0) / count).cwiseSqrt().reverse();
-}
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& v)
-{
-    Eigen::Matrix3d m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
 }
 
 /// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t =
@@ -203,25 +194,8 @@ public:
 
     Eigen::Matrix3d at(const Eigen::Vector3d& r) const
     {
-        const Eigen::Matrix3d lever = cross(r - _centre);
+        const Eigen::Matrix3d lever = crossMatrix(r - _centre);
         return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
-    }
-
-    /// The error at the worst of kEdgeDirections places on the sphere of \a radius round the
-    /// origin, spread evenly by a Fibonacci lattice.
-    Eigen::Matrix3d worstAtRadius(double radius) const
-    {
-        Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
-        const double golden = base::kPi * (3.0 - std::sqrt(5.0));
-        for (int i = 0; i < kEdgeDirections; ++i)
-        {
-            const double z = 1.0 - (2.0 * i + 1.0) / kEdgeDirections;
-            const double ring = std::sqrt(1.0 - z * z);
-            const Eigen::Vector3d u(ring * std::cos(golden * i), ring * std::sin(golden * i), z);
-            const Eigen::Matrix3d here = at(radius * u);
-            if (here.trace() > worst.trace()) worst = here;
-        }
-        return worst;
     }
 
 private:
@@ -229,29 +203,6 @@ private:
     double _count;
     Eigen::Matrix3d _inverse;
 };
-
-/// Computes the median and 95 % quantile of |e| by seeded draws. e is normal with covariance
-/// sigma^2 C; sigma is estimated with \a freedom degrees of freedom, so e has Student's tails.
-void errorQuantiles(CalibrationReport& report,
-                    const Eigen::Matrix3d& C,
-                    int freedom,
-                    std::uint64_t seed)
-{
-    const base::SymmetricAxes<3> axes = base::symmetricAxes(C);
-    const Eigen::Vector3d sigmas = report.noise_m * axes.values.cwiseMax(0.0).cwiseSqrt();
-    std::mt19937_64 random(seed);
-    std::normal_distribution<double> normal;
-    std::chi_squared_distribution<double> chi2(freedom);
-    std::vector<double> errors(kDraws);
-    for (double& error : errors)
-    {
-        const Eigen::Vector3d z(normal(random), normal(random), normal(random));
-        error = sigmas.cwiseProduct(z).norm() * std::sqrt(freedom / chi2(random));
-    }
-    std::sort(errors.begin(), errors.end());
-    report.edgeErrorMedian_m = errors[kDraws / 2];
-    report.edgeError95_m = errors[kDraws * 95 / 100];
-}
 
 void warn(CalibrationReport& report, CalibrationProblem problem, const std::string& text)
 {
@@ -416,9 +367,9 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
     {
         warn(report,
              CalibrationProblem::TOO_FEW_POINTS,
-             fmt::format("{} point pairs; three are the least, 12 or more that are not in one "
-                         "plane are right",
-                         n));
+             fmt::format(
+                 "{} point pairs; take at least three, better 12 or more that are not in one plane",
+                 n));
         return report;
     }
     RobustFit fit = robustFit(pairs, {false, options.outlierSigmas, options.trials, options.seed});
@@ -429,9 +380,8 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
     {
         warn(report,
              CalibrationProblem::COLLINEAR,
-             "the points lie on one line, so the turn about it is open; take 12 or more that are "
-             "not "
-             "in one plane");
+             "the points lie on one line, so the rotation about it is undetermined; take 12 or "
+             "more that are not in one plane");
         return report;
     }
     if (!checkScaleAndHand(report, pairs, options)) return report;
@@ -446,8 +396,14 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
     report.noise_m = fit.noise_m;
     const int freedom = 3 * kept.size() - 6;
     report.rms_m = fit.noise_m * std::sqrt(freedom / static_cast<double>(kept.size()));
-    const Eigen::Matrix3d C = ErrorModel(kept.array).worstAtRadius(options.edge_m);
-    errorQuantiles(report, C, freedom, options.seed);
+    const ErrorModel errors(kept.array);
+    const PlaceError edge = placeError(
+        worstAtRadius(options.edge_m, [&](const Eigen::Vector3d& r) { return errors.at(r); }),
+        report.noise_m,
+        freedom,
+        options.seed);
+    report.edgeErrorMedian_m = edge.median_m;
+    report.edgeError95_m = edge.most95_m;
     checkShape(report, kept);
     listOutliers(report);
     return report;

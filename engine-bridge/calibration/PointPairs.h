@@ -8,8 +8,7 @@
 namespace midair::bridge
 {
 
-/// The same physical points measured twice: by the tracker in the scene's world, and in the array
-/// frame.
+/// Physical points measured twice: by the tracker in the scene's world, and in the array frame.
 struct PointPairs
 {
     Eigen::Matrix3Xd world; ///< 3 x n, metres
@@ -24,11 +23,11 @@ struct PointPairs
 /// column that is not a finite number and for more than 10,000 pairs.
 PointPairs readPointPairs(std::istream& in, const std::string& name);
 
-/// The metres per unit for "m", "cm", "mm", "um", "in", "ft" (or the unit's name in full), or for a
-/// positive number. Throws base::InputError for anything else.
+/// Returns the metres per unit of "m", "cm", "mm", "um", "in", "ft" (or a full unit name), or a
+/// positive number. Throws base::InputError for other texts.
 double unitInMetres(const std::string& nameOrNumber);
 
-/// The name of the unit that has \a metres, within a relative \a tolerance, such as "millimetres"
+/// Returns the name of the unit of \a metres, within a relative \a tolerance, such as "millimetres"
 /// for 0.001; empty if no common unit is near.
 std::string unitName(double metres, double tolerance = 0.05);
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kMaskTurn = 0.9962;      ///< cosine of 5 degrees
 constexpr double kFarthestFocus_m = 10.0; ///< from the array's origin; no focus is anywhere near
-constexpr int kContactFoci = 1024;        ///< so many indices a contact, for identities
+constexpr int kContactFoci = 1024;        ///< indices per contact, for identities
 
 } // namespace
 

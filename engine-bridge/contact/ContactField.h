@@ -14,21 +14,21 @@
 namespace midair::bridge
 {
 
-/// What plays foci; isValid() names the first setting that is out of its range.
+/// Options for playing foci; isValid() names the first setting that is out of its range.
 struct ContactFieldOptions
 {
     /// True: foci have their pressures in Pa, as far as the array can. False: only their ratios
     /// count, and the array plays as loud as it can.
     bool absolute = true;
-    /// True: transducers behind the finger stay off, since sound from there presses its other side.
-    /// Kept are those with cos > maskCosine, the cosine of the angle between the way from the
-    /// contact to the transducer and the way into the object (AUTDController32_1_1.cs of
-    /// github.com/shinolab/midair-haptics-unity). With several contacts a transducer is on if one
+    /// True: transducers behind the finger stay off, because their sound presses its other side.
+    /// Keeps those with cos > maskCosine, the cosine of the angle between the direction from the
+    /// contact to the transducer and the direction into the object (AUTDController32_1_1.cs of
+    /// github.com/shinolab/midair-haptics-unity). With several contacts, a transducer is on if one
     /// of them keeps it.
     bool mask = false;
     double maskCosine = -0.3; ///< -1 .. 1
-    /// 0 .. 0.1; the mask is made anew when a contact moved farther than this (or turned by 5
-    /// degrees), not for tremor
+    /// 0 .. 0.1; the mask is recomputed when a contact moved farther than this (or turned by 5
+    /// degrees), so that tremor doesn't change it
     double maskMotion_m = 2e-3;
 
     bool isValid(std::string* error = nullptr) const;
@@ -37,9 +37,9 @@ struct ContactFieldOptions
 /// Places, normals and pressures (Pa) of \a foci, as control points.
 haptics::ControlPoints pointsOf(const std::vector<ContactFocus>& foci);
 
-/// Activations for the foci of one moment, by the default solver, which goes on from the field
-/// before: conjugate phases for one focus. The common phase, which nobody feels, is turned so that
-/// each field is as near as possible to the one before.
+/// Computes activations for the foci of one moment by the default solver, starting from the last
+/// field; conjugate phases for one focus. The common phase, which can't be felt, is rotated so that
+/// each field is as near as possible to the last one.
 class ContactField
 {
 public:
@@ -51,17 +51,17 @@ public:
                  const ContactFieldOptions& options = {});
 
     /// Sets \a q to m activations, |q_i| <= 1; zero for no foci. Returns false, with q zero and a
-    /// message in \a error (may be null), for foci whose numbers aren't finite or out of range, for
+    /// message in \a error (may be null), for numbers that aren't finite or are out of range, for
     /// more than kMostFoci, and if the solver refuses them.
     bool solve(const std::vector<ContactFocus>& foci, Eigen::VectorXcf& q, std::string* error);
 
-    /// Of the last solve() of foci that are played.
+    /// Report of the last solve() with foci.
     const haptics::SolveReport& report() const { return _report; }
     int driven() const { return _driven; } ///< transducers that the mask keeps
     const haptics::TransducerArray& array() const { return _array; }
 
 private:
-    /// Where a contact was when the mask was made.
+    /// Position of a contact when the mask was computed.
     struct Place
     {
         std::uint64_t contact = 0;
@@ -77,12 +77,12 @@ private:
     haptics::Medium _medium;
     haptics::TransducerArray _array;
     haptics::TransducerArray _masked; ///< with gains of 0 behind the finger
-    std::vector<Place> _places;       ///< that the mask was made for
+    std::vector<Place> _places;       ///< contacts of the mask
     std::vector<bool> _isOn;          ///< m
     int _driven = 0;
     std::unique_ptr<haptics::HologramSolver> _solver;
     haptics::SolveReport _report;
-    Eigen::VectorXcf _last; ///< the field before; empty: none
+    Eigen::VectorXcf _last; ///< the last field; empty: none
 };
 
 } // namespace midair::bridge

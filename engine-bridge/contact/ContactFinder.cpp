@@ -21,9 +21,9 @@ namespace
 
 using Place = std::array<double, 3>;
 
-constexpr double kSame_m = 1e-9; ///< places that round to the same multiples are one
+constexpr double kSame_m = 1e-9; ///< places that round to the same multiples count as one
 
-/// Numbers the places of the vertices, so that vertices doubled at seams become one.
+/// Numbers the vertices by place, so that duplicates at seams get one number.
 std::vector<int> welded(const Eigen::Matrix3Xd& vertices)
 {
     std::vector<int> order(static_cast<std::size_t>(vertices.cols()));
@@ -47,7 +47,7 @@ std::vector<int> welded(const Eigen::Matrix3Xd& vertices)
 using Eigen::Vector3d;
 
 constexpr double kOneSided = 0.5; ///< share of the area that the mean normal keeps; below: split
-constexpr double kLeastArea_m2 = 1e-12;      ///< a square of a micrometre: below that it is none
+constexpr double kLeastArea_m2 = 1e-12; ///< a square of a micrometre; smaller areas count as none
 constexpr std::uint64_t kWindingsKept = 600; ///< updates
 
 bool isFinite(const Eigen::Isometry3d& pose)
@@ -55,7 +55,7 @@ bool isFinite(const Eigen::Isometry3d& pose)
     return pose.matrix().allFinite();
 }
 
-/// How far the bone's axis is on the outer side of a part of the surface, m.
+/// Height of the bone's axis over the outer side of a part of the surface, m.
 double heightOfAxis(const ContactPatch& patch, const Vector3d& normal)
 {
     const Capsule& bone = patch.own.front();
@@ -63,7 +63,7 @@ double heightOfAxis(const ContactPatch& patch, const Vector3d& normal)
     return normal.dot(pair.onOther - patch.centre);
 }
 
-/// Patches that look farther apart than this aren't one, whatever their distance.
+/// Patches whose normals differ by more than this angle aren't joined, whatever their distance.
 constexpr double kSameWay = 0.5; // 60 degrees
 
 bool overlap(const Capsule& a, const Capsule& b)
@@ -120,12 +120,12 @@ const char* contactReasonText(ContactReason reason)
     case ContactReason::MESH_NOT_READY:
         return "the object's mesh is still being prepared";
     case ContactReason::NO_AREA:
-        return "what is touched has no area";
+        return "the touched part has no area";
     case ContactReason::MATERIAL_INVALID:
         return "a number of the object's material is out of range; it is silent where it is "
                "touched";
     case ContactReason::HAND_JUMPED:
-        return "the hand jumped; its contact begins anew";
+        return "the hand jumped; its contact starts again";
     }
     return "";
 }
@@ -146,7 +146,7 @@ ContactFinder::ContactFinder(const ContactFinderOptions& options) : _options(opt
     if (!options.isValid(&error)) throw base::InputError(error);
 }
 
-// What handCapsules() leaves out because a number is wrong is told; what isn't tracked isn't.
+// Reports capsules that handCapsules() left out because of a wrong number, but not untracked ones.
 std::vector<HandCapsule> ContactFinder::usableCapsules(const HandFrame& hands)
 {
     for (const Hand& hand : hands.hands)
@@ -324,7 +324,7 @@ void ContactFinder::addParts(Part part,
     {
         if (!(moments.area_m2 > kLeastArea_m2)) return;
         Vector3d normal = moments.normal;
-        // A sheet whose triangles are wound at random has no mean; what they agree on is the axis.
+        // A sheet with randomly wound triangles has no mean normal; their common axis is used.
         if (!(normal.norm() > 1e-9 * moments.area_m2))
             normal = base::symmetricAxes(moments.normals).vectors.col(2);
         normal.normalize();
@@ -356,7 +356,7 @@ void ContactFinder::addParts(Part part,
     if (std::min(aboveA, aboveB) < 0.0) (aboveA < aboveB ? a : b).isExit = true;
 }
 
-// What overlaps is summed anew over the union, so that no part of the surface counts twice.
+// Sums over the union of the overlapping parts, so that no part of the surface counts twice.
 ContactPatch ContactFinder::joined(const std::vector<const Part*>& members) const
 {
     ContactPatch patch = members.front()->patch;

@@ -18,29 +18,29 @@ namespace midair::bridge
 {
 
 /// Returns on which side of its triangles a mesh has its outside: 1 where their normals (q - p) x
-/// (r - p) point out, -1 where they point in, 0 where that can't be told: it is open, or its
-/// windings contradict each other. Vertices at equal places (to a nanometre) count as one;
-/// triangles without area or with places that aren't finite are left out.
+/// (r - p) point out, -1 where they point in, 0 if unknown because it is open or its windings
+/// contradict each other. Vertices at equal places (to a nanometre) count as one; triangles without
+/// area or with places that aren't finite are ignored.
 int windingOf(const haptics::TriangleMesh& mesh);
 
-/// Why there is no contact, or why one began anew.
+/// Why there is no contact, or why one started again.
 enum class ContactReason
 {
     NONE,
     TIME_NOT_FINITE,     ///< the time isn't a number or runs backwards
-    JOINT_NOT_FINITE,    ///< a joint that counts as tracked has a place that isn't a number
+    JOINT_NOT_FINITE,    ///< a joint that counts as tracked has a position that isn't finite
     RADIUS_OUT_OF_RANGE, ///< a joint's radius isn't a number above 0 and up to kMostRadius_m
     POSE_NOT_FINITE,     ///< an object's pose isn't a number
     MESH_NOT_READY,      ///< its mesh is still being prepared
-    NO_AREA,             ///< what is touched has no area: lines, points, triangles without area
-    MATERIAL_INVALID,    ///< a number of its material is out of range
-    HAND_JUMPED          ///< the contact moved farther at once than a hand does; it begins anew
+    NO_AREA,             ///< the touched part has no area: lines, points, triangles without area
+    MATERIAL_INVALID,    ///< a number of the object's material is out of range
+    HAND_JUMPED          ///< the contact moved farther at once than a hand can; it starts again
 };
 
 /// Returns a sentence for messages; "" for NONE.
 const char* contactReasonText(ContactReason reason);
 
-/// Where a reason holds.
+/// Subject of a reason.
 struct ContactNote
 {
     ContactReason reason = ContactReason::NONE;
@@ -49,28 +49,28 @@ struct ContactNote
     std::uint64_t object = 0; ///< HapticObject::touchId(), 0: none in particular
 };
 
-/// Largest radius of a joint, m: some five times that of a palm's.
+/// Largest radius of a joint, m: about five times that of a palm's.
 constexpr double kMostRadius_m = 0.1;
 
-/// How contacts are found; isValid() names the first setting that is out of its range.
+/// Options for finding contacts; isValid() names the first setting that is out of its range.
 struct ContactFinderOptions
 {
     /// 0.1e-3 .. 10e-3; length of the straight pieces of a patch's outline
     double resolution_m = 0.5e-3;
-    /// 0 .. 0.1; patches of one hand on one object whose centres are nearer become one: they feel
-    /// like one (two foci under 15 mm apart do: Howard et al., "Gap detection in a pair of
-    /// ultrasound mid-air vibrotactile stimuli")
+    /// 0 .. 0.1; patches of one hand on one object with centres nearer than this are joined,
+    /// because they feel like one (two foci under 15 mm apart do: Howard et al., "Gap detection in
+    /// a pair of ultrasound mid-air vibrotactile stimuli")
     double join_m = 15e-3;
-    /// >= join_m, up to 0.1; what was joined stays so up to here, so that tremor doesn't switch
+    /// >= join_m, up to 0.1; joined patches stay joined up to this distance, so that tremor doesn't
+    /// switch
     double part_m = 19e-3;
-    /// 0 .. 0.1; bones that are nearer to an object than this without touching it are told by
-    /// nearby()
+    /// 0 .. 0.1; nearby() returns bones nearer to an object than this that don't touch it
     double leave_m = 4e-3;
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// A bone near an object that it doesn't touch.
+/// A bone near an object, but not touching it.
 struct NearBone
 {
     std::uint64_t object = 0; ///< HapticObject::touchId()
@@ -79,20 +79,21 @@ struct NearBone
     double gap_m = 0.0;       ///< skin to surface, 0 .. leave_m
 };
 
-/// Finds the patches where hands touch objects, and what is wrong with the input.
+/// Finds the patches where hands touch objects, and reports problems of the input.
 ///
-/// A bone has one patch for each object. Where the triangles' normals contradict each other (the
-/// length of their mean is under 0.5: a thin plate, a sharp edge) it is split by them. Outside of a
-/// closed mesh of one winding is where that says; of any other it is where the bone's axis is, and
-/// of a contact that goes on where it was before. A bone that pushes an object (HandFrame::presses)
-/// touches it as deep as its force presses it flat (PressedSkin.h), if it doesn't reach deeper.
+/// A bone has one patch per object. Where the triangles' normals contradict each other (the length
+/// of their mean is under 0.5: a thin plate, a sharp edge), the patch is split. The outside of a
+/// closed mesh with consistent winding follows from the winding; of any other mesh it is the side
+/// of the bone's axis, and for a continuing contact the side that it had before. A bone that pushes
+/// an object (HandFrame::presses) touches it as deep as its force flattens it (PressedSkin.h), if
+/// it isn't deeper.
 class ContactFinder
 {
 public:
     /// Throws InputError for options that are not valid.
     explicit ContactFinder(const ContactFinderOptions& options = {});
 
-    /// Only objects with a mesh are felt. \a objects and \a hands are in the array frame.
+    /// Only objects with a mesh are touched. \a objects and \a hands are in the array frame.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands);
 
     const std::vector<ContactPatch>& patches() const { return _patches; }
@@ -106,7 +107,7 @@ private:
         ContactPatch patch;
         PatchMoments moments;
         bool isSplit = false;
-        int side = 0;             ///< 0, or 1 of the second part of a split one
+        int side = 0;             ///< 0; 1: second part of a split patch
         double windingSide = 1.0; ///< -1: the patch's normal is opposite to its triangles'
         std::shared_ptr<const MeshDistance> mesh;
         const HapticObject* piece = nullptr;
@@ -117,7 +118,7 @@ private:
         int sign = 0;
         std::uint64_t lastUse = 0;
     };
-    /// Which part of which bone at which piece of an object, for memory from update to update.
+    /// Identifies a part of a bone at a piece of an object between updates.
     using Key = std::array<std::uint64_t, 3>;
 
     std::vector<HandCapsule> usableCapsules(const HandFrame& hands);
@@ -125,7 +126,7 @@ private:
                const std::shared_ptr<const MeshDistance>& mesh,
                HandCapsule capsule);
     void addParts(Part part, const PatchMoments& all, const std::vector<PatchMoments>& sides);
-    /// Sums over what of the surface is inside \a capsules; of a split part on its own side alone.
+    /// Sums over the surface inside \a capsules; for a split part only over its own side.
     void addSurface(const Part& part,
                     const std::vector<const Capsule*>& capsules,
                     PatchMoments& all,
@@ -142,8 +143,8 @@ private:
     std::uint64_t _updates = 0;
     std::vector<HandPress> _presses; ///< of the hands being looked at
     std::vector<Part> _parts;
-    std::vector<std::pair<Key, Eigen::Vector3d>> _normals; ///< of the update before
-    std::vector<std::pair<Key, Key>> _joined;              ///< in the update before
+    std::vector<std::pair<Key, Eigen::Vector3d>> _normals; ///< of the last update
+    std::vector<std::pair<Key, Key>> _joined;              ///< in the last update
     std::vector<ContactPatch> _patches;
     std::vector<NearBone> _nearby;
     std::vector<ContactNote> _notes;

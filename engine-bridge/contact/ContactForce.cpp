@@ -24,8 +24,8 @@ bool isPainted(const MeshDistance& mesh)
     return mesh.mesh().paint || mesh.mesh().intensity.size() > 0;
 }
 
-/// Barycentric coordinates of \a x in the triangle \a t, clipped to it; its first corner where it
-/// has no area.
+/// Barycentric coordinates of \a x in the triangle \a t, clamped to it; its first corner if it has
+/// no area.
 Eigen::Vector3d barycentricOf(const Eigen::Vector3d& x, const Eigen::Matrix3d& t)
 {
     const Eigen::Vector3d u = t.col(1) - t.col(0), v = t.col(2) - t.col(0), w = x - t.col(0);
@@ -37,9 +37,9 @@ Eigen::Vector3d barycentricOf(const Eigen::Vector3d& x, const Eigen::Matrix3d& t
     return inside / inside.sum();
 }
 
-constexpr double kFullSpeed_m_s = 0.01; ///< the texture is whole from here on
-constexpr double kFading_Hz = 400.0;    ///< where it begins to fade
-constexpr double kFaded_Hz = 500.0;     ///< where nothing is left of it
+constexpr double kFullSpeed_m_s = 0.01; ///< full texture from this speed on
+constexpr double kFading_Hz = 400.0;    ///< fading starts
+constexpr double kFaded_Hz = 500.0;     ///< fading ends
 
 double onBy(double phase_rad, double turns)
 {
@@ -78,8 +78,7 @@ double ContactForce::force_N(double depth_m) const
     return std::min(_options.stiffness_N_m * depth_m, _options.mostForce_N);
 }
 
-// The ramp is of the pressure's amplitude, s^2 (3 - 2 s), so that it begins and ends without a
-// kink.
+// The ramp applies to the pressure's amplitude, s^2 (3 - 2 s), so that it starts and ends smoothly.
 double ContactForce::pressure_Pa(double depth_m, double foci, double age_s) const
 {
     if (!(foci >= 1.0) || !std::isfinite(foci) || !(age_s >= 0.0)) return 0.0;
@@ -121,7 +120,7 @@ void ContactPaint::advance(double dt_s)
 void ContactPaint::look()
 {
     const NearestSpot spot = _mesh->nearest({_place, _place, 0.0}, kRange_m);
-    if (spot.triangle < 0) return; // it keeps what it had
+    if (spot.triangle < 0) return; // it keeps the last value
     const haptics::TriangleMesh& mesh = _mesh->mesh();
     const Eigen::Vector3i corners = mesh.triangles.col(spot.triangle);
     Eigen::Matrix3d triangle;
@@ -129,7 +128,7 @@ void ContactPaint::look()
         mesh.vertices.col(corners[2]);
     const double intensity =
         haptics::intensityAt(mesh, spot.triangle, barycentricOf(spot.onSurface, triangle));
-    _intensity = intensity >= 0.0 ? std::min(intensity, 1.0) : 0.0; // what isn't a number is silent
+    _intensity = intensity >= 0.0 ? std::min(intensity, 1.0) : 0.0; // NaN is silent
 }
 
 bool ContactVibrationOptions::isValid(std::string* error) const

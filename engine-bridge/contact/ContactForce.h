@@ -11,10 +11,10 @@
 namespace midair::bridge
 {
 
-/// How hard a contact presses; isValid() names the first setting that is out of its range.
+/// Options for a contact's pressure; isValid() names the first setting that is out of its range.
 ///
-/// The defaults are those of a finger pad on an object that feels soft: 20 mN, which foci turning
-/// slowly make feel like 0.24 N (Morisaki et al., arXiv 2301.11572), at 2 mm depth.
+/// The defaults describe a finger pad on an object that feels soft: 20 mN at 2 mm depth, which
+/// slowly turning foci make feel like 0.24 N (Morisaki et al., arXiv 2301.11572).
 struct ContactForceOptions
 {
     double stiffness_N_m = 10.0; ///< 0 .. 1e4; applied force over depth
@@ -22,14 +22,14 @@ struct ContactForceOptions
     /// 1e-6 .. 1e-3; area that a focus presses on: 4.3 x 9.2 mm at half pressure, of the octagon
     double focusArea_m2 = 22e-6;
     double alpha = 2.0;   ///< 1 .. 2; reflection by skin; 2: total
-    double ramp_s = 0.02; ///< 0 .. 1; a contact's pressure grows over this time, so as not to click
+    double ramp_s = 0.02; ///< 0 .. 1; a contact's pressure grows over this time, to avoid a click
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// From depth to pressure: F = stiffness depth, clipped, shared out among the foci; the peak
-/// pressure of each is sqrt(2 rho c^2 F / (alpha A)), as radiation pressure is alpha p^2 / (2 rho
-/// c^2) (Inoue, Makino, Shinoda 2015, equation 1).
+/// Converts depth to pressure: F = stiffness depth, clamped and shared among the foci; the peak
+/// pressure of each is sqrt(2 rho c^2 F / (alpha A)), because radiation pressure is alpha p^2 / (2
+/// rho c^2) (Inoue, Makino, Shinoda 2015, equation 1).
 class ContactForce
 {
 public:
@@ -39,9 +39,9 @@ public:
 
     /// N; 0 for depths that aren't above 0 or not finite.
     double force_N(double depth_m) const;
-    /// Pa, peak; of each of \a foci (>= 1) foci \a age_s after the contact began. Of foci of which
-    /// some fade it is the sum of their weights' squares, so that the force stays. 0 for numbers
-    /// that aren't finite.
+    /// Pa, peak; of each of \a foci (>= 1) foci \a age_s after the contact began. For fading foci
+    /// pass the sum of their squared weights, which keeps the force. 0 for numbers that aren't
+    /// finite.
     double pressure_Pa(double depth_m, double foci, double age_s) const;
 
     const ContactForceOptions& options() const { return _options; }
@@ -51,16 +51,16 @@ private:
     double _rhoCC_Pa = 0.0; ///< rho c^2
 };
 
-/// What is painted on an object where a contact is: a factor on the pressure, as for control
-/// points. So an image of heights is felt as a finger goes over it, as fast as it goes.
+/// Painted intensity at a contact: a factor on the pressure, as for control points. A finger that
+/// moves over an image of heights feels it at its own speed.
 ///
-/// Between two frames of hands the place goes on in a straight line to the newest one, so that the
-/// course has no steps at the rate of frames; it is late by one frame.
+/// Between two frames of hands the place moves in a straight line to the newest one, so that it has
+/// no steps at the frame rate; it lags by one frame.
 class ContactPaint
 {
 public:
     /// The contact is at \a place (m, mesh frame) of \a mesh, which may be null, at \a time_s. The
-    /// first time, or on another mesh's triangles, it is there at once.
+    /// first time, or on other triangles, it moves there at once.
     void
     follow(std::shared_ptr<const MeshDistance> mesh, const Eigen::Vector3d& place, double time_s);
     void advance(double dt_s); ///< finite, >= 0
@@ -70,7 +70,7 @@ public:
 private:
     void look();
 
-    std::shared_ptr<const MeshDistance> _mesh; ///< null: nothing is painted on it
+    std::shared_ptr<const MeshDistance> _mesh; ///< null: no paint
     Eigen::Vector3d _place = Eigen::Vector3d::Zero();
     Eigen::Vector3d _target = Eigen::Vector3d::Zero();
     double _left_s = 0.0; ///< until it is there
@@ -78,10 +78,10 @@ private:
     double _intensity = 1.0;
 };
 
-/// What is mixed into a contact's steady pressure; isValid() names the first setting that is out of
-/// its range. Depths are shares of the radiation pressure; together they are at most 1. Pressure
-/// alone feels smooth; with vibrations at 30 and 150 Hz at least six textures can be told apart
-/// (Morisaki, Matsubayashi, Makino, Shinoda, arXiv 2601.16767).
+/// Vibrations of a contact's steady pressure; isValid() names the first setting that is out of its
+/// range. Depths are shares of the radiation pressure; their sum is at most 1. Pressure alone feels
+/// smooth; with vibrations at 30 and 150 Hz at least six textures can be distinguished (Morisaki,
+/// Matsubayashi, Makino, Shinoda, arXiv 2601.16767).
 struct ContactVibrationOptions
 {
     double lowDepth = 0.0;         ///< 0 .. 1
@@ -94,10 +94,10 @@ struct ContactVibrationOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// The course of the pressure of one contact, P(t) = P_c [1 - sum m (1 - cos theta)/2].
+/// Pressure over time of one contact, P(t) = P_c [1 - sum m (1 - cos theta)/2].
 ///
 /// Phases integrate, d theta/dt = 2 pi f, for the texture with f = v_t/lambda_s, so that changes of
-/// speed make no jumps. The texture's depth is proportional to the speed below 10 mm/s, so that
+/// speed cause no jumps. The texture's depth is proportional to the speed below 10 mm/s, so that
 /// nothing vibrates at rest, and falls to 0 from 400 to 500 Hz, above which skin feels nothing.
 class ContactVibration
 {
@@ -105,11 +105,11 @@ public:
     /// Throws InputError for options that are not valid.
     explicit ContactVibration(const ContactVibrationOptions& options = {});
 
-    /// Takes other options; phases go on. Throws as the constructor does.
+    /// Changes the options; phases continue. Throws like the constructor.
     void setOptions(const ContactVibrationOptions& options);
 
-    /// Goes on by \a dt_s at a tangential speed of \a speed_m_s (its sign doesn't matter). Returns
-    /// false, and changes nothing, if one isn't finite or dt_s is under 0.
+    /// Advances by \a dt_s at the tangential speed \a speed_m_s (its sign doesn't matter). Returns
+    /// false and changes nothing if one isn't finite or dt_s is below 0.
     bool advance(double dt_s, double speed_m_s);
 
     double share() const;  ///< 0 .. 1; factor on the radiation pressure

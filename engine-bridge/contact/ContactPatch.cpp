@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kFarOut_m = 1.0; ///< farther along a line than any hand reaches
 /// Share of the radius beside the axis up to which the skin is used: farther out it is so steep
-/// that small steps across are long ones on it, and it faces away from the object.
+/// that small lateral steps are long ones on it, and it faces away from the object.
 constexpr double kUsable = 0.8;
 constexpr double kLineSlack_m = 1e-9;
 
@@ -42,7 +42,8 @@ void takeBall(Inside& inside, const Vector3d& x, const Vector3d& u, const Vector
     inside.take(along + std::sqrt(rest));
 }
 
-/// Of the line x + t u, u of unit length: its ends are on one of the balls or on the side between.
+/// Part of the line x + t u, u of unit length: its ends are on one of the spheres or on the
+/// cylinder.
 Inside insideOf(const Capsule& capsule, const Vector3d& x, const Vector3d& u)
 {
     Inside inside;
@@ -114,7 +115,7 @@ Vector3d skinUnder(const ContactPatch& patch, const Vector3d& place)
     if (least > kUsable) x += (1.0 - kUsable / least) * (pair.onOther - pair.onSegment);
     double end = insideOf(*nearest, x, u).to;
     if (!std::isfinite(end)) return place;
-    // Goes on where the next bone begins before this one ends.
+    // Continues with the next bone where this one ends.
     const std::vector<Capsule>& skin = patch.skin ? *patch.skin : patch.own;
     for (std::size_t pass = 0; pass < skin.size(); ++pass)
     {

@@ -12,11 +12,11 @@
 namespace midair::bridge
 {
 
-/// Where a hand touches an object: the part of the object's surface inside one bone's capsule, or
-/// inside those of several bones that feel like one place. In the array frame.
+/// Contact area of a hand and an object: the part of the object's surface inside one bone's
+/// capsule, or inside those of several bones that feel like one place. In the array frame.
 ///
-/// The ellipse has the patch's covariance: semi-axes 2 sqrt(eigenvalue), since a uniform ellipse
-/// has the standard deviation semi-axis / 2 along each.
+/// The ellipse has the patch's covariance: semi-axes 2 sqrt(eigenvalue), because a uniform ellipse
+/// has the standard deviation semi-axis / 2 along each axis.
 struct ContactPatch
 {
     std::uint64_t object = 0; ///< HapticObject::touchId()
@@ -24,7 +24,7 @@ struct ContactPatch
     std::vector<int> bones;   ///< ascending, at least one
 
     Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< m; area-weighted
-    /// unit length, out of the object: where the finger came from
+    /// unit length, out of the object: the side from which the finger came
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero(); ///< m^2
     Eigen::Vector3d major = Eigen::Vector3d::UnitX();     ///< unit length, across normal
@@ -32,14 +32,14 @@ struct ContactPatch
     double semiMajor_m = 0.0;
     double semiMinor_m = 0.0;
     double area_m2 = 0.0;
-    /// m; from the centre along -normal to the skin: how deep the finger is in the object
+    /// m; from the centre along -normal to the skin: depth of the finger in the object
     double depth_m = 0.0;
-    /// The finger went in through the other side of a thin object, and out here: of such a pair
-    /// only the other one presses.
+    /// The finger entered a thin object from its other side and leaves it here: of such a pair only
+    /// the entry presses.
     bool isExit = false;
 
-    std::vector<Capsule> own;                         ///< those of bones
-    std::shared_ptr<const std::vector<Capsule>> skin; ///< those of the whole hand; null: own
+    std::vector<Capsule> own;                                     ///< of these bones
+    std::shared_ptr<const std::vector<Capsule>> skin;             ///< of the whole hand; null: own
     Eigen::Isometry3d objectPose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     std::shared_ptr<const MeshDistance> surface;                  ///< the mesh; may be null
 };
@@ -49,12 +49,12 @@ struct ContactPatch
 void setShape(ContactPatch& patch, const PatchMoments& moments, const Eigen::Vector3d& normal);
 
 /// Returns the place on the skin under \a place, along the patch's -normal: the end of the capsules
-/// there. Places that are more than 0.8 radii beside all of the patch's capsules are moved under
-/// the nearest of them first, so that there is one for any place, on the contact's side and where
-/// the skin is no steeper than 53 degrees. \a patch has at least one own capsule.
+/// there. Places more than 0.8 radii beside all of the patch's capsules are first moved under the
+/// nearest one, so that every place has one, on the contact's side and where the skin is at most 53
+/// degrees steep. \a patch has at least one own capsule.
 Eigen::Vector3d skinUnder(const ContactPatch& patch, const Eigen::Vector3d& place);
 
-/// Returns how far it is from \a place along -\a normal to the end of \a capsule, m; NaN if it is
+/// Returns the distance from \a place along -\a normal to the end of \a capsule, m; NaN if it is
 /// beside it.
 double depthIn(const Capsule& capsule, const Eigen::Vector3d& place, const Eigen::Vector3d& normal);
 

@@ -16,19 +16,19 @@ namespace
 
 using Eigen::Vector3d;
 
-/// Share of the largest step that turning may use; the rest is for the hand's own motion (0.2 m/s
-/// at 1000 fields a second: 0.2 mm).
+/// Share of the largest step for turning; the rest is for the hand's own motion (0.2 m/s at 1000
+/// fields a second: 0.2 mm).
 constexpr double kTurningShare = 0.6;
-/// Beyond the half at which rounding would switch; so that a size on the border doesn't.
+/// Hysteresis of rounding, so that a size on the border doesn't switch.
 constexpr double kCountSlack = 0.25;
-/// Share of the turning speed at which foci share the circle anew when their number changes.
+/// Share of the turning speed at which foci redistribute when their number changes.
 constexpr double kSpreading = 0.5;
 
-/// Longer ways are ones over a step of the skin, from finger to finger, or of a hand that is faster
-/// than foci may follow: a focus doesn't go through flesh or air, but fades and comes again there.
+/// Longer moves cross a step of the skin, lead from finger to finger, or follow a hand that is too
+/// fast: there a focus fades out and in instead of passing through flesh or air.
 constexpr double kJump_m = 5e-3;
-/// The same while the patch stays as it is, in largest steps: turning alone makes none longer than
-/// one, as the skin that is used is no steeper than 53 degrees (skinUnder()).
+/// The same while the patch is unchanged, in largest steps: turning alone is never longer than one,
+/// because the used skin is at most 53 degrees steep (skinUnder()).
 constexpr double kSkinStep = 1.05;
 
 /// Ramanujan's first formula; within 0.5 % up to axes of 1 to 20.
@@ -37,7 +37,7 @@ double circumference(double a, double b)
     return base::kPi * (3.0 * (a + b) - std::sqrt((3.0 * a + b) * (a + 3.0 * b)));
 }
 
-/// The shorter way from one angle to another, -pi .. pi.
+/// The shorter turn from one angle to another, -pi .. pi.
 double turnBetween(double from, double to)
 {
     return std::remainder(to - from, base::kTwoPi);
@@ -86,7 +86,7 @@ ContactPath::ContactPath(const ContactPathOptions& options,
 
 void ContactPath::fit(const ContactPatch& patch)
 {
-    // The shortest turn that takes the old normal to the new one has no twist about either.
+    // The shortest rotation from the old normal to the new one has no twist about either.
     const Eigen::Quaterniond turn = base::turnBetween(_patch.normal, patch.normal);
     _patch = patch;
     _isFitted = true;
@@ -159,7 +159,7 @@ void ContactPath::setCount(int count)
     }
 }
 
-// Lets the foci share the circle evenly, and those that come or go fade.
+// Distributes the foci evenly on the circle, and fades those that come or go.
 void ContactPath::spread(double most_rad, double dt_s)
 {
     const double fade = _options.fade_s > 0.0 ? std::min(dt_s / _options.fade_s, 1.0) : 1.0;
@@ -212,8 +212,8 @@ Vector3d ContactPath::placeAt(double angle_rad) const
     return skinUnder(_patch, _patch.centre + x[0] * _ellipse.u + x[1] * _ellipse.v);
 }
 
-// The step is a straight line; between places on the skin half a millimetre apart that is within
-// 10 um of it.
+// Moves in a straight line; between places on the skin half a millimetre apart that is within 10 um
+// of it.
 void ContactPath::place()
 {
     _lag_m = 0.0;

@@ -15,8 +15,8 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kSameContactWay = 0.5; ///< cosine; a contact that turns farther at once is another
-constexpr double kSpeedFollow_s = 0.03; ///< differences of a tracker's places jitter
+constexpr double kSameContactWay = 0.5; ///< cosine; contacts that turn farther at once are new
+constexpr double kSpeedFollow_s = 0.03; ///< differences of a tracker's positions jitter
 
 double followed(double from, double to, double dt_s, double time_s)
 {
@@ -31,7 +31,7 @@ bool shareBone(const ContactPatch& a, const ContactPatch& b)
         [&](int bone) { return std::find(b.bones.begin(), b.bones.end(), bone) != b.bones.end(); });
 }
 
-/// An old contact and a new patch that may be it.
+/// An old contact and a new patch that may continue it.
 struct Match
 {
     double distance_m = 0.0;
@@ -61,7 +61,7 @@ ContactTracker::ContactTracker(const ContactTrackerOptions& options,
     if (!options.isValid(&error) || !medium.isValid(&error)) throw base::InputError(error);
 }
 
-// Those of a material that can't be played are left out, with a note.
+// Objects with an invalid material are left out, with a note.
 std::vector<HapticObject> ContactTracker::takeMaterials(const std::vector<HapticObject>& objects)
 {
     _materials.clear();
@@ -79,7 +79,7 @@ std::vector<HapticObject> ContactTracker::takeMaterials(const std::vector<Haptic
     return felt;
 }
 
-// Phases go on.
+// Phases continue.
 void ContactTracker::useMaterial(Contact& contact) const
 {
     const auto found = _materials.find(contact.path.patch().object);
@@ -117,7 +117,7 @@ Contact ContactTracker::begun(const ContactPatch& patch, double time_s)
     return contact;
 }
 
-// Relative to the object, along its surface; of the middle of the contact's first bone.
+// Relative to the object, along its surface; measured at the middle of the contact's first bone.
 void ContactTracker::measureSpeed(Contact& contact, const ContactPatch& patch, double time_s) const
 {
     const Capsule& bone = patch.own.front();
@@ -147,7 +147,7 @@ void ContactTracker::touched(Contact& contact, const ContactPatch& patch, double
         contact.path.fit(patch);
     else
     {
-        // It was silent, so its foci need not go there.
+        // It was silent, so its foci need not move there.
         contact.path = ContactPath(_options.path, patch, contact.path.angle_rad());
         contact.age_s = 0.0;
     }
@@ -155,7 +155,7 @@ void ContactTracker::touched(Contact& contact, const ContactPatch& patch, double
     contact.lastSeen_s = time_s;
 }
 
-// The nearest pairs first; what is left of the patches begins.
+// Matches the nearest pairs first; remaining patches start new contacts.
 std::vector<Contact> ContactTracker::matched(std::vector<ContactPatch>& patches, double time_s)
 {
     std::vector<Match> matches;
@@ -210,7 +210,7 @@ std::vector<Contact> ContactTracker::matched(std::vector<ContactPatch>& patches,
     return kept;
 }
 
-// Of a contact that has no patch any more.
+// For a contact without a patch.
 bool ContactTracker::stays(Contact& contact, const HandFrame& hands, double time_s) const
 {
     const ContactPatch& patch = contact.path.patch();

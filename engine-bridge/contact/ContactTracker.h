@@ -18,16 +18,16 @@
 namespace midair::bridge
 {
 
-/// How contacts are kept; isValid() names the first setting that is out of its range.
+/// Options for tracking contacts; isValid() names the first setting that is out of its range.
 struct ContactTrackerOptions
 {
-    ContactFinderOptions finder; ///< its leave_m is where a contact ends
+    ContactFinderOptions finder; ///< contacts end at its leave_m
     ContactPathOptions path;
-    /// 1e-3 .. 1; a contact that moves farther than this from one frame of hands to the next
-    /// begins anew where it is then; nothing is played on the way
+    /// 1e-3 .. 1; a contact that moves farther than this between two frames of hands starts again
+    /// at the new place; nothing is played in between
     double restart_m = 0.03;
-    double hold_s = 0.1;    ///< 0 .. 1; contacts of a hand that the tracker lost stay this long
-    double follow_s = 0.01; ///< 0 .. 1; depth follows the hand's frames this fast, so as not to hum
+    double hold_s = 0.1;    ///< 0 .. 1; contacts of a lost hand stay for this time
+    double follow_s = 0.01; ///< 0 .. 1; time constant of the played depth, against hum
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -38,15 +38,15 @@ struct ContactFocus
     Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< m, array frame
     double pressure_Pa = 0.0;                           ///< peak, > 0
     std::uint64_t contact = 0;                          ///< Contact::id
-    int index = 0;                                      ///< of this contact's
+    int index = 0;                                      ///< within this contact
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of its patch
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of its patch, out of the object
 };
 
-/// One place where a hand touches, from when it does until it no longer does.
+/// One place where a hand touches, from the begin to the end of the touch.
 struct Contact
 {
-    std::uint64_t id = 0; ///< its own; never given twice
+    std::uint64_t id = 0; ///< never reused
     ContactPath path;
     ContactForce force;
     ContactVibration vibration;
@@ -56,18 +56,18 @@ struct Contact
     double wanted_m = 0.0;   ///< as of the newest frame; 0: near, but not touching
     double age_s = 0.0;      ///< since it touched last
     double speed_m_s = 0.0;  ///< of the finger along the object, smoothed
-    double lastSeen_s = 0.0; ///< when the tracker saw its hand last
-    /// of the finger in the object's frame, as of the newest frame: to measure its speed
+    double lastSeen_s = 0.0; ///< when the tracker last saw its hand
+    /// of the finger in the object's frame, in the newest frame: for measuring its speed
     std::optional<Eigen::Vector3d> anchor = std::nullopt;
     double anchor_s = 0.0;
 };
 
-/// Follows contacts over time: hands and objects come in at their rate (update()), foci go out at
-/// the rate of fields (advance()).
+/// Tracks contacts over time: update() takes hands and objects at their rate, advance() makes foci
+/// at the rate of fields.
 ///
-/// A contact begins where skin and surface overlap and ends leave_m apart, so that tremor makes no
-/// events. Between the two it is silent, but its angle and its vibration go on. Bad input is no
-/// contact: notes() say why.
+/// A contact begins where skin and surface overlap and ends leave_m apart, so that tremor causes no
+/// events. In between it is silent, but its angle and vibration continue. Invalid input makes no
+/// contact; notes() give the reasons.
 class ContactTracker
 {
 public:
@@ -75,13 +75,13 @@ public:
     explicit ContactTracker(const ContactTrackerOptions& options = {},
                             const haptics::Medium& medium = {});
 
-    /// Takes a frame of hands. Each object feels as its material says; one that isn't valid is a
-    /// note, and is silent. \a time_s must not be less than before. Returns false, and ends all
-    /// contacts, for times that aren't finite or run backwards.
+    /// Takes a frame of hands. Each object feels as its material defines; an object with an invalid
+    /// material is silent, with a note. \a time_s must not decrease. Returns false and ends all
+    /// contacts for times that aren't finite or decrease.
     bool update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
-    /// Goes on by \a dt_s, the time between two fields. Returns false, and ends all contacts, if it
-    /// isn't finite or under 0.
+    /// Advances by \a dt_s, the time between two fields. Returns false and ends all contacts if it
+    /// isn't finite or is below 0.
     bool advance(double dt_s);
 
     void end() { clear(ContactReason::NONE); } ///< ends all contacts

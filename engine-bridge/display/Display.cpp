@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/JsonValue.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/base/text/Words.h"
@@ -24,13 +25,13 @@ using base::JsonValue;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostDisplayBytes = std::size_t(1) << 20;
-constexpr double kFarthestCorner_m = 100.0; ///< from the world's origin; farther is a mistaken unit
-constexpr double kMostSkew = 0.01;          ///< corners are a rectangle within this
+constexpr double kFarthestCorner_m = 100.0; ///< from the world's origin; farther means a wrong unit
+constexpr double kMostSkew = 0.01;          ///< tolerance for a rectangle
 constexpr double kLeastEdge_m = 0.005;      ///< of a screen
-constexpr double kOffPlane_m = 0.001;       ///< an outline's corners are in their plane within this
+constexpr double kOffPlane_m = 0.001;       ///< tolerance for corners of an outline
 constexpr const char* kCornerPlace = "a place [x, y, z] in metres, each within 100";
 
-/// How far the edges at \a corner are from a right angle: the cosine between them.
+/// Deviation of the edges at \a corner from a right angle: the cosine between them.
 double skewAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b)
 {
     return std::abs((a - corner).normalized().dot((b - corner).normalized()));
@@ -89,7 +90,7 @@ void checkOptic(Optic& optic, const std::string& name)
                              off_m,
                              kOffPlane_m));
     }
-    // All corners turn the same way.
+    // All corners must turn the same way.
     int turns = 0;
     for (std::size_t i = 0; i < n; ++i)
     {
@@ -206,7 +207,8 @@ Display readDisplay(const std::string& text, const std::string& source)
 {
     const JsonValue::Json file = base::parseJson(text, source);
     const JsonValue root(source, file);
-    root.object({"about", "screen", "optics", "eye", "ipd_m", "stereo"});
+    root.object(
+        {"about", "screen", "optics", "eye", "ipd_m", "stereo", "accuracy_mm", "accuracy_deg"});
     Display display;
     readScreen(root.required("screen", "an object with corners and pixels"), display);
     if (const auto optics = root.find("optics"))
@@ -216,10 +218,38 @@ Display readDisplay(const std::string& text, const std::string& source)
             display.optics.push_back(opticOf((*optics)[i]));
     }
     display.eye = root.required("eye", "a head source: \"fixed X Y Z\" ..").string();
-    if (const auto ipd = root.find("ipd_m")) display.ipd_m = ipd->number(0.0, 0.1, "0 .. 0.1 m");
+    if (const auto ipd = root.find("ipd_m"))
+    {
+        display.ipd_m = ipd->number(0.0, 0.1, "0 .. 0.1 m");
+        display.isIpdGiven = true;
+    }
+    if (const auto place = root.find("accuracy_mm"))
+        display.accuracy_m = 1e-3 * place->number(0.0, 1000.0, "0 .. 1000 mm");
+    if (const auto turn = root.find("accuracy_deg"))
+        display.accuracy_rad = base::toRadians(turn->number(0.0, 90.0, "0 .. 90 degrees"));
     if (const auto stereo = root.find("stereo")) display.stereo = stereoModeOf(*stereo);
     checkDisplay(display, source);
     return display;
+}
+
+std::string withScreen(const std::string& text, const std::string& source, const Display& display)
+{
+    JsonValue::Json file = base::parseJson(text, source);
+    JsonValue::Json& screen = file["screen"];
+    const auto set = [&](const char* key, const Vector3d& corner)
+    {
+        screen[key] = {std::round(corner.x() * 1e6) / 1e6,
+                       std::round(corner.y() * 1e6) / 1e6,
+                       std::round(corner.z() * 1e6) / 1e6};
+    };
+    set("lowerLeft_m", display.lowerLeft);
+    set("lowerRight_m", display.lowerRight);
+    set("upperLeft_m", display.upperLeft);
+    if (screen.contains("upperRight_m"))
+        set("upperRight_m", display.lowerRight + display.upperLeft - display.lowerLeft);
+    std::string written = file.dump(2) + "\n";
+    readDisplay(written, source);
+    return written;
 }
 
 Display loadDisplay(const std::string& path)

@@ -13,7 +13,7 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr int kBoxSteps = 9; ///< along each edge of the box that share() looks at
+constexpr int kBoxSteps = 9; ///< per edge of the box, for share()
 
 Vector3d acrossPlane(const Optic& plane, const Vector3d& place)
 {
@@ -43,7 +43,8 @@ Vector3d sightPlane(const std::vector<Vector3d>& outline,
     return normal.dot(middle - eye) < 0.0 ? Vector3d(-normal) : normal;
 }
 
-/// What of the convex \a polygon is where \a normal . (place - origin) >= 0 (Sutherland, Hodgman).
+/// Returns the part of the convex \a polygon with \a normal . (place - origin) >= 0 (Sutherland,
+/// Hodgman).
 std::vector<Vector3d>
 cutPolygon(const std::vector<Vector3d>& polygon, const Vector3d& normal, const Vector3d& origin)
 {
@@ -69,8 +70,8 @@ Picture::Picture(const Display& display) :
     _front(_right.cross(_up).normalized()),
     _pixelAspect(static_cast<double>(display.width) / display.height)
 {
-    // A screen that is skewed by less than the 1 % that it may be counts as the nearest one that
-    // isn't: right and up keep their plane, their middles and their lengths.
+    // A screen skewed within the allowed 1 % is replaced by the nearest rectangle: right and up
+    // keep their plane, their bisectors and their lengths.
     const double skew = 0.5 * std::asin(_right.normalized().dot(_up.normalized()));
     const Vector3d middle = at(0.5, 0.5);
     const Vector3d right = Eigen::AngleAxisd(-skew, _front) * _right;
@@ -83,8 +84,8 @@ Picture::Picture(const Display& display) :
         _corner = acrossPlane(optic, _corner);
         _right = turnedAtPlane(optic, _right);
         _up = turnedAtPlane(optic, _up);
-        // A half mirror reflects the way of the light. A plate reverses what is along its plane,
-        // and the light goes on to the other side.
+        // A half mirror reflects the light's direction. A plate reverses the component along its
+        // plane, and the light continues on the other side.
         const bool isMirror = optic.kind == Optic::Kind::HALF_MIRROR;
         _front = turnedAtPlane(optic, _front) * (isMirror ? 1.0 : -1.0);
         if (isMirror) _isFlipped = !_isFlipped;
@@ -135,9 +136,9 @@ std::string Picture::whyUnseen(const Vector3d& eye) const
     return whyNoLight(eye, at(0.5, 0.5));
 }
 
-/// Follows the sight from \a eye to \a place, which is in the picture: \c t is 0 at the eye and 1
-/// there. Where it meets a plate the light comes from beyond it, which the eye sees before it: the
-/// way turns back.
+/// Follows the line of sight from \a eye to \a place in the picture: \c t is 0 at the eye and 1
+/// there. At a plate the light comes from beyond it, although the eye sees its source in front of
+/// it: the path turns back.
 std::string Picture::whyNoLight(const Vector3d& eye, const Vector3d& place) const
 {
     const Vector3d ray = place - eye;
@@ -149,7 +150,7 @@ std::string Picture::whyNoLight(const Vector3d& eye, const Vector3d& place) cons
         const double next = optic.normal.dot(optic.point - eye) / optic.normal.dot(ray);
         const bool isMirror = optic.kind == Optic::Kind::HALF_MIRROR;
         const std::size_t number = _seen.size() - 1 - i;
-        const bool comes = (next - t) * way > 0.0; // false for NaN
+        const bool comes = (next - t) * way > 0.0; // also false for NaN
         t = next;
         if (!isMirror) way = -way;
         const bool isLast = i + 1 == _seen.size();
@@ -202,9 +203,9 @@ std::vector<Vector3d> Picture::visiblePart(const Vector3d& eye) const
 
 EyeView eyeView(const Picture& picture, const Vector3d& eye, double near_m, double far_m)
 {
-    // The corner that the eye sees at the lower left, and the basis of the picture seen from there:
-    // where it is flipped, the projection is that of the picture as it is seen, and x is
-    // turnedAtPlane after it, so that the view stays rigid.
+    // The corner that the eye sees at the lower left, and the picture's basis as seen from there:
+    // for a flipped picture the projection is that of the seen picture, followed by turnedAtPlane
+    // in x, so that the view stays rigid.
     const Vector3d corner = picture.at(picture.isFlipped() ? 1.0 : 0.0, 0.0);
     const Vector3d across = picture.right() * (picture.isFlipped() ? -1.0 : 1.0);
     EyeView result;
@@ -216,7 +217,7 @@ EyeView eyeView(const Picture& picture, const Vector3d& eye, double near_m, doub
     result.view.linear() = axes;
     result.view.translation() = -(axes * eye);
     // Kooima's generalised perspective projection: the frustum through the picture's edges, whose
-    // plane is at the distance d before the eye.
+    // plane is at the distance d in front of the eye.
     const Vector3d low = result.view * corner;
     const Vector3d high = result.view * Vector3d(corner + across + picture.up());
     const double d = -low.z();

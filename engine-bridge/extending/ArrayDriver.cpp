@@ -17,7 +17,7 @@ namespace midair::bridge
 namespace
 {
 
-/// What a driver is to open.
+/// Arguments for opening a driver.
 struct Asked
 {
     std::string path;
@@ -25,8 +25,8 @@ struct Asked
     ArrayDriver::Layout layout;
 };
 
-/// Silences a driver that is let go before it has played. Returns with what a reason goes on if
-/// that failed.
+/// Silences a driver that is released before playing. Returns a suffix for the reason if that
+/// failed.
 std::string silenced(ArrayDriver& driver)
 {
     const std::string thrown = base::thrownBy([&] { driver.silence(); });
@@ -34,8 +34,8 @@ std::string silenced(ArrayDriver& driver)
     return "; its silence() has thrown " + thrown + ", too, so the array may play";
 }
 
-/// Returns what the open driver says; null, with the reason in \a why, if it can't be made or
-/// opened. It is an application's code: what it throws is a reason.
+/// Opens a driver and returns its properties; null, with the reason in \a why, if it can't be made
+/// or opened. This is application code: its exceptions become reasons.
 std::optional<DriverDevice::Opened>
 openDriver(const ArrayDriverFactory& make, const Asked& asked, std::string& why)
 {
@@ -66,7 +66,7 @@ bool registerDriver(const std::string& scheme, ArrayDriverFactory make, std::str
 {
     if (!make)
     {
-        error = "the scheme \"" + scheme + "\" has nothing that makes its driver";
+        error = "the scheme \"" + scheme + "\" was registered without a factory";
         return false;
     }
     const auto open = [make = std::move(make)](device::DeviceUri& uri,
@@ -75,7 +75,7 @@ bool registerDriver(const std::string& scheme, ArrayDriverFactory make, std::str
     {
         const std::string name = uri.scheme() + ":" + uri.path();
         if (DriverDevice::isLeftBehind(name))
-            throw uri.error("the driver that had it was closed and hasn't returned yet");
+            throw uri.error("its last driver was closed but hasn't returned yet");
         std::string why;
         const ArrayDriver::Layout levels{static_cast<unsigned int>(layout.transducers),
                                          layout.board};

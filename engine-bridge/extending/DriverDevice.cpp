@@ -26,12 +26,12 @@ using device::DriveSignal;
 namespace
 {
 
-constexpr double kLook_s = 0.2; // interval of asking a driver that plays nothing new how it is
+constexpr double kLook_s = 0.2; // interval of status queries of an idle driver
 
 constexpr const char* kNotReady = "the driver is not ready";
 
-/// The devices whose drivers hang though they have been closed. Never destroyed, as their threads
-/// may outlive the program's static objects.
+/// Closed devices whose drivers hang. Never destroyed, because their threads may outlive the
+/// program's static objects.
 struct LeftBehind
 {
     base::Mutex mutex;
@@ -79,7 +79,7 @@ unsigned char DriverLevels::phaseOf(std::uint8_t level) const
     return static_cast<unsigned char>((level * _phaseLevels + 128U) / 256U % _phaseLevels);
 }
 
-// A level of the driver's own is encoded as its own duty.
+// Each level of the driver is encoded as its own duty.
 unsigned char DriverLevels::amplitudeOf(std::uint8_t duty) const
 {
     if (_duties.empty()) return duty;
@@ -114,7 +114,7 @@ std::vector<std::complex<float>> DriverLevels::activations(const device::DriveSi
     return q;
 }
 
-/// What the thread and its owner share.
+/// State shared by the thread and its owner.
 struct DriverDevice::Shared
 {
     Shared(Opened&& opened, const std::string& itsName, int count) :
@@ -189,19 +189,19 @@ struct DriverDevice::Shared
     mutable base::Mutex mutex; ///< never held while the driver is called
     base::Condition wake;
     device::FieldQueue fields MIDAIR_GUARDED_BY(mutex);
-    /// when the last silence was asked for that the driver has carried out
+    /// request time of the last silence that the driver has carried out
     double silenced_s MIDAIR_GUARDED_BY(mutex) = 0.0;
     DriveSignal playing MIDAIR_GUARDED_BY(mutex);
-    DeviceReport own MIDAIR_GUARDED_BY(mutex); ///< all but the counters of fields
+    DeviceReport own MIDAIR_GUARDED_BY(mutex); ///< all except the field counters
     std::string status MIDAIR_GUARDED_BY(mutex);
     bool closing MIDAIR_GUARDED_BY(mutex) = false;
     bool ended MIDAIR_GUARDED_BY(mutex) = false;
-    bool isLeft MIDAIR_GUARDED_BY(mutex) = false; ///< nobody waits for the thread any more
-    /// what the log has to say of it once it has ended
+    bool isLeft MIDAIR_GUARDED_BY(mutex) = false; ///< the owner no longer waits for the thread
+    /// log message for when it has ended
     std::string lastWords MIDAIR_GUARDED_BY(mutex);
 
 private:
-    // Returns what the driver has thrown, in words; empty: nothing.
+    // Returns the driver's exception as text; empty: none.
     template<typename Call>
     std::string ask(const char* what, const Call& call) MIDAIR_REQUIRES(mutex)
     {
@@ -215,8 +215,8 @@ private:
         _call = nullptr;
         return thrown.empty() ? thrown : fmt::format("the driver's {} has thrown {}", what, thrown);
     }
-    // Nobody knows what sounds until it has returned, so nothing else is played before. However
-    // often it fails in a row is one fault.
+    // Until it returns, the output is unknown, so nothing else is played before. Consecutive
+    // failures count as one fault.
     void callSilence() MIDAIR_REQUIRES(mutex)
     {
         _silence.begin();
@@ -252,8 +252,8 @@ private:
         }
         _lookAt_s = base::steadySeconds() + kLook_s;
     }
-    // One loss is one fault, however many fields it costs. What plays when the device is back is
-    // not known, so it is silenced before it plays the first field.
+    // A loss is one fault, whatever the number of lost fields. The output of a device that comes
+    // back is unknown, so it is silenced before it plays the first field.
     void askIfReady() MIDAIR_REQUIRES(mutex)
     {
         bool isReady = false;
@@ -279,7 +279,7 @@ private:
     {
         askIfReady();
         if (_silence.isWanted() || !fields.waits())
-            return; // one came meanwhile, or the device is lost
+            return; // a new silence came meanwhile, or the device is lost
         const auto& field = fields.takeOff(_sequence = device::nextAfter(_sequence));
         levels.round(field.signal, _phases, _amplitudes);
         const double sentAt_s = field.sentAt_s;
@@ -291,7 +291,7 @@ private:
         {
             fields.loseOldest();
             if (!fault.empty()) ++own.faults;
-            own.message = fault.empty() ? "the driver took no field" : fault;
+            own.message = fault.empty() ? "the driver didn't accept the field" : fault;
             return;
         }
         auto played = fields.settleUntil(_sequence, _sequence);
@@ -302,7 +302,7 @@ private:
     void end() MIDAIR_REQUIRES(mutex)
     {
         if (!own.unsilenced.empty())
-            lastWords = fmt::format("{}: {}; it is closed all the same", name, own.unsilenced);
+            lastWords = fmt::format("{}: {}; it is closed anyway", name, own.unsilenced);
         {
             const base::Unlocked open(mutex);
             base::thrownBy([this] { _driver = nullptr; });
@@ -319,13 +319,13 @@ private:
     }
 
     std::uint32_t _sequence MIDAIR_GUARDED_BY(mutex) = 0;
-    /// counts silences; a field of an older one is not what plays
+    /// counts silences; fields of older epochs are not playing
     std::uint64_t _epoch MIDAIR_GUARDED_BY(mutex) = 0;
     double _silenceAsked_s MIDAIR_GUARDED_BY(mutex) = 0.0;
     DueSilence _silence MIDAIR_GUARDED_BY(mutex);
-    const char* _call MIDAIR_GUARDED_BY(mutex) = nullptr; ///< what the driver is called for now
+    const char* _call MIDAIR_GUARDED_BY(mutex) = nullptr; ///< name of the running call
     double _callSince_s MIDAIR_GUARDED_BY(mutex) = 0.0;
-    // The thread's alone.
+    // Used by the thread only.
     std::shared_ptr<ArrayDriver> _driver;
     std::vector<unsigned char> _phases;
     std::vector<unsigned char> _amplitudes;
@@ -377,8 +377,8 @@ DriverDevice::~DriverDevice()
     }
     _thread.detach();
     device::logDeviceError(
-        fmt::format("{}: its driver hasn't returned for {:g} s, so it is closed without; the array "
-                    "may still play what it had until the driver returns",
+        fmt::format("{}: its driver hasn't returned for {:g} s, so it is closed without waiting; "
+                    "the array may play its last field until the driver returns",
                     shared.name,
                     kFarewell_s));
 }
@@ -416,7 +416,7 @@ DeviceReport DriverDevice::report() const
     return _shared->reportLocked();
 }
 
-// What the driver said of itself before a loss is no longer true.
+// The driver's status from before a loss is outdated.
 std::string DriverDevice::status() const
 {
     const base::Lock lock(_shared->mutex);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/InputError.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/Mutex.h"
 
 #include <algorithm>
@@ -11,16 +13,16 @@
 namespace midair::bridge
 {
 
-/// What an application registered by name, of one kind. From any thread.
+/// Factories of one kind that an application registered by name. Any thread.
 template<typename Factory>
 class NamedFactories
 {
 public:
-    /// \a kind: "solver", for errors.
+    /// \a kind: "solver", for error messages.
     explicit NamedFactories(std::string kind) : _kind(std::move(kind)) {}
 
-    /// Returns false, with the reason in \a error, if \a name has another form than 1 .. 32 small
-    /// letters, digits and dashes, is one of \a known, the kit's own, or is there already.
+    /// Returns false, with the reason in \a error, unless \a name has 1 .. 32 small letters, digits
+    /// and dashes, is not one of \a known, the kit's own names, and is free.
     bool add(const std::string& name,
              Factory make,
              const std::vector<std::string>& known,
@@ -30,10 +32,10 @@ public:
             !name.empty() && name.size() <= kMostLetters &&
             name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
         if (!isName)
-            error = "\"" + name + "\" is no name of a " + _kind +
+            error = "\"" + name + "\" is not a valid name of a " + _kind +
                     "; it must have 1 to 32 small letters, digits and dashes";
         else if (!make)
-            error = "the " + _kind + " \"" + name + "\" has nothing that makes it";
+            error = "the " + _kind + " \"" + name + "\" was registered without a factory";
         else
         {
             const base::Lock lock(_mutex);
@@ -44,7 +46,7 @@ public:
         return false;
     }
 
-    /// Returns an empty function if there is none of that name.
+    /// Returns an empty function for an unknown name.
     Factory find(const std::string& name)
     {
         const base::Lock lock(_mutex);
@@ -68,5 +70,23 @@ private:
     base::Mutex _mutex;
     std::map<std::string, Factory> _makers MIDAIR_GUARDED_BY(_mutex);
 };
+
+/// Calls \a make, which is application code, with the part of \a text after the colon. Throws
+/// base::InputError, with \a name (which describes \a text) and the reason, if it throws or returns
+/// null.
+template<typename Factory>
+auto makeNamed(const Factory& make, const std::string& text, const std::string& name)
+{
+    std::string why = "it could not be made";
+    try
+    {
+        if (auto made = make(text.substr(text.find(':') + 1))) return made;
+    }
+    catch (...)
+    {
+        why = base::whatWasThrown();
+    }
+    throw base::InputError(name + ": " + why);
+}
 
 } // namespace midair::bridge

@@ -33,12 +33,12 @@ NamedFactories<FieldMethodFactory>& registry()
     return all;
 }
 
-/// Amplitudes above 1 by no more than this are rounding, and count as 1.
+/// Amplitudes above 1 by at most this are rounding errors, and count as 1.
 constexpr float kRounding = 1e-5F;
 
 using Matrix = Eigen::Matrix<std::complex<float>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Makes a HologramSolver of an application's FieldMethod.
+/// Wraps an application's FieldMethod as a HologramSolver.
 class OwnSolver : public HologramSolver
 {
 public:
@@ -121,7 +121,7 @@ private:
     {
         _lanes.bind(array, medium);
         _lanes.build(_wanted.positions);
-        _matrix.setZero(_wanted.size(), array.size()); // dead transducers have no lane
+        _matrix.setZero(_wanted.size(), array.size()); // dead transducers have no column
         const auto unit_Pa = static_cast<float>(_lanes.unit_Pa());
         const std::vector<int>& order = _lanes.order();
         for (int l = 0; l < _wanted.size(); ++l)
@@ -130,7 +130,7 @@ private:
                     _matrix(l, order[static_cast<std::size_t>(lane)]) =
                         unit_Pa * _lanes.at(l, lane);
     }
-    // Returns why there is no field; empty: there is one.
+    // Returns why there is no field; empty on success.
     std::string ask(const TransducerArray& array, Eigen::VectorXcf& q)
     {
         FieldMethod::Problem problem;
@@ -150,7 +150,7 @@ private:
         const std::string thrown =
             base::thrownBy([&] { isSolved = _solver && _solver->solve(problem, q.data(), why); });
         if (!thrown.empty()) return "it has thrown " + thrown;
-        if (!isSolved) return why.empty() ? "it has no field" : why;
+        if (!isSolved) return why.empty() ? "it found no field" : why;
         return check(q);
     }
     std::string check(Eigen::VectorXcf& q) const
@@ -158,7 +158,7 @@ private:
         for (Eigen::Index i = 0; i < q.size(); ++i)
         {
             const float amplitude = std::abs(q[i]);
-            if (!(amplitude <= 1.0F + kRounding)) // NaN too
+            if (!(amplitude <= 1.0F + kRounding)) // also for NaN
                 return fmt::format("its activation {} is {:g}{:+g}i; it must be finite and of an "
                                    "amplitude of at most 1",
                                    i,
@@ -196,7 +196,7 @@ private:
     const std::string _name;
     const std::shared_ptr<FieldMethod> _solver;
     const SolverOptions _options;
-    ControlPoints _wanted; ///< those with a target
+    ControlPoints _wanted; ///< those with a target above 0
     PropagationMatrix _lanes;
     Matrix _matrix; ///< n x m, Pa, in the array's order
     Eigen::VectorXcf _last;

@@ -69,7 +69,7 @@ const std::array<Bone, kHandBones>& bones()
     return all;
 }
 
-/// x and z of a right hand's joint in the palm frame (y = 0) and its radius, in mm: rounded figures
+/// x and z of a right hand's joint in the palm frame (y = 0) and its radius, in mm: rounded values
 /// of an adult's hand.
 struct FlatJoint
 {
@@ -110,7 +110,7 @@ const char* jointName(int joint)
     return kJointNames[static_cast<std::size_t>(joint)];
 }
 
-// What is not a number is left out by handCapsules(): a tracker that knows no place may say so.
+// NaN is left out by handCapsules(): a tracker may use it for unknown positions.
 std::string leaveOutImpossible(Hand& hand)
 {
     std::string wrong;

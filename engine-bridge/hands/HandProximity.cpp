@@ -13,7 +13,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kAreaResolution_m = 2e-3; ///< gives a finger's disc to about half a percent
+constexpr double kAreaResolution_m = 2e-3; ///< error of a finger's disc: about half a percent
 
 const HapticObject* find(const std::vector<HapticObject>& objects, std::uint64_t id)
 {
@@ -41,7 +41,7 @@ Ball ballRound(const std::vector<HandCapsule>& capsules)
 
 } // namespace
 
-// The peak pressure that the finger feels of the object; \a within: number of points played within
+// Returns the object's peak pressure felt by the finger; \a within: number of played points within
 // it.
 double HandProximity::pressureOf(const HapticObject& object, int& within) const
 {
@@ -99,8 +99,8 @@ void HandProximity::measure(const HapticObject& object,
         const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
         _bones.push_back({away, shape, capsule.bone});
     }
-    // Sorts the likely nearest bone to the front: each search is limited to the nearest distance so
-    // far, so the others become short.
+    // Sorts the probably nearest bone to the front: each search is limited to the shortest distance
+    // so far, so the others become short.
     std::stable_sort(_bones.begin(),
                      _bones.end(),
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
@@ -126,7 +126,7 @@ void HandProximity::measure(const HapticObject& object,
     add(contact);
 }
 
-// Parts of one instance share a contact: at the part that is nearest, with the sum of the forces.
+// Parts of one instance share a contact: at the nearest part, with the sum of the forces.
 void HandProximity::add(const HandContact& contact)
 {
     for (HandContact& other : _contacts)
@@ -187,7 +187,7 @@ void HandProximity::endTouches(const std::vector<HapticObject>& objects,
     {
         if (touch.lastUpdate == _updates) return false;
         if (!find(objects, touch.contact.object)) return true;
-        // A finger without any tracked bone counts as lost.
+        // A finger without tracked bones counts as lost.
         const bool known = std::any_of(capsules.begin(),
                                        capsules.end(),
                                        [&](const HandCapsule& capsule) {

@@ -14,7 +14,7 @@
 namespace midair::bridge
 {
 
-/// One finger of a hand near one object, at the last update.
+/// One finger of a hand near one object, in the last update.
 struct HandContact
 {
     std::uint64_t object = 0; ///< HapticObject::touchId()
@@ -25,12 +25,12 @@ struct HandContact
     /// the nearest point on the object, in the objects' frame (array)
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     bool touching = false;
-    bool pushing = false;    ///< it pushes a body whose surface this is
+    bool pushing = false;    ///< it pushes a body with this surface
     double overlap_m2 = 0.0; ///< area of the object's surface within the hand
     double force_N = 0.0;    ///< an estimate, see HandProximity
 };
 
-/// The beginning, course or end of a touch.
+/// Begin, continuation or end of a touch.
 struct TouchEvent
 {
     enum Kind
@@ -43,42 +43,40 @@ struct TouchEvent
     std::uint64_t object = 0; ///< HapticObject::touchId()
     std::string path;         ///< the object's node path
     double time_s = 0.0;
-    HandContact contact; ///< as measured in this update; for LEAVE as last measured
+    HandContact contact; ///< as measured in this update; for LEAVE the last measurement
 };
 
-/// The points that are played and the peak pressure at each, in the objects' frame.
+/// Played points and the peak pressure at each, in the objects' frame.
 struct PlayedPressure
 {
     Eigen::Matrix3Xd positions;  ///< 3 x n, m
     Eigen::VectorXf pressure_Pa; ///< n; peak
 };
 
-/// Detects which fingers are near which objects, and when touches begin, go on and end.
+/// Detects fingers near objects, and the begin, continuation and end of touches.
 ///
-/// The force is an estimate, F = alpha p^2 / (2 rho c^2) A. p^2 is the mean of the squares of the
-/// pressures at the points that are played within kFelt_m of the finger's parts in the object: 0
-/// where none is. Where it is not known what is played, p is the pressure that is wanted of the
-/// object. A is the area of its surface within the finger, for lines and points (kFelt_m / 2)^2,
-/// about a focus, for each point played within it. It is an upper estimate: it assumes the pressure
-/// of the points on the whole area, while the field is weaker between them. A finger that pushes a
-/// body (HandFrame::presses) has its skin pressed flat on it (PressedSkin.h), for A alone: the
-/// distance stays that of the skin as it is tracked.
-/// Everything is in metres and in the objects' frame. Only one thread at a time may use an
-/// instance. Of a large mesh (TouchMeshes) the newest that is prepared is measured, with the
-/// object's newest pose: one that is new is not touched for some frames, one that deforms is
-/// touched as it was some frames ago.
+/// The force is an estimate, F = alpha p^2 / (2 rho c^2) A. p^2 is the mean squared pressure at the
+/// played points within kFelt_m of the finger's parts in the object; 0 without such points. If the
+/// played field is unknown, p is the object's wanted pressure. A is the area of its surface within
+/// the finger; for lines and points (kFelt_m / 2)^2, about a focus, for each played point within
+/// it. It is an upper estimate: it assumes the pressure of the points on the whole area, although
+/// the field is weaker in between. If a finger pushes a body (HandFrame::presses), its skin is
+/// flattened on the body (PressedSkin.h) for A only: the distance stays that of the tracked skin.
+/// All data is in metres and in the objects' frame. Only one thread at a time may use an instance.
+/// For a large mesh (TouchMeshes) the newest prepared one is measured, with the object's newest
+/// pose: a new object is not touched for some frames, a deforming one is touched in its shape of
+/// some frames ago.
 class HandProximity
 {
 public:
     /// Hands farther than this from an object are not measured.
     static constexpr double kRange_m = 0.05;
     /// A touch begins when skin and surface overlap or the finger pushes the object, and ends when
-    /// they are farther apart than this, so that tremor makes no events.
+    /// they are farther apart than this, so that tremor causes no events.
     static constexpr double kLeave_m = 4e-3;
-    /// A hand that the tracker lost goes on touching for this time, and so does one from which a
-    /// body runs away that it has pushed.
+    /// Touches of a lost hand last for this time, and so do those of a pushed body that runs away.
     static constexpr double kHold_s = 0.1;
-    /// Reflection by skin: total (the paper's equation 1).
+    /// Reflection by skin: total (equation 1 of the paper).
     static constexpr double kAlpha = 2.0;
 
     /// Measures the distances of \a hands (in the objects' frame) to \a objects at \a time_s, which
@@ -88,15 +86,15 @@ public:
 
     /// Hands within kRange_m of objects at the last update.
     const std::vector<HandContact>& contacts() const { return _contacts; }
-    /// Beginnings and ends in the last update.
+    /// Begins and ends in the last update.
     const std::vector<TouchEvent>& events() const { return _events; }
-    /// Touches that went on in the last update; not those of fingers that the tracker lost.
+    /// Continuing touches in the last update; without those of lost fingers.
     const std::vector<TouchEvent>& ongoing() const { return _ongoing; }
 
-    /// The number of pairs of a finger and an object that touch.
+    /// Number of touching pairs of a finger and an object.
     std::size_t touches() const { return _touches.size(); }
 
-    /// Clears the contacts and events of the last update; touches go on.
+    /// Clears the contacts and events of the last update; touches continue.
     void clear()
     {
         _contacts.clear();
@@ -104,16 +102,16 @@ public:
         _ongoing.clear();
     }
 
-    /// What is played, for forces; null: not known.
+    /// Sets the played field, for forces; null: unknown.
     void setPlayed(std::shared_ptr<const PlayedPressure> played) { _played = std::move(played); }
 
-    /// About a wavelength: how far from a point its pressure is felt.
+    /// About a wavelength: distance up to which a point's pressure is felt.
     static constexpr double kFelt_m = 8.6e-3;
 
 private:
     static constexpr double kNever_s = -1e9;
 
-    /// A touch that has begun and not ended.
+    /// A touch that has not ended.
     struct Touch
     {
         HandContact contact;
@@ -150,15 +148,15 @@ private:
     std::vector<Bone> _bones;
     std::vector<HandPress> _presses;   ///< objects' frame
     std::vector<Capsule> _overlapping; ///< of the finger being measured, in the mesh's frame
-    std::shared_ptr<const PlayedPressure> _played; ///< null: not known
+    std::shared_ptr<const PlayedPressure> _played; ///< null: unknown
     std::vector<HandContact> _contacts;
     std::vector<Touch> _touches;
     std::vector<TouchEvent> _events;
     std::vector<TouchEvent> _ongoing;
 };
 
-/// For each of \a points (3 x n): true if it is within \a reach_m of the skin of any of
-/// \a capsules.
+/// Returns for each of \a points (3 x n) whether it is within \a reach_m of the skin of any of \a
+/// capsules.
 std::vector<bool> withinReach(const Eigen::Matrix3Xd& points,
                               const std::vector<HandCapsule>& capsules,
                               double reach_m);

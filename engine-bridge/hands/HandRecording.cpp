@@ -43,7 +43,7 @@ int jointNumber(const std::string& name)
     return -1;
 }
 
-/// Fills \a row and returns "", or returns what is wrong with the line.
+/// Fills \a row and returns "", or returns the error of the line.
 std::string parseRow(const std::vector<std::string>& fields, RecordedRow& row)
 {
     if (fields.size() != kColumns)

@@ -16,7 +16,7 @@ namespace midair::bridge
 namespace
 {
 
-// A line of 30 bytes makes a hand of 2,000 bytes, so a limit on the size of the file is not enough.
+// A line of 30 bytes makes a hand of 2,000 bytes, so limiting the file's size is not enough.
 constexpr std::size_t kMostHandsInAll = 200000;
 constexpr std::size_t kMostHandsInFrame = 8;
 
@@ -81,7 +81,7 @@ void RecordedHandSource::read(std::istream& in)
         throw base::InputError(_name + ": no hand joints in it; a line is " + kRecordedHeadings);
 }
 
-// Returns what is wrong with the row; empty: nothing. Heads are none of hands.
+// Returns the error of the row, or an empty text. Ignores heads.
 std::string RecordedHandSource::take(const RecordedRow& row, std::size_t& hands)
 {
     if (row.joint == RecordedRow::kHead) return {};

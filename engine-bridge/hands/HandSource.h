@@ -20,23 +20,27 @@ class HandSource
 public:
     virtual ~HandSource() = default;
 
-    /// Puts the hands at \a time_s of the caller's clock into \a frame. Returns false, and no
+    /// Stores the hands at \a time_s of the caller's clock in \a frame. Returns false, and no
     /// hands, if none are known. Never blocks. To be called from one thread.
     virtual bool frameAt(double time_s, HandFrame& frame) = 0;
 
-    /// Asks for hands as they will be \a ahead_s (>= 0) after the time of frameAt(), from now on; 0
-    /// ends that. Returns false, and changes nothing, if the source can't tell.
+    /// Requests the hands \a ahead_s (>= 0) after the time of frameAt() from now on; 0 ends that.
+    /// Returns false and changes nothing if the source can't predict.
     virtual bool setHorizon(double /*ahead_s*/) { return false; }
 
-    /// One line of text: what the source is, and its state.
+    /// Stores the hands at the display time of the present frame in \a frame. Returns false if the
+    /// source doesn't know that time: those of frameAt() are shown.
+    virtual bool shownFrame(HandFrame& /*frame*/) { return false; }
+
+    /// One line of text: the source and its state.
     virtual std::string status() const = 0;
 
-    /// What the user should know that has happened since the last call; each one is told once.
+    /// Messages for the user since the last call; each is returned once.
     virtual std::vector<std::string> takeMessages() { return {}; }
 };
 
-/// Plays a recording: the frame depends only on the time asked for. The heads in it are another
-/// source's.
+/// Plays a recording: the frame depends only on the requested time. RecordedHeadSource plays its
+/// heads.
 class RecordedHandSource : public HandSource
 {
 public:
@@ -45,7 +49,7 @@ public:
     static constexpr double kLongestGap_s = 0.25;
 
     /// Throws base::InputError, which names the file and the line. \a loop: the recording repeats
-    /// after duration_s(); else there are no hands after it.
+    /// after duration_s(); otherwise there are no hands after it.
     explicit RecordedHandSource(const std::string& path, bool loop = false);
     /// \a name appears in messages.
     RecordedHandSource(std::istream& in, const std::string& name, bool loop = false);
@@ -65,11 +69,11 @@ private:
     std::vector<HandFrame> _frames;
 };
 
-/// Hands that the application sets; all members may be called from any thread.
+/// Hands set by the application; all members may be called from any thread.
 class InjectedHandSource : public HandSource
 {
 public:
-    /// A frame whose time differs by more than \a staleAfter_s (> 0) from the time asked for counts
+    /// A frame whose time differs by more than \a staleAfter_s (> 0) from the requested time counts
     /// as no hands.
     explicit InjectedHandSource(double staleAfter_s = 0.2) : _staleAfter_s(staleAfter_s) {}
 

@@ -5,7 +5,7 @@
 namespace midair::bridge
 {
 
-/// Where a head is at a time.
+/// Pose of a head at a time.
 struct Head
 {
     double time_s = 0.0;
@@ -13,11 +13,11 @@ struct Head
     /// eyes; it looks along -z, with +y up and +x to its right, as OSG's eye space and OpenXR's
     /// view space do.
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    bool isTracked = false; ///< false: it isn't known where the head is, and the pose says nothing
-    double age_s = 0.0;     ///< >= 0; how long before \c time_s it was seen
+    bool isTracked = false; ///< false: the position is unknown, and the pose is meaningless
+    double age_s = 0.0;     ///< >= 0; time before \c time_s at which it was seen
 };
 
-/// The pose at \a place with the turn \a turn, which needs no length of 1.
+/// Returns the pose at \a place with the orientation \a turn, which need not be normalized.
 inline Eigen::Isometry3d headPose(const Eigen::Vector3d& place, const Eigen::Quaterniond& turn)
 {
     return Eigen::Translation3d(place) * turn.normalized();

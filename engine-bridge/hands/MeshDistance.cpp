@@ -14,9 +14,9 @@ namespace
 {
 
 constexpr int kLeaf = 4; ///< triangles of a leaf, at most
-/// Above the rounding of a bound, so that no triangle at exactly the limit is missed.
+/// Exceeds the rounding error of a bound, so that no triangle exactly at the limit is missed.
 constexpr double kTreeSlack_m = 1e-12;
-/// An order whose boxes have become larger than this many times is found anew.
+/// An order whose boxes have grown by more than this factor is computed again.
 constexpr double kWorn = 2.0;
 
 double areaOf(const haptics::TriangleMesh& mesh, int t)
@@ -30,9 +30,9 @@ double areaOf(const haptics::TriangleMesh& mesh, int t)
 using Eigen::Vector3d;
 using Near = std::vector<const Capsule*>;
 
-/// Where the skin crosses the line from \a in (distance \a fIn < 0) to \a out (\a fOut >= 0). The
-/// distance is convex, so false position comes to the place from one side; three steps leave less
-/// than a hundredth of an edge.
+/// Returns where the skin crosses the line from \a in (distance \a fIn < 0) to \a out (\a fOut >=
+/// 0). The distance is convex, so false position converges from one side; three steps leave an
+/// error of less than a hundredth of an edge.
 Vector3d crossing(const Near& capsules, Vector3d in, double fIn, const Vector3d& out, double fOut)
 {
     Vector3d place = in;
@@ -71,7 +71,7 @@ void addCut(const SurfaceTriangle& t, const Vector3d& n, const Near& capsules, P
     sum.add({toNext, corner[last], toLast}, n);
 }
 
-/// True if one of \a clips cuts all of the triangle off; \a cut: one may cut a part.
+/// True if one of \a clips cuts off the whole triangle; \a cut: one may cut a part.
 bool isClippedAway(const SurfaceTriangle& t, const std::vector<Eigen::Vector4d>& clips, bool& cut)
 {
     for (const Eigen::Vector4d& clip : clips)
@@ -84,8 +84,8 @@ bool isClippedAway(const SurfaceTriangle& t, const std::vector<Eigen::Vector4d>&
     return false;
 }
 
-/// A lower bound on the distance of the triangle from the capsule's axis, for less than the
-/// distance costs: as that is convex, its tangent plane at the middle (AxisDistance).
+/// A lower bound on the distance of the triangle from the capsule's axis, cheaper than the
+/// distance: as that is convex, its tangent plane at the triangle's middle (AxisDistance).
 double leastDistance(const Capsule& capsule, const SurfaceTriangle& t)
 {
     const Vector3d middle = (t.p + t.q + t.r) / 3.0;
@@ -146,7 +146,7 @@ void addInside(const SurfaceTriangle& t,
     Near reaching;
     for (const Capsule* capsule : capsules)
     {
-        // A capsule is convex: with three corners inside, the whole triangle is.
+        // A capsule is convex: with three corners inside, the whole triangle is inside.
         if (!cut && contains(*capsule, t.p) && contains(*capsule, t.q) && contains(*capsule, t.r))
             return sum.add(t, n);
         if (leastDistance(*capsule, t) < capsule->radius_m) reaching.push_back(capsule);
@@ -170,8 +170,8 @@ bool isFinite(const haptics::TriangleMesh& mesh, int t)
     return true;
 }
 
-/// Finds an order: halves the triangles at the median of their middles along the longest side of
-/// these, again and again.
+/// Computes an order: recursively splits the triangles at the median of their middles along the
+/// longest side.
 struct TriangleTree::Builder
 {
     const haptics::TriangleMesh& mesh;
@@ -214,7 +214,7 @@ struct TriangleTree::Builder
         const int side = longestSide(first, count);
         const auto begin = order.triangles.begin() + first;
         const int half = count / 2;
-        // By number where they are level, so that the same mesh gives the same order everywhere.
+        // Ties are sorted by number, so that the same mesh gives the same order everywhere.
         std::nth_element(begin,
                          begin + half,
                          begin + count,
@@ -296,7 +296,7 @@ double TriangleTree::lowerBound(const Capsule& capsule, int node) const
     return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.sizes()) - kTreeSlack_m;
 }
 
-// Never true of a box that is not inside.
+// Returns true only if the box is inside.
 bool TriangleTree::isInside(int node, const Capsule& capsule) const
 {
     const Box& box = _boxes[static_cast<std::size_t>(node)];
@@ -328,12 +328,12 @@ NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
         const Eigen::Vector3d p = _mesh->vertices.col(corner[0]);
         const Eigen::Vector3d q = _mesh->vertices.col(corner[1]);
         const Eigen::Vector3d r = _mesh->vertices.col(corner[2]);
-        // With a slack, so that no triangle at exactly the limit is passed over.
+        // With a tolerance, so that no triangle exactly at the limit is skipped.
         if (leastDistance(capsule, {p, q, r}) > limit + kTreeSlack_m) return;
         const ClosestPair pair = closestSegmentTriangle(capsule.a, capsule.b, p, q, r);
         const double distance = pair.distance - capsule.radius_m;
-        // Of triangles at the same distance takes the one with the lowest index, so that the order
-        // of the hierarchy doesn't matter.
+        // Among triangles at the same distance takes the lowest index, so that the hierarchy's
+        // order doesn't matter.
         const bool nearer =
             distance < best.distance_m || (distance == best.distance_m && t < best.triangle);
         if (distance > range_m || !nearer) return;
@@ -358,7 +358,7 @@ double MeshDistance::overlapArea(const std::vector<Capsule>& capsules, double re
                                 addInside({_mesh->vertices.col(corner[0]),
                                            _mesh->vertices.col(corner[1]),
                                            _mesh->vertices.col(corner[2])},
-                                          Eigen::Vector3d::Zero(), // which the area doesn't take
+                                          Eigen::Vector3d::Zero(), // not used for the area
                                           near,
                                           {},
                                           resolution_m,

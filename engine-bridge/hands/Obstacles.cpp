@@ -32,10 +32,10 @@ double fresnelScale(double d1, double d2, double wavelength_m)
     return std::sqrt(2.0 * (a + b) / (wavelength_m * a * b));
 }
 
-/// The nearer edge, in units of v, of an obstacle that lies behind the point in the sound's
-/// direction, or below it; only an obstacle whose skin is at or near the point takes anything away.
-/// It is the mirror image of the edge at the horizon, so that weights pass smoothly through 1/2
-/// there. \a sine is that of the angle over the horizon, 0 .. 1.
+/// The nearer edge, in units of v, of an obstacle behind or below the point in the sound's
+/// direction; only an obstacle whose skin is at or near the point attenuates. It is the mirror
+/// image of the edge at the horizon, so that weights pass smoothly through 1/2 there. \a sine is
+/// that of the angle over the horizon, 0 .. 1.
 double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
 {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
@@ -44,8 +44,8 @@ double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
            4.0 * gap / wavelength_m;
 }
 
-/// The point itself; if it is inside obstacles, the nearest place on the skin of the one that it is
-/// deepest in.
+/// Returns the point, or if it is inside obstacles, the nearest place on the skin of the deepest
+/// one.
 Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
 {
     Vector3d moved = point;
@@ -61,7 +61,7 @@ Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
     return moved;
 }
 
-/// shadowWeight() for a point that was moved by onSkin().
+/// shadowWeight() for a point already moved by onSkin().
 double weightOutside(const Vector3d& source,
                      const Vector3d& point,
                      const Capsule& obstacle,
@@ -76,7 +76,7 @@ double weightOutside(const Vector3d& source,
     if (d1 <= 1e-9 * length) return 1.0; // behind the transducer
     const double r = obstacle.radius_m;
     const double scale = fresnelScale(d1, d2, wavelength_m);
-    // The axis as seen along the path: from a to b, at the distance x from the path.
+    // The axis seen along the path: from a to b, at the distance x from the path.
     const Vector3d a = (obstacle.a - source) - w.dot(obstacle.a - source) * w;
     const Vector3d b = (obstacle.b - source) - w.dot(obstacle.b - source) * w;
     const double seen = (b - a).norm();
@@ -136,9 +136,9 @@ public:
     }
 
 private:
-    /// Cosine of the angle to the direction of the obstacle's middle beyond which a path from
-    /// \a spot is lit. The angle includes the sphere round the obstacle and the penumbra round that
-    /// at its far side. -2 if the spot is inside of both.
+    /// Cosine of the angle to the direction of the obstacle's middle beyond which a path from \a
+    /// spot is lit. The angle includes the sphere around the obstacle and the penumbra around that
+    /// at its far side. -2 if the spot is inside both.
     double cosineLimit(const Vector3d& spot, const Capsule& obstacle) const
     {
         const double away = (0.5 * (obstacle.a + obstacle.b) - spot).norm();
@@ -166,8 +166,8 @@ std::vector<Capsule> usableOnes(const std::vector<Capsule>& obstacles)
     return result;
 }
 
-/// The obstacles that may be in a path's way. All paths are in the ball round transducers and
-/// points, and the penumbra, v = kLit, is widest in the middle of its longest path.
+/// Returns the obstacles that may block a path. All paths are in the sphere around transducers and
+/// points, and the penumbra, v = kLit, is widest in the middle of the longest path.
 std::vector<Capsule> nearOnes(const std::vector<Capsule>& obstacles,
                               const haptics::TransducerArray& array,
                               const Eigen::Matrix3Xd& points,
@@ -181,7 +181,7 @@ std::vector<Capsule> nearOnes(const std::vector<Capsule>& obstacles,
         std::sqrt(std::max((array.positions.colwise() - middle).colwise().squaredNorm().maxCoeff(),
                            (points.colwise() - middle).colwise().squaredNorm().maxCoeff()));
     const double limit = radius + kLit * std::sqrt(0.25 * wavelength_m * radius);
-    // Written so that what is no number stays.
+    // NaN stays.
     const auto isFar = [&](const Capsule& obstacle)
     {
         const double half = 0.5 * (obstacle.b - obstacle.a).norm() + obstacle.radius_m;
@@ -200,9 +200,8 @@ constexpr double kThinnest_m = 1e-4;
 /// The principal axes of the surface as columns, the largest spread first.
 Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
 {
-    // Moments of the surface instead of the vertices, which may crowd: the second moments of a
-    // triangle about the origin are A/12 (sum v_i v_i^T + 9 m m^T), with m the mean of its corners
-    // v_i.
+    // Moments of the surface, because vertices may crowd: the second moments of a triangle about
+    // the origin are A/12 (sum v_i v_i^T + 9 m m^T), with m the mean of its corners v_i.
     Matrix3d moments = Matrix3d::Zero();
     Vector3d first = Vector3d::Zero();
     double area = 0.0;
@@ -259,7 +258,7 @@ Range within(const Eigen::Matrix3Xd& vertices,
     return range;
 }
 
-/// Written so that NaN counts as moved.
+/// NaN counts as moved.
 bool near(const Capsule& a, const Capsule& b)
 {
     return (a.a - b.a).norm() <= kHandTolerance_m && (a.b - b.b).norm() <= kHandTolerance_m &&
@@ -305,7 +304,7 @@ double pastRectangle(double x1, double x2, double y1, double y2)
     const std::complex<double> blocked =
         (knifeEdge(x1) - knifeEdge(x2)) * (knifeEdge(y1) - knifeEdge(y2));
     const double passed = std::min(1.0, std::abs(1.0 - blocked));
-    // Blends to 1 from kFade to kLit; the ripples of the far edges would leave a small step at
+    // Blends to 1 from kFade to kLit; the ripples of the far edges would cause a small step at
     // kLit.
     const double lit = std::clamp((x1 - kFade) / (kLit - kFade), 0.0, 1.0);
     return passed + lit * (1.0 - passed);
@@ -363,7 +362,7 @@ Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
         SpotShadow shadow(array, real, options.wavelength_m);
         Eigen::VectorXd weights;
         counted.tested = shadow.weigh(points.col(n / 2), weights);
-        // Uses as many points as the budget allows if each costs as much as this one.
+        // Uses as many points as the budget allows, at this point's cost.
         const auto affordable =
             static_cast<Eigen::Index>(options.maxTests / std::max(1L, counted.tested));
         const Eigen::Index spots = std::clamp<Eigen::Index>(affordable, 1, n);
@@ -394,7 +393,7 @@ std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastW
     Matrix3d axes = principalAxes(mesh, middle);
     Eigen::Matrix3Xd local = axes.transpose() * (mesh.vertices.colwise() - middle);
     Vector3d extent = local.rowwise().maxCoeff() - local.rowwise().minCoeff();
-    // Sorts the axes again, since their extents may rank differently from their spreads.
+    // Sorts the axes again, because extents may rank differently from spreads.
     Eigen::Vector3i order(0, 1, 2);
     std::stable_sort(
         order.data(), order.data() + 3, [&](int i, int k) { return extent[i] > extent[k]; });
@@ -409,7 +408,7 @@ std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastW
     const double wanted = std::floor(extent.y() / std::max(extent.z(), leastWidth_m) + 0.5);
     const int strips = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(most)));
     const double width = extent.y() / strips;
-    // A single capsule is as wide as the mesh looks from its sides, on average.
+    // A single capsule has the mesh's average width as seen from its sides.
     const double radius = strips > 1 ? 0.5 * width : 0.25 * (width + extent.z());
     for (int i = 0; i < strips; ++i)
     {

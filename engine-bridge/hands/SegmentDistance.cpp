@@ -18,8 +18,8 @@ double clamp01(double value)
     return std::clamp(value, 0.0, 1.0);
 }
 
-/// True if \a x, which lies in the plane of the triangle, is inside it. \a normal need not have
-/// unit length.
+/// True if \a x, which lies in the triangle's plane, is inside it. \a normal need not have unit
+/// length.
 bool inside(const Eigen::Vector3d& x,
             const Eigen::Vector3d& p,
             const Eigen::Vector3d& q,
@@ -55,7 +55,7 @@ ClosestPair closestSegments(const Eigen::Vector3d& a,
     if (uu > 0.0 && vv > 0.0)
     {
         const double determinant = uu * vv - uv * uv;
-        // For parallel segments several s are equally near; takes the end a.
+        // For parallel segments several s are equally near; uses the end a.
         s = determinant > 1e-14 * uu * vv ? clamp01((uv * vw - uw * vv) / determinant) : 0.0;
         t = (uv * s + vw) / vv;
         if (t < 0.0 || t > 1.0)

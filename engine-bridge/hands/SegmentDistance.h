@@ -24,16 +24,16 @@ ClosestPair closestSegments(const Eigen::Vector3d& a,
                             const Eigen::Vector3d& c,
                             const Eigen::Vector3d& d);
 
-/// The nearest points of segment a-b and triangle p, q, r, its inside included; distance 0 if they
-/// cross. Of triangles without area only the edges count.
+/// Returns the nearest points of segment a-b and triangle p, q, r, including its inside; distance 0
+/// if they cross. For triangles without area only the edges count.
 ClosestPair closestSegmentTriangle(const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& b,
                                    const Eigen::Vector3d& p,
                                    const Eigen::Vector3d& q,
                                    const Eigen::Vector3d& r);
 
-/// Distance of a place from segment a-b, and its slope there. As the distance from a segment is
-/// convex, that of any place x is at least distance + slope . (x - place).
+/// Distance of a place from segment a-b, and its gradient there. As this distance is convex, that
+/// of any place x is at least distance + slope . (x - place).
 struct AxisDistance
 {
     AxisDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& place);

@@ -9,7 +9,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr std::uint64_t kSweep = 60; ///< updates between two looks for what isn't used
+constexpr std::uint64_t kSweep = 60; ///< updates between two cleanups of unused meshes
 
 } // namespace
 
@@ -40,7 +40,7 @@ void TouchMeshes::beginUpdate()
     }
 }
 
-// The old one goes into the bin with the thread, if there is one.
+// With a thread, the old one goes into its bin.
 void TouchMeshes::keep(Entry& entry, Prepared made)
 {
     if (entry.newest.distance)

@@ -5,6 +5,7 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
 #include "engine-bridge/hands/osc/OscReceiver.h"
+#include "engine-bridge/heads/TagHead.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/Number.h"
@@ -27,27 +28,28 @@ namespace
 using base::InputError;
 using device::DeviceUri;
 
-/// The head that an OpenXR runtime tracks now, or that it predicts, whatever time is asked for. It
-/// shares the connection, and with it the process's one instance, with the hands.
+/// The head that an OpenXR runtime tracks now, or predicts, for any requested time. It shares the
+/// process's only instance and its connection with the hands.
 class OpenXrHead : public HeadSource
 {
 public:
     OpenXrHead(const OpenXrOptions& options, const Eigen::Isometry3d& placement) :
         _tracker(OpenXrTracker::open(options)),
+        _asker(_tracker->newAsker(true)),
         _placement(placement)
     {
     }
 
     bool headAt(double time_s, Head& head) override
     {
-        _tracker->latestHead(head);
+        _tracker->latestHead(*_asker, head);
         head.time_s = time_s;
         head.pose = _placement * head.pose;
         return head.isTracked;
     }
     bool setHorizon(double ahead_s) override
     {
-        _tracker->setHeadHorizon(ahead_s);
+        OpenXrTracker::setHorizon(*_asker, ahead_s);
         return true;
     }
     std::string status() const override { return _tracker->status(); }
@@ -55,11 +57,12 @@ public:
 
 private:
     std::shared_ptr<OpenXrTracker> _tracker;
+    std::shared_ptr<OpenXrAsker> _asker;
     Eigen::Isometry3d _placement;
     std::size_t _told = 0;
 };
 
-/// The head that comes by OSC now, whatever time is asked for; one port may carry hands as well.
+/// The head that comes by OSC now, for any requested time; the same port may carry hands.
 class OscHead : public HeadSource
 {
 public:
@@ -68,7 +71,7 @@ public:
         _placement(placement)
     {
         Head none;
-        _receiver->inbox().latestHead(0.0, none); // from now on datagrams are read for it
+        _receiver->inbox().latestHead(0.0, none); // from now on the receiver reads datagrams for it
     }
 
     bool headAt(double time_s, Head& head) override
@@ -89,23 +92,28 @@ private:
 
 NamedFactories<HeadSourceMaker>& ownHeads()
 {
-    // Never destroyed, as threads of the application may outlive static objects.
+    // Never destroyed, because threads of the application may outlive static objects.
     static auto* const all = new NamedFactories<HeadSourceMaker>("head source");
     return *all;
 }
 
-/// What stands before the colon of \a text; where there is none, its first word.
+/// Returns the part of \a text before the colon; without a colon its first word.
 std::string headKind(const std::string& text)
 {
     return text.substr(0, text.find_first_of(": "));
 }
 
-std::string headError(const std::string& text, const std::string& why)
+std::string headName(const std::string& text)
 {
-    return "head source \"" + base::printable(text) + "\": " + why;
+    return "head source \"" + base::printable(text) + "\"";
 }
 
-/// Farther than this (m) from the world's origin no head is: it is a mistake in the unit.
+std::string headError(const std::string& text, const std::string& why)
+{
+    return headName(text) + ": " + why;
+}
+
+/// m; a head farther from the world's origin means a wrong unit.
 constexpr double kFarthest_m = 1000.0;
 
 std::shared_ptr<HeadSource> openFixed(const std::string& text)
@@ -129,8 +137,8 @@ std::shared_ptr<HeadSource> openOpenXrHead(const std::string& text)
     const OpenXrOptions options = takeOpenXrOptions(uri);
     const Eigen::Isometry3d placement = takePlacement(uri, OpenXrHandSource::upright());
     if (uri.takeText("process", "own") != "own")
-        throw uri.error("process=helper gives hands alone; a program that has a session of its own "
-                        "knows the head, and sets it");
+        throw uri.error(
+            "process=helper gives only hands; a program with its own session sets the head itself");
     uri.rejectUnknown();
     return std::make_shared<OpenXrHead>(options, placement);
 }
@@ -151,19 +159,19 @@ std::shared_ptr<HeadSource> openOscHead(const std::string& text)
     }
 }
 
-/// Opens a source of the application's. It is the application's code: what it throws is an error.
-std::shared_ptr<HeadSource> openOwnHead(const HeadSourceMaker& make, const std::string& text)
+std::shared_ptr<HeadSource> openTagHead(const std::string& text)
 {
-    std::string why = "it could not be made";
+    const std::string file = text.substr(text.find(':') + 1);
     try
     {
-        if (auto source = make(text.substr(text.find(':') + 1))) return source;
+        if (file.empty())
+            throw InputError("should be tag:FILE, where FILE describes camera and tags");
+        return std::make_shared<TagHead>(loadTagRig(file));
     }
-    catch (...)
+    catch (const InputError& wrong)
     {
-        why = base::whatWasThrown();
+        throw InputError(headError(text, wrong.what()));
     }
-    throw InputError(headError(text, why));
 }
 
 } // namespace
@@ -207,11 +215,10 @@ std::string unknownHead(const std::string& text, const std::vector<std::string>&
 {
     const std::string kind = headKind(text);
     const bool isUri = text.find(':') != std::string::npos;
-    if (kind == "tag" && isUri) return headError(text, "this build has no AprilTag");
     std::vector<std::string> known = {"fixed X Y Z", "recorded:FILE", "recorded:FILE?loop"};
     known.insert(known.end(), more.begin(), more.end());
-    known.insert(known.end(), {"openxr:", "osc:"});
-    std::vector<std::string> kinds = {"fixed", "recorded", "openxr", "osc"};
+    known.insert(known.end(), {"tag:FILE", "openxr:", "osc:"});
+    std::vector<std::string> kinds = {"fixed", "recorded", "tag", "openxr", "osc"};
     for (const std::string& one : more)
         kinds.push_back(headKind(one));
     for (const std::string& name : ownHeadNames())
@@ -239,10 +246,12 @@ std::shared_ptr<HeadSource> openHead(const std::string& text, const std::vector<
     if (kind == "fixed") return openFixed(text);
     if (kind == "openxr") return openOpenXrHead(text);
     if (kind == "osc") return openOscHead(text);
+    if (kind == "tag") return openTagHead(text);
     if (const auto recorded = RecordedUri::parse(text))
         return std::make_shared<RecordedHeadSource>(recorded->file, recorded->loops);
-    if (const HeadSourceMaker make = ownHeads().find(kind)) return openOwnHead(make, text);
-    throw InputError(headError(text, "it is opened by a viewer alone"));
+    if (const HeadSourceMaker make = ownHeads().find(kind))
+        return makeNamed(make, text, headName(text));
+    throw InputError(headError(text, "only a viewer can open it"));
 }
 
 } // namespace midair::bridge

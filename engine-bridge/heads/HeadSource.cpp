@@ -15,7 +15,7 @@ namespace midair::bridge
 
 Eigen::Isometry3d FixedHeadSource::upright(const Eigen::Vector3d& place)
 {
-    constexpr double kLeast = 1e-6; // of the level part of the way, where z tells no direction
+    constexpr double kLeast = 1e-6; // of the horizontal part, below which z gives no direction
     const Eigen::Vector3d back =
         place.norm() > kLeast ? place.normalized() : Eigen::Vector3d(0.0, -1.0, 0.0);
     const bool isSteep = std::hypot(back.x(), back.y()) <= kLeast;
@@ -118,7 +118,7 @@ bool InjectedHeadSource::headAt(double time_s, Head& head)
     const base::Lock lock(_mutex);
     head = _head;
     head.isTracked =
-        _head.isTracked && std::abs(time_s - _head.time_s) <= _staleAfter_s; // false for NaN
+        _head.isTracked && std::abs(time_s - _head.time_s) <= _staleAfter_s; // also false for NaN
     return head.isTracked;
 }
 

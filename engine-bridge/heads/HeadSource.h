@@ -19,33 +19,33 @@ class HeadSource
 public:
     virtual ~HeadSource() = default;
 
-    /// Puts the head at \a time_s of the caller's clock into \a head. Returns its isTracked. Never
+    /// Stores the head at \a time_s of the caller's clock in \a head. Returns its isTracked. Never
     /// blocks. To be called from one thread.
     virtual bool headAt(double time_s, Head& head) = 0;
 
-    /// Asks for the head as it will be \a ahead_s (>= 0) after the time of headAt(), from now on; 0
-    /// ends that. Returns false, and changes nothing, if the source can't tell.
+    /// Requests the head \a ahead_s (>= 0) after the time of headAt() from now on; 0 ends that.
+    /// Returns false and changes nothing if the source can't predict.
     virtual bool setHorizon(double /*ahead_s*/) { return false; }
 
-    /// One line of text: what the source is, and its state.
+    /// One line of text: the source and its state.
     virtual std::string status() const = 0;
 
-    /// What the user should know that has happened since the last call; each one is told once.
+    /// Messages for the user since the last call; each is returned once.
     virtual std::vector<std::string> takeMessages() { return {}; }
 };
 
-/// A head that never moves: a seat, or a hole that one looks through.
+/// A head that never moves: a seat, or a peephole.
 class FixedHeadSource : public HeadSource
 {
 public:
     explicit FixedHeadSource(const Eigen::Isometry3d& pose) : _pose(pose) {}
 
-    /// An upright head at \a place (metres) that looks at the world's origin, z up; straight above
-    /// or below it y is up.
+    /// An upright head at \a place (metres) that looks at the world's origin, z up; directly above
+    /// or below it, y up.
     static Eigen::Isometry3d upright(const Eigen::Vector3d& place);
 
     bool headAt(double time_s, Head& head) override;
-    /// At any time it is where it is.
+    /// It is at the same place at any time.
     bool setHorizon(double /*ahead_s*/) override { return true; }
     std::string status() const override;
 
@@ -53,17 +53,17 @@ private:
     const Eigen::Isometry3d _pose;
 };
 
-/// Plays the heads of a recording, which may hold hands as well (their source is
-/// RecordedHandSource): lines whose joint is "head". The head depends only on the time asked for.
+/// Plays the heads of a recording, which may also contain hands (see RecordedHandSource): lines
+/// with the joint "head". The head depends only on the requested time.
 class RecordedHeadSource : public HeadSource
 {
 public:
-    /// A head is interpolated between two that are at most this far apart; in a longer gap there
-    /// is none.
+    /// Heads are interpolated between two that are at most this far apart; in a longer gap there is
+    /// none.
     static constexpr double kLongestGap_s = 0.25;
 
     /// Throws base::InputError, which names the file and the line. \a loop: the recording repeats
-    /// after its last head; else there is none after it.
+    /// after its last head; otherwise there is none after it.
     explicit RecordedHeadSource(const std::string& path, bool loop = false);
     /// \a name appears in messages.
     RecordedHeadSource(std::istream& in, const std::string& name, bool loop = false);
@@ -71,7 +71,7 @@ public:
     bool headAt(double time_s, Head& head) override;
     std::string status() const override;
 
-    const std::vector<Head>& heads() const { return _heads; } ///< in the order of their times
+    const std::vector<Head>& heads() const { return _heads; } ///< ordered by time
 
 private:
     void read(std::istream& in);
@@ -81,11 +81,11 @@ private:
     std::vector<Head> _heads;
 };
 
-/// A head that the application sets; all members may be called from any thread.
+/// A head set by the application; all members may be called from any thread.
 class InjectedHeadSource : public HeadSource
 {
 public:
-    /// A head whose time differs by more than \a staleAfter_s (> 0) from the time asked for counts
+    /// A head whose time differs by more than \a staleAfter_s (> 0) from the requested time counts
     /// as none.
     explicit InjectedHeadSource(double staleAfter_s = 0.2) : _staleAfter_s(staleAfter_s) {}
 

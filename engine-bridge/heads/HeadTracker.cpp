@@ -16,14 +16,14 @@ using base::MessageCode;
 namespace
 {
 
-constexpr double kHeadEar_m = 0.08; ///< from the midpoint between the eyes, aside
+constexpr double kHeadEar_m = 0.08; ///< lateral distance from the midpoint between the eyes
 
-/// The joints of a palm that lies in a head, so wide that its turns are seen.
+/// The joints of a palm in the head, wide enough for its rotations to be measured.
 constexpr std::array<HandJointName, 4> kAround = {
     WRIST, INDEX_PROXIMAL, MIDDLE_PROXIMAL, LITTLE_PROXIMAL};
 constexpr double kAround_m = 0.08;
 
-/// A hand that moves as the head does: what predicts hands predicts heads with it.
+/// Returns a hand that moves with the head, so that the predictor of hands predicts heads.
 Hand handIn(const Head& head)
 {
     Hand hand;
@@ -43,19 +43,19 @@ Hand handIn(const Head& head)
     return hand;
 }
 
-/// What is wrong with a head that is tracked; empty: nothing.
+/// Returns the problem of a tracked head; empty: none.
 std::string wrongHead(const Head& head)
 {
     constexpr double kTolerance = 1e-3;
     const Eigen::Vector3d place = head.pose.translation();
     const Eigen::Matrix3d turn = head.pose.linear();
-    // False for NaN, too.
+    // Also false for NaN.
     const bool isPlace = place.norm() <= kFarthestJoint_m;
     const bool isTurn = turn.isUnitary(kTolerance) && turn.determinant() > 0.0;
     if (isPlace && isTurn) return {};
-    return isPlace ? std::string("the head's pose is not rigid: it counts as not tracked")
-                   : fmt::format("the head is at {:g} {:g} {:g} m, should be within 1000 m: it "
-                                 "counts as not tracked",
+    return isPlace ? std::string("the head's pose is not rigid: the head is treated as lost")
+                   : fmt::format("the head is at {:g} {:g} {:g} m, should be within 1000 m: the "
+                                 "head is treated as lost",
                                  place.x(),
                                  place.y(),
                                  place.z());
@@ -128,12 +128,11 @@ std::vector<Message> HeadTracker::troubles() const
     if (!_impossible.empty()) all.emplace_back(MessageCode::HANDS_SOURCE, _impossible);
     if (_last && !_head.isTracked)
         all.emplace_back(MessageCode::HANDS_SOURCE,
-                         "the head is lost: it counts as being where it was seen last, for the "
-                         "ear limit as well");
+                         "the head is lost: its last position is used, also for the ear limit");
     if (_source.refusesLater())
         all.emplace_back(MessageCode::HANDS_PREDICTION,
-                         "prediction is left to the tracker, and the head source tells no head of "
-                         "a later time: it is that of now. prediction=kalman predicts it");
+                         "prediction is left to the tracker, but the head source doesn't predict "
+                         "the head: its present pose is used. prediction=kalman predicts it");
     return all;
 }
 
@@ -149,7 +148,7 @@ void HeadTracker::locate(double time_s)
     _head.isTracked = isAsked && isSeen;
     _impossible = _head.isTracked ? wrongHead(_head) : "";
     _head.isTracked = _head.isTracked && _impossible.empty();
-    // Without a head, too: the one that was known is lost.
+    // Also called without a head: then the known one is lost.
     if (!leavesToTracker() || _source.tellsLater()) predict(horizon_s);
     if (_head.isTracked) _last = _head.pose;
 }

@@ -17,20 +17,20 @@
 namespace midair::bridge
 {
 
-/// The ears of a head at \a pose, whose frame's x is to its right: 8 cm to the left and to the
-/// right of the midpoint between the eyes; columns, as \a pose maps.
+/// Returns the ears of a head at \a pose, whose frame's x points right: 8 cm to the left and to the
+/// right of the midpoint between the eyes; columns, mapped by \a pose.
 Eigen::Matrix<double, 3, 2> earsOf(const Eigen::Isometry3d& pose);
 
-/// Tracks where the head is, in the world of the sources. For one thread.
+/// Tracks the head in the world of the sources. For one thread.
 class HeadTracker
 {
 public:
-    /// Opens the source that a text names; null: none. Throws what is wrong with it.
+    /// Opens a source by its text; null: none. Throws on errors.
     using Opener = std::function<std::shared_ptr<HeadSource>(const std::string& text)>;
 
     explicit HeadTracker(Opener open);
 
-    /// \{ As of HandTracker. Another source than before forgets where the head was.
+    /// \{ See HandTracker. A change of the source forgets the last place.
     void setSource(std::shared_ptr<HeadSource> source);
     std::string setNamed(const std::string& text);
     const std::string& named() const { return _source.named(); }
@@ -42,12 +42,12 @@ public:
     std::string status() const { return _source.status(); } ///< empty: there is none
     /// \}
 
-    /// Finds the head at \a time_s, or where it will be when sound that is made then arrives.
+    /// Locates the head at \a time_s, or predicts it to the time when sound made then arrives.
     void locate(double time_s);
 
     /// The head of the last locate().
     const Head& head() const { return _head; }
-    /// Where it is, and after it was lost where it was last; none: it was never seen.
+    /// Its place, and after a loss the last one; none: never seen.
     const std::optional<Eigen::Isometry3d>& lastPlace() const { return _last; }
 
 private:
@@ -60,7 +60,7 @@ private:
     TrackedDelay _delay;
     Head _head;
     std::optional<Eigen::Isometry3d> _last;
-    std::string _impossible; ///< what is wrong with the head; empty: nothing
+    std::string _impossible; ///< problem of the head; empty: none
 };
 
 } // namespace midair::bridge

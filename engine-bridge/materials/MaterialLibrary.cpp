@@ -59,7 +59,7 @@ HapticMaterial materialOf(const base::JsonValue& value)
     return material;
 }
 
-/// The first of the places where the shipped file may be that has it.
+/// Returns the first of the possible places that has the shipped file.
 fs::path shippedFile()
 {
     std::vector<fs::path> places;

@@ -9,28 +9,27 @@
 namespace midair::bridge
 {
 
-/// Materials by name, from JSON files: those that are shipped, and the user's own, which may
-/// replace them.
+/// Materials by name, from JSON files: the shipped ones and the user's own, which may replace them.
 class MaterialLibrary
 {
 public:
     MaterialLibrary() = default;
 
-    /// Returns the shipped materials, and on top of them those of the file that the environment
-    /// variable OSG_MIDAIR_MATERIALS names. What can't be read is in problems().
+    /// Returns the shipped materials and those of the file in the environment variable
+    /// OSG_MIDAIR_MATERIALS, which take precedence. Unreadable files are in problems().
     static MaterialLibrary ofUser();
 
-    /// Takes the materials in \a text, which is JSON: {"materials": {NAME: {"stiffness_N_m": ..,
+    /// Adds the materials in the JSON \a text: {"materials": {NAME: {"stiffness_N_m": ..,
     /// "force_N": .., "radius_m": .., "radiusGrowth": .., "rateGrowth_Hz_m": .., "roughness": ..,
     /// "texturePeriod_m": .., "lowVibration": .., "lowFrequency_Hz": .., "highVibration": ..,
     /// "highFrequency_Hz": ..}}}, each number optional. \a source is its name in messages. Throws
-    /// base::InputError, and takes nothing, if something isn't understood or out of range.
+    /// base::InputError, and adds nothing, if the text is invalid or a number out of range.
     void add(const std::string& text, const std::string& source);
 
-    /// Returns null if there is none of this name; upper and lower case count.
+    /// Returns null for an unknown name; case matters.
     const HapticMaterial* find(const std::string& name) const;
     std::vector<std::string> names() const; ///< sorted
-    /// What was wrong with files, a sentence each.
+    /// Problems of files, one sentence each.
     const std::vector<std::string>& problems() const { return _problems; }
 
 private:

@@ -31,7 +31,7 @@ PipelineContext::kept(const haptics::TransducerArray& heard) const
                                     : std::make_shared<const haptics::TransducerArray>(heard);
 }
 
-// The device is opened with options of its own, since a second try is made in another thread.
+// The device is opened with a copy of the options, because a second try runs in another thread.
 CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
     _context(context),
     _ears(ears)
@@ -50,7 +50,7 @@ CappedOutput::CappedOutput(PipelineContext& context, EarStage& ears) :
     useAbility();
 }
 
-// The cap of the amplitude stays: it may have been lowered since the options were given.
+// The amplitude cap stays: it may have been lowered since the options were given.
 void CappedOutput::useAbility()
 {
     const device::DriveAbility ability = _output->ability();
@@ -81,7 +81,7 @@ void CappedOutput::setCaps()
     setPressureCap();
 }
 
-// The stricter of the caps of options and device.
+// Uses the stricter of the caps of options and device.
 void CappedOutput::setPressureCap()
 {
     const device::DriveAbility ability = _output->ability();
@@ -96,21 +96,21 @@ void CappedOutput::setPressureCap()
         _pressure.isSet ? cap_Pa : base::kMostPressure_Pa, wouldPlay, ability);
 }
 
-// A lower amplitude alone is the device's matter, but with a pressure cap the fields that are being
-// capped are rounded to other levels then.
+// The device applies a lower amplitude by itself, but a pressure cap needs the fields being capped
+// to be rounded to other levels.
 bool CappedOutput::isStricter(const HologramOptions& options) const
 {
     const double now_Pa = _cap_Pa;
     if (!(options.maxPressure >= 0.0) || !(options.earLimit >= 0.0)) return true;
     const double ears_dB = _ears.limit_dB();
     if (options.earLimit > 0.0 && !(ears_dB > 0.0 && options.earLimit >= ears_dB)) return true;
-    // Lower amplitudes are rounded to other levels, for which a factor has to be found anew.
+    // Lower amplitudes are rounded to other levels, which need a new factor.
     if (ears_dB > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap())) return true;
     if (options.maxPressure > 0.0 && !(now_Pa > 0.0 && options.maxPressure >= now_Pa)) return true;
     return now_Pa > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap());
 }
 
-// A hand that shadows may be gone before the next field, so the cap must hold without it too.
+// A shadowing hand may be gone before the next field, so the cap must hold without it too.
 PressureCap::Where CappedOutput::where(const haptics::TransducerArray& array,
                                        const Eigen::Matrix3Xd& points,
                                        bool modulated)
@@ -127,7 +127,7 @@ PressureCap::Where CappedOutput::where(const haptics::TransducerArray& array,
             _ears.bound()};
 }
 
-// Of what is played, whose bytes stay as they are.
+// Checks the playing field, whose bytes are unchanged.
 bool CappedOutput::keepsToEars()
 {
     static const Eigen::Matrix3Xd kNoPoints(3, 0);
@@ -137,9 +137,74 @@ bool CappedOutput::keepsToEars()
                                       _output->drives());
 }
 
+// The object that asks for the most at \a points and for more than \a over_Pa: "Ring wants 11 kPa,
+// by its contactForce". Empty if none does, or if the targets are ratios. \a isOfContacts: ignores
+// whole objects.
+std::string CappedOutput::asking(const haptics::ControlPoints& points,
+                                 int foci,
+                                 double over_Pa,
+                                 bool isOfContacts)
+{
+    constexpr double kSameAs = 1.1;
+    Asking most;
+    double ofLast_Pa = 0.0;
+    for (int l = 0; l < points.size() && !points.object.empty(); ++l)
+    {
+        const bool isContact = l >= points.size() - foci;
+        const int object = points.object[static_cast<std::size_t>(l)];
+        const double wanted_Pa = points.targets[l];
+        if (!(isContact || (points.absolute && !isOfContacts)) || !(wanted_Pa > over_Pa) ||
+            object < 0 || object >= static_cast<int>(_context.paths.size()))
+            continue;
+        if (wanted_Pa > most.pressure_Pa) most = {object, isContact, wanted_Pa};
+        if (object == _asking.object && isContact == _asking.isContact)
+            ofLast_Pa = std::max(ofLast_Pa, wanted_Pa);
+    }
+    if (!(ofLast_Pa > 0.0))
+        _asking = most;
+    else if (ofLast_Pa > kSameAs * _asking.pressure_Pa)
+        _asking.pressure_Pa = ofLast_Pa;
+    if (_asking.object < 0) return {};
+    const double asked_Pa = _asking.pressure_Pa;
+    const bool isLarge = asked_Pa >= 1000.0;
+    return fmt::format("{} wants {:.3g} {}, by its {}",
+                       _context.paths[static_cast<std::size_t>(_asking.object)],
+                       isLarge ? asked_Pa / 1000.0 : asked_Pa,
+                       isLarge ? "kPa" : "Pa",
+                       _asking.isContact ? "contactForce" : "pressure");
+}
+
+// Reports the binding cap, and the object that asks for too much. A contact that does is solved for
+// the cap, so that the field as a whole need not be lowered.
+void CappedOutput::tellOfCap(bool isHeld, const haptics::ControlPoints& points, int foci)
+{
+    using base::MessageCode;
+    const double cap_Pa = maxPressure_Pa();
+    std::string who;
+    if (isHeld || (foci > 0 && cap_Pa > 0.0))
+        who = asking(points, foci, _isForEars ? 0.0 : cap_Pa, !isHeld);
+    if (who.empty()) _asking = {};
+    if (!isHeld && who.empty()) return;
+    const std::string after = who.empty() ? who : ": " + who;
+    if (_isForEars)
+        _told.emplace_back(MessageCode::CAP_EARS,
+                           fmt::format("the field is held down to the ear limit of {:g} dB{}",
+                                       _ears.limit_dB(),
+                                       after));
+    else if (_asking.isContact)
+        _told.emplace_back(
+            MessageCode::CAP_PRESSURE,
+            fmt::format("{}, and is held down to {:g} Pa ({})", who, cap_Pa, _pressure.name));
+    else
+        _told.emplace_back(
+            MessageCode::CAP_PRESSURE,
+            fmt::format("{}, by {}{}", _pressure.cap->message(), _pressure.name, after));
+}
+
 void CappedOutput::cap(const haptics::TransducerArray& array,
                        haptics::FieldSequence& sequence,
-                       HologramResult& result)
+                       HologramResult& result,
+                       int foci)
 {
     _proven = {};
     _isForEars = false;
@@ -153,24 +218,20 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
         where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
     const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
     sequence.report.capFactor = _pressure.cap->hold(place, sequence, &_proven);
-    // Of parts that may sound alone the cap adds up each by itself.
+    // For parts that may sound alone the cap counts each separately.
     if (!_output->ability().part.empty()) _proven.held = {};
-    if (sequence.report.capFactor >= 1.0) return;
+    if (sequence.report.capFactor >= 1.0) return tellOfCap(false, points, foci);
     ++_context.counters.capped;
-    // Of silence nobody knows which of the two it keeps to.
+    // For silence it is unknown which of the two limits it keeps.
     _isForEars = _ears.limit_dB() > 0.0 && (sequence.report.capFactor <= 0.0 || !_pressure.isSet ||
                                             _pressure.cap->isForEars(place, sequence.fields));
     if (sequence.report.capFactor <= 0.0)
         tellOfSilence(place, wanted, sequence.report);
-    else if (_isForEars)
-        _told.emplace_back(
-            base::MessageCode::CAP_EARS,
-            fmt::format("the field is held down to the ear limit of {:g} dB", _ears.limit_dB()));
     else
-        _told.emplace_back(base::MessageCode::CAP_PRESSURE, _pressure.cap->message());
+        tellOfCap(true, points, foci);
 }
 
-// The pressures in the message are those of one moment: told once, they are in each report.
+// The pressures in the message are a snapshot: it is reported once, and each report has new ones.
 void CappedOutput::tellOfSilence(const PressureCap::Where& where,
                                  const std::vector<Eigen::VectorXcf>& wanted,
                                  haptics::SolveReport& report)
@@ -181,9 +242,9 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
         { return message.code == base::MessageCode::FIELD_SILENCED; };
         _told.erase(std::remove_if(_told.begin(), _told.end(), isOld), _told.end());
     };
-    if (_isDead || _context.options.isSilencedElsewhere) return forget(); // told already
+    if (_isDead || _context.options.isSilencedElsewhere) return forget(); // reported already
     const double most = _output->amplitudeCap();
-    // It was lowered for options that are about to come, which say by whom.
+    // It was lowered for options that are about to come, and that name the reason.
     if (most < _context.options.maxAmplitude) return;
     const std::string amplitude = most <= 0.0  ? "MaxAmplitude, which is 0"
                                   : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
@@ -197,20 +258,22 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
 
 void CappedOutput::play(const haptics::TransducerArray& array,
                         haptics::FieldSequence sequence,
-                        HologramResult& result)
+                        HologramResult& result,
+                        int foci)
 {
-    // The device lowers each field by itself, which changes the ratios of several, and cuts off the
-    // tops of a modulation.
+    // The device lowers each field separately, which changes the ratios of several fields, and
+    // clips the peaks of a modulation.
     const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
     if (sequence.changes() && most > 0.0 && haptics::keepAmplitudes(most, sequence.fields))
         sequence.achieved_Pa.resize(0);
     _told.clear();
-    cap(array, sequence, result);
+    result.foci = foci;
+    cap(array, sequence, result, foci);
     send(std::move(sequence), result);
     tell();
 }
 
-// What caps and device do to the field that is played, and nothing that they did to one before.
+// Reports what caps and device do to the playing field, and nothing about earlier ones.
 void CappedOutput::tell()
 {
     _context.messages.sayNow({base::MessageCode::CAP_PRESSURE}, _told);
@@ -258,14 +321,24 @@ void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult
                       _context.options.solverOptions,
                       _proven.held,
                       result))
+    {
+        result.fingertip = haptics::strongestForce(result.points,
+                                                   result.achieved_Pa.cast<double>(),
+                                                   array,
+                                                   _context.options.medium,
+                                                   result.sequence,
+                                                   result.foci);
+        result.fingertip.threshold_N = _context.options.feelThreshold;
         return;
+    }
+    result.fingertip = {};
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
     tell();
 }
 
-// A solver knows neither the cap nor the fields of other solvers, as the sets of a cycle have them:
-// its step and its jump of the level are those between its own fields.
+// A solver knows neither the cap nor the fields of other solvers, such as those of a cycle's other
+// sets: its step and level jump are those between its own fields.
 void CappedOutput::rateFromLast(HologramResult& result) const
 {
     if (!_context.last) return;
@@ -282,7 +355,7 @@ void CappedOutput::rateFromLast(HologramResult& result) const
         haptics::rateStep(_context.last->played(), rate_Hz, result.sequence);
 }
 
-// Figures of a field that rests were taken when it was sent: a ramp or a thermal budget goes on.
+// Figures of a field at rest were taken when it was sent; a ramp or thermal budget continues.
 bool CappedOutput::isMeasured() const
 {
     if (_context.last->sequence.fields.size() != 1 || !_output->ability().fades) return true;
@@ -294,7 +367,7 @@ bool CappedOutput::attend(bool areOptionsNew)
 {
     const auto attention = _output->attend(_context.options.solverOptions.stop);
     const bool isTold = _output->tellOfDriver();
-    // After other options the next process() tells more than what has become of the last field.
+    // After a change of options the next process() reports more than the fate of the last field.
     if (attention == ArrayOutput::Attention::NOTHING && !isTold && isMeasured() &&
         (areOptionsNew || stateOf(*_context.last) == _context.last->state))
         return false;
@@ -302,18 +375,19 @@ bool CappedOutput::attend(bool areOptionsNew)
     return true;
 }
 
-// Takes over what is played and its figures. Where snapshots follow each other there is no
-// attend(), so the device is looked after here.
+// Takes over the playing field and its figures. While snapshots keep coming attend() isn't called,
+// so the device is checked here.
 void CappedOutput::playOn(const haptics::FieldSequence& sequence,
                           haptics::ControlPoints points,
                           const haptics::TransducerArray& array,
                           HologramResult& result)
 {
-    // Where they were solved for, or many small steps would go unseen.
+    // The places for which they were solved; otherwise many small steps would go unnoticed.
     points.positions = _context.last->points.positions;
     result.array = _context.last->array;
     result.maxPressure_Pa = _context.last->maxPressure_Pa;
     result.achieved_Pa = _context.last->achieved_Pa;
+    result.fingertip = _context.last->fingertip;
     result.handedOver_s = _context.last->handedOver_s;
     result.sequence = _context.last->sequence;
     result.sequence.parts = {points};

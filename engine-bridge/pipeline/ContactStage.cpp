@@ -10,7 +10,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kShow_s = 1.0 / 60.0; // of the fields of contacts one is published so often
+constexpr double kShow_s = 1.0 / 60.0; // interval of published fields of contacts
 constexpr double kLeastPeriod_s = 2.5e-4;
 
 } // namespace
@@ -35,7 +35,7 @@ bool ContactStage::arrive(const SceneSnapshot*& snapshot)
     return true;
 }
 
-// The snapshot itself if nothing in it is felt by contacts.
+// Returns the snapshot itself if none of its objects is rendered by contacts.
 const SceneSnapshot& ContactStage::withContactShares(const SceneSnapshot& snapshot)
 {
     const bool had = std::exchange(_concerns, _renderer->concerns(snapshot.objects));
@@ -85,13 +85,14 @@ bool ContactStage::takeOver(HologramResult& result)
     return false;
 }
 
-// Plays the next field of contacts, and puts its figures into the result, which may be null: they
-// cost more than the field.
+// Plays the next field of contacts and stores its figures in the result, which may be null because
+// they cost more than the field.
 void ContactStage::playNext(HologramResult* result)
 {
     const HologramOptions& options = _context.options;
     const double now_s = _context.clock.now_s();
-    RenderedField rendered = _renderer->render(now_s, _whole);
+    const double cap_Pa = options.contacts.field.absolute ? _output.maxPressure_Pa() : 0.0;
+    RenderedField rendered = _renderer->render(now_s, _whole, cap_Pa);
     std::vector<base::Message> failure;
     if (rendered.isFailed)
         failure.emplace_back(base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error);
@@ -104,11 +105,12 @@ void ContactStage::playNext(HologramResult* result)
     haptics::ControlPoints points = _whole.points();
     points.targets *= _renderer->view().whole;
     haptics::append(points, rendered.foci);
+    const int foci = rendered.foci.size();
     sequence.report.points = points.size();
     sequence.parts = {std::move(points)};
     sequence.fields = {std::move(rendered.q)};
     HologramResult unseen;
-    _output.play(options.array, std::move(sequence), result ? *result : unseen);
+    _output.play(options.array, std::move(sequence), result ? *result : unseen, foci);
     _field_s = now_s;
     _isPlayed = true;
     const std::vector<Eigen::VectorXcf> planned = _output.device().planned();
@@ -119,8 +121,8 @@ void ContactStage::playNext(HologramResult* result)
     _shown_s = now_s;
     result->touched = std::make_shared<const ContactScene>(_renderer->view());
     _output.measure(options.array, *result);
-    if (result->points.size() > 0)
-        haptics::rateLevel(result->points, result->achieved_Pa, result->sequence.report);
+    result->fingertip.how = haptics::PlayedAs::CIRCLING;
+    if (result->points.size() > 0) ratePlayed(*result);
     if (last)
         haptics::rateSwitch(last->q, 1.0 / period_s(), options.array.ringing_s, result->sequence);
 }
@@ -152,7 +154,7 @@ RestStep ContactStage::silence()
     return step;
 }
 
-// The contacts have ended; what is left of the scene is played as if there had been none.
+// The contacts have ended; plays the rest of the scene as without contacts.
 RestStep ContactStage::playWhole()
 {
     _isPlayed = false;

@@ -9,12 +9,11 @@
 namespace midair::bridge
 {
 
-/// Plays objects that are felt where hands touch them: a field at a time, on top of what is played
-/// of whole objects.
+/// Plays objects rendered by contacts: one field at a time, added to the field of whole objects.
 class ContactStage final : public PipelineStage
 {
 public:
-    /// All must outlive it.
+    /// All arguments must outlive it.
     ContactStage(PipelineContext& context, CappedOutput& output, HandStage& hands);
 
     void setOptions() override;
@@ -38,11 +37,11 @@ private:
     CappedOutput& _output;
     HandStage& _hands;
     std::unique_ptr<ContactRenderer> _renderer;
-    SceneSnapshot _shared;         // the newest, with the objects' shares
-    bool _concerns = false;        // its objects may be felt by contacts
-    bool _isPlayed = false;        // what is played has contacts
-    haptics::FieldSequence _whole; // of the whole objects, before caps; kept where contacts may be
-    double _field_s = 0.0;         // steady clock, when the last one was played
+    SceneSnapshot _shared;         // the newest, with the shares of its objects
+    bool _concerns = false;        // some of its objects may be rendered by contacts
+    bool _isPlayed = false;        // the playing field has contacts
+    haptics::FieldSequence _whole; // of the whole objects, before caps; kept for contacts
+    double _field_s = 0.0;         // steady clock; when the last one was played
     double _shown_s = 0.0;         // when the last one was published
 };
 

@@ -35,7 +35,7 @@ bool HologramOptions::isValid(std::string* error) const
     haptics::FieldSettings settings;
     base::assignPart<haptics::SequenceSettings>(settings, *this);
     base::assignPart<haptics::PlayingSettings>(settings, *this);
-    // keepToLimits() mends these two.
+    // keepToLimits() corrects these two.
     settings.maxPoints = std::min(settings.maxPoints, base::kMostControlPoints);
     if (monitorInterval > 0.0)
         settings.monitorInterval = std::max(monitorInterval, base::kLeastMonitorInterval_s);
@@ -90,7 +90,7 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     {
         limited.push_back(
             {base::MessageCode::SETTINGS_LIMITED,
-             fmt::format("monitorInterval is {}; a field is looked at every {:g} s at most",
+             fmt::format("monitorInterval is {}; fields are checked every {:g} s at most",
                          base::exactNumber(interval_s),
                          base::kLeastMonitorInterval_s)});
         interval_s = base::kLeastMonitorInterval_s;
@@ -101,15 +101,15 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
 namespace
 {
 
-// With the limits of the URI alone: those of the options may change while it is open.
+// With the limits of the URI only: those of the options may change while it is open.
 std::unique_ptr<device::ArrayDevice>
 openUnlimited(const std::string& uri, const device::DeviceLayout& layout, const std::string& owner)
 {
-    // It refuses fields, and ArrayOutput silences a device that refuses one: that would end it.
+    // It refuses fields, and ArrayOutput silences a device that refuses one, which would end it.
     if (device::playsByItself(uri))
-        throw device::DeviceError("device \"" + uri +
-                                  "\": a recording takes no fields of a scene; play it "
-                                  "with midair-device play FILE");
+        throw device::DeviceError(
+            "device \"" + uri +
+            "\": a recording can't play a scene; play it with midair-device play FILE");
     return device::openLimitedDevice(uri, layout, {}, owner);
 }
 

@@ -19,32 +19,31 @@
 namespace midair::bridge
 {
 
-/// Options of a HologramPipeline; isValid() names the first one that is out of its range. If the
-/// device's URI sets `max-pressure` or `max-amplitude` too, the lower of both caps holds.
+/// Options of a HologramPipeline; isValid() names the first that is out of range. If the device's
+/// URI also sets `max-pressure` or `max-amplitude`, the lower cap holds.
 struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
 {
     haptics::TransducerArray array;
     haptics::Medium medium;
-    /// 3 x n, m, array frame: listening places besides those around the array; finite
+    /// 3 x n, m, array frame: listening places in addition to those around the array; finite
     Eigen::Matrix3Xd earPoints = Eigen::Matrix3Xd(3, 0);
     std::string solver; ///< a name from haptics::solverNames(); empty: the first of them
     haptics::SolverOptions solverOptions; ///< its updateRate_Hz is the fieldRate
     std::string deviceUri = "sim:";
-    /// s; pause before a device that could not be opened is tried again, for the first time; the
-    /// following ones are longer. 0: it is not tried again.
+    /// s; pause before the first retry to open a device; later pauses are longer. 0: no retry.
     double reopen_s = 1.0;
-    /// the name of this user of the device, for the message when another one opens the same device
+    /// the name of this user of the device, for the message when another user opens it
     std::string owner;
-    /// The amplitude cap is 0 for something that isn't understood, which is told by itself.
+    /// The amplitude cap is 0 because of an invalid value, which is reported elsewhere.
     bool isSilencedElsewhere = false;
-    std::vector<base::Message> notes; ///< what the user should know of these options; messages
-    /// what tells the time of what is played, for tests; outlives the pipeline
+    std::vector<base::Message> notes; ///< messages about these options
+    /// times the played fields, replaceable in tests; outlives the pipeline
     const base::Clock* clock = &base::steadyClock();
-    ContactRendererOptions contacts;      ///< of objects that are felt where they are touched
-    haptics::ModulatorOptions modulation; ///< of everything; its fieldRate_Hz is the fieldRate
+    ContactRendererOptions contacts;      ///< of objects rendered by contacts
+    haptics::ModulatorOptions modulation; ///< of all output; its fieldRate_Hz is the fieldRate
 
     /// Replacements for makeSolver and openLimitedDevice, for tests and for applications with their
-    /// own solvers and devices; empty: those two.
+    /// own solvers and devices; empty: the originals.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
                                                            const haptics::SolverOptions&)>
         solverFactory;
@@ -54,18 +53,17 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
 
     double wavelength_m() const { return medium.wavelength(array.frequency_Hz); }
 
-    /// Returns true if all options are in their ranges, else puts the reason into \a error.
+    /// Returns true if all options are in their ranges; else puts the reason into \a error.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Lowers the options that exceed what the machine can do: threads to the number of cores,
-/// maxPoints, subsets and cycleSteps to what fits into memory; raises a monitorInterval between 0
-/// and 0.05 to 0.05. Each change is a message. Creates a thread pool for the solvers if there is
-/// none.
+/// Lowers options that exceed the machine's resources: threads to the number of cores, maxPoints,
+/// subsets and cycleSteps to what fits into memory; raises a monitorInterval between 0 and 0.05 to
+/// 0.05. Reports each change. Creates a thread pool for the solvers if there is none.
 void keepToLimits(HologramOptions& options, base::MessageLog& messages);
 
-/// Fills in empty options: the default solver, makeSolver, and openLimitedDevice() with the owner;
-/// the pipeline keeps the limits. The latter throws device::DeviceError for devices that play by
+/// Fills in empty options: the default solver, makeSolver, and openLimitedDevice() with the owner
+/// (the pipeline applies the limits), which throws device::DeviceError for devices that play by
 /// themselves. Sets solverOptions.skipTolerance to motionTolerance.
 void fillIn(HologramOptions& options);
 
@@ -73,10 +71,10 @@ void fillIn(HologramOptions& options);
 /// one, to those of a device of \a ability.
 void keepToLevels(HologramOptions& options, const device::DriveAbility& ability);
 
-/// The error of a solver's name that nothing has.
+/// Returns the error for an unknown solver name.
 base::CodedError noSolver(const std::string& name);
 
-/// The composer's options for \a options, which must be filled in and outlive the returned object:
+/// Returns the composer's options for \a options, which must be filled in and outlive the result:
 /// its makeSolver reads them at each call.
 haptics::ComposerOptions composerOptions(const HologramOptions& options);
 

@@ -16,14 +16,14 @@ namespace midair::bridge
 namespace
 {
 
-// An unknown name of a solver throws here.
+// Throws for an unknown solver name.
 haptics::ComposerOptions tried(haptics::ComposerOptions options)
 {
     options.makeSolver();
     return options;
 }
 
-// Returns how far the messages have come.
+// Returns the number of the last message reported.
 std::uint64_t tellMessages(const base::MessageLog& log, HologramResult& result)
 {
     const std::uint64_t changes = log.changes();
@@ -36,6 +36,7 @@ std::uint64_t tellMessages(const base::MessageLog& log, HologramResult& result)
 
 HologramPipeline::HologramPipeline(HologramOptions options) :
     _context(std::move(options)),
+    _motion(_context),
     _ears(_context),
     _output(_context, _ears),
     _assembler(_context.options.array, assemblerOptions(), _context.messages),
@@ -54,6 +55,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _context.counters.snapshots += 1 + superseded;
     _context.counters.superseded += superseded;
     _said.before = base::MessageLog::saidNow();
+    _context.paths.resize(snapshot.objects.size());
+    for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
+        _context.paths[i] = snapshot.objects[i].path;
     try
     {
         if (_invalid) throw base::CodedError(_invalid->code, _invalid->text);
@@ -64,7 +68,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
         if (fits && _assembler.unmoved(*scene))
         {
             ++_context.counters.skippedUnmoved;
-            // Where such snapshots never end, attend() is never called.
+            // If such snapshots never end, attend() is never called.
             if (auto result = lookAfterDevice()) _context.last = finish(std::move(result));
         }
         else
@@ -155,13 +159,14 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
     count(sequence.report, _context.counters);
     _updates.count(_context.clock.now_s());
     tellReport(points, sequence);
-    // The solver continued the last field of its own set, not the one that is played.
+    // The solver continued the last field of its own set, not the playing one.
     if (_context.options.cycle > 1) continueLast(sequence);
     _refiner.begin(snapshot, set, sequence);
     return sequence;
 }
 
-// What is wanted and gives silence is a fault: the array has no level so low, or doesn't get there.
+// Silence in spite of a wanted field is a fault: the array has no level that low, or can't reach
+// the points.
 void HologramPipeline::tellReport(const haptics::ControlPoints& points,
                                   haptics::FieldSequence& sequence)
 {
@@ -224,7 +229,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     return finished;
 }
 
-// Tells the stages what is to be played of whole objects, which may be played on if it is all.
+// Offers the field of whole objects to the stages; it may continue if there is nothing else.
 void HologramPipeline::offer(const haptics::FieldSequence& whole)
 {
     bool isAll = whole.isHeld();
@@ -234,8 +239,8 @@ void HologramPipeline::offer(const haptics::FieldSequence& whole)
     if (isAll) _solved = whole.fields.front();
 }
 
-// True if the solver has found nothing that moved, and all that follows would be as it was: caps,
-// ears, levels and the device. What came and went is out of reach then, or of no effect.
+// True if the solver found nothing that moved, and all later steps would give the same result:
+// caps, ears, levels and device. Objects that came or went are out of reach or have no effect.
 bool HologramPipeline::isPlayedAlready(const haptics::FieldSequence& sequence,
                                        const haptics::ControlPoints& points) const
 {
@@ -307,14 +312,14 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     }
     catch (...)
     {
-        _context.messages.say({base::MessageCode::FIELD_REST,
-                               base::whatWasThrown()}); // what is played already goes on
+        _context.messages.say(
+            {base::MessageCode::FIELD_REST, base::whatWasThrown()}); // the old field goes on
         _refiner.end();
     }
     return nullptr;
 }
 
-// The step of the first stage that has made something, or that lets no other come after it.
+// Returns the step of the first stage that produced something or blocks later ones.
 RestStep HologramPipeline::attendStages()
 {
     const bool isPlaying = device().isPlaying() && _context.last->points.size() > 0;
@@ -355,7 +360,7 @@ std::shared_ptr<HologramResult> HologramPipeline::lookAfterDevice()
     return result;
 }
 
-// How a HologramPipeline takes other options while its device stays open.
+// How a HologramPipeline changes its options while its device stays open.
 
 PointAssembler::Options HologramPipeline::assemblerOptions() const
 {
@@ -366,6 +371,7 @@ PointAssembler::Options HologramPipeline::assemblerOptions() const
     points.sets = _context.options.cycle;
     points.loudness = _context.options.solverOptions.loudness;
     points.medium = _context.options.medium;
+    points.render = _context.options.contacts.shares.render;
     return points;
 }
 
@@ -433,7 +439,7 @@ void HologramPipeline::useOptions(HologramOptions options)
     useParts(otherSolver);
 }
 
-// Gives the options to all that was made of the last ones.
+// Passes the options to everything that was made from the previous ones.
 void HologramPipeline::useParts(bool otherSolver)
 {
     _assembler.setOptions(_context.options.array, assemblerOptions());

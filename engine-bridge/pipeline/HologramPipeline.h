@@ -4,6 +4,7 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "engine-bridge/pipeline/MotionStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
@@ -19,52 +20,53 @@
 namespace midair::bridge
 {
 
-/// Takes a snapshot to the array, in one thread: assemble (sample, pose and select points) ->
-/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play. Hands, ears,
-/// contacts, what refines and what measures accompany it as stages.
+/// Processes a snapshot in one thread: assemble (sample, pose and select points) -> compose (solve
+/// for the fields) -> cap (limit the pressure at the points) -> play. Hands, ears, contacts,
+/// refinement and measurement are stages beside it.
 ///
-/// process() throws for no content of a snapshot: an object that can't be felt is left out with a
-/// message, and if the field can't be computed the array falls silent. Each message is logged once.
+/// process() throws for no content of a snapshot: an object that can't be rendered is left out with
+/// a message, and if the field can't be computed the array falls silent. Each message is logged
+/// once.
 class HologramPipeline
 {
 public:
-    /// Throws base::InputError if the options are not valid. A device that can't be opened is a
-    /// message; fields are then solved and shown, but not played.
+    /// Throws base::InputError if the options are not valid. A failure to open the device is
+    /// reported; fields are then solved and shown, but not played.
     explicit HologramPipeline(HologramOptions options);
 
     HologramPipeline(const HologramPipeline&) = delete;
     HologramPipeline& operator=(const HologramPipeline&) = delete;
 
-    /// Returns the field for \a snapshot, or the last one again if nothing moved by more than the
-    /// tolerance. Never null. \a superseded is the number of snapshots that were dropped for this
-    /// one; it goes into the counters only.
+    /// Returns the field for \a snapshot, or the last one again if nothing moved beyond the
+    /// tolerance. Never null. \a superseded: number of snapshots dropped in favour of this one, for
+    /// the counters only.
     std::shared_ptr<const HologramResult> process(const SceneSnapshot& snapshot,
                                                   std::uint64_t superseded = 0);
 
-    /// To be called while no snapshot comes: resends a field that the device has lost, makes the
-    /// next step of what RestRefiner has left to do and plays it, and reports what the monitor
-    /// found. Returns null if nothing changed.
+    /// To be called while no snapshot comes: resends a field that the device has lost, performs and
+    /// plays the next step of RestRefiner, and reports the monitor's result. Returns null if
+    /// nothing changed.
     std::shared_ptr<const HologramResult> attend();
-    /// The longest time until attend() should be called again, s; 0: there is work left.
+    /// Longest time until the next call of attend(), s; 0: work is left.
     double rest_s() const;
-    /// Interval at which the device of a still scene is checked: after at most this time a field
-    /// that it lost is resent.
+    /// Check interval for the device of a still scene: a lost field is resent at most this much
+    /// later.
     static constexpr double kAttend_s = 0.5; // a check costs some 50 us, most of it waking up
 
-    /// Silences the array until the next process(), which solves even if nothing moved.
+    /// Silences the array until the next process(), which then solves even if nothing moved.
     void silence() { _output.silence(); }
 
-    /// Works with \a options from the next process() on, which solves even if nothing moved. Array,
-    /// device, their factory and the owner stay those that it was made with; the device stays
-    /// open, the last field stays the start of the next one where the solver allows it, counters
-    /// and messages go on. A stricter cap silences what is played until that process(). Options
-    /// that are not valid are a message, and nothing is played until there are others.
+    /// Uses \a options from the next process() on, which solves even if nothing moved. Array,
+    /// device, their factory and the owner stay. The device stays open, the last field stays the
+    /// start of the next one if the solver allows it, counters and messages continue. A stricter
+    /// cap silences the array until that process(). Invalid options are reported, and nothing is
+    /// played until valid ones come.
     void reconfigure(HologramOptions options);
 
     /// The part of reconfigure() that can't wait: returns true if the caps in \a options are so
-    /// strict that what is played, or being solved, may exceed them. Any thread.
+    /// strict that the field being played or solved may exceed them. Any thread.
     bool isStricter(const HologramOptions& options) const { return _output.isStricter(options); }
-    /// The array. What of it is for any thread may be called during process(), too: a field that
+    /// The array. Its functions for any thread may also be called during process(): a field that
     /// process() is working on may still be played after its silenceNow(), unless a stop was
     /// requested before.
     ArrayOutput& device() { return _output.device(); }
@@ -75,25 +77,26 @@ public:
     /// says STOPPED, attend() null.
     void setStop(const base::StopToken& stop);
 
-    /// To be called between the calls of process(). Returns true if a device that could not be
-    /// opened is open now: then the last snapshot should be processed again, which plays it.
+    /// To be called between calls of process(). Returns true if a device that could not be opened
+    /// is open now: process the last snapshot again, which plays it.
     bool isOpenedNow();
 
     const HologramCounters& counters() const { return _context.counters; }
     const HologramOptions& options() const { return _context.options; }
-    /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
-    /// isn't. Any thread.
+    /// Start time of the running solve, s on the steady clock; 0: none. Any thread.
     double solvingSince_s() const { return _composer.busySince_s(); }
     haptics::ExposureFigures exposure() const { return _ears.reading(); } ///< any thread
-    /// As EarWatch::each(); any thread.
+    /// See MotionStage::seen(); any thread.
+    std::vector<SeenObject> seen() const { return _motion.seen(); }
+    /// See EarWatch::each(); any thread.
     std::vector<haptics::PlaceExposure> ears() const { return _ears.each(); }
     std::vector<std::string> messages() const { return _context.messages.all(); }
 
 private:
-    /// How far the messages had come.
+    /// Positions in the message log.
     struct Said
     {
-        std::uint64_t before = 0; ///< MessageLog::saidNow() as the snapshot came
+        std::uint64_t before = 0; ///< MessageLog::saidNow() when the snapshot came
         std::uint64_t told = 0;   ///< MessageLog::changes() of the last result
     };
 
@@ -122,6 +125,7 @@ private:
                                                  bool isOtherField = true);
 
     PipelineContext _context;
+    MotionStage _motion;
     EarStage _ears;
     CappedOutput _output;
     PointAssembler _assembler;
@@ -130,14 +134,14 @@ private:
     ContactStage _contacts;
     RestRefiner _refiner;
     PlayedFieldMonitor _monitor;
-    /// Those above, in the order in which they are asked: at rest contacts come first, and a field
-    /// is measured when nothing is left to refine.
-    const std::array<PipelineStage*, 5> _stages{&_hands, &_ears, &_contacts, &_refiner, &_monitor};
+    /// The stages above in the order of their calls: at rest contacts come first, and a field is
+    /// measured when nothing is left to refine.
+    const std::array<PipelineStage*, 6> _stages{
+        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_monitor};
     bool _isChanged = false;               // the options have changed since the last result
-    std::optional<base::Message> _invalid; // what is wrong with the options; none: nothing
+    std::optional<base::Message> _invalid; // problem of the options; none: valid
     Said _said;
-    Eigen::VectorXcf
-        _solved; // what the last result was made of, before caps; empty: something else
+    Eigen::VectorXcf _solved; // input of the last result, before caps; empty: other
     UpdateRate _updates;
 };
 

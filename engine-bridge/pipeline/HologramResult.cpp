@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 namespace midair::bridge
@@ -42,7 +43,7 @@ void count(const haptics::SolveReport& report, HologramCounters& counters)
 namespace
 {
 
-/// Returns true if \a planned is quieter than \a solved by more than rounding can make it.
+/// Returns true if \a planned is quieter than \a solved by more than rounding can explain.
 bool isLowered(const std::vector<Eigen::VectorXcf>& planned,
                const std::vector<Eigen::VectorXcf>& solved)
 {
@@ -53,7 +54,7 @@ bool isLowered(const std::vector<Eigen::VectorXcf>& planned,
     return lowered;
 }
 
-/// Returns true if they differ by no more than the device's tables of levels do.
+/// Returns true if they differ by at most the device's tables of levels.
 bool isSame(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
 {
     constexpr float kRounding = 1e-6F;
@@ -61,6 +62,24 @@ bool isSame(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
 }
 
 } // namespace
+
+void ratePlayed(HologramResult& result)
+{
+    // Below it a focus presses with less than 0.2 mN, which is not perceptible: contacts begin and
+    // end so faintly that an error relative to their target is meaningless there.
+    constexpr double kUnfelt_Pa = 1000.0;
+    haptics::SolveReport& report = result.sequence.report;
+    if (result.foci == 0) return haptics::rateLevel(result.points, result.achieved_Pa, report);
+    const int wholes = result.points.size() - result.foci;
+    double least_Pa = kUnfelt_Pa; // the pressures of whole objects are wanted, too
+    if (wholes > 0)
+        least_Pa = std::max<double>(least_Pa, result.achieved_Pa.head(wholes).maxCoeff());
+    std::vector<int> which(static_cast<std::size_t>(result.foci));
+    std::iota(which.begin(), which.end(), wholes);
+    haptics::ControlPoints own = haptics::pick(result.points, which);
+    own.absolute = true;
+    haptics::rateLevel(own, result.achieved_Pa.tail(result.foci), report, least_Pa);
+}
 
 bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
@@ -88,20 +107,20 @@ bool measurePlayed(const ArrayOutput& output,
                                achieved_Pa(std::vector<Eigen::VectorXcf>(sequence.fields)),
                                sequence.report);
         else if (sequence.report.capFactor < 1.0 || !planned.empty())
-            haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
+            ratePlayed(result);
         if (!planned.empty()) sequence.fields = std::move(planned);
         return false;
     }
-    // The report rates the field as planned: a device that is late or gone changes only what is
-    // achieved.
+    // The report rates the field as planned: a device that is late or gone changes only the
+    // achieved pressures.
     std::vector<Eigen::VectorXcf> played = output.played();
     const bool asPlanned = played == planned;
-    // What is felt of an evened cycle nobody has rated yet, nor what a cap of the pressure, or of
-    // the amplitude in the device, leaves of a field.
+    // Not rated yet: the felt field of an evened cycle, and a field lowered by a pressure cap or by
+    // the device's amplitude cap.
     if (sequence.evened || sequence.report.capFactor < 1.0 || isLowered(planned, sequence.fields))
     {
         result.achieved_Pa = achieved_Pa(std::move(planned));
-        haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
+        ratePlayed(result);
         if (asPlanned) return true;
     }
     result.achieved_Pa = achieved_Pa(std::move(played));

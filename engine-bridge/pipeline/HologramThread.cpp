@@ -12,8 +12,8 @@ namespace midair::bridge
 namespace
 {
 
-// A snapshot breaks off attend() only once it has run for this long. Work that is broken off starts
-// again, so with a steady stream of snapshots that move nothing it would never be done.
+// A snapshot interrupts attend() only after it has run for this long. Interrupted work starts
+// again, so with a steady stream of unmoved snapshots it would never finish.
 constexpr double kPatience_s = 0.5;
 
 } // namespace
@@ -60,7 +60,7 @@ void HologramThread::setPipeline(PipelineFactory makePipeline, StaleCheck isStal
 void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwise)
 {
     const double amplitude = options.maxAmplitude;
-    bool isStricter = true; // than those of a pipeline that is being made, as far as is known
+    bool isStricter = true; // stricter than those of a pipeline being made, as far as known
     {
         const base::Lock lock(_atWorkMutex);
         if (_atWork) isStricter = _atWork->isStricter(options);
@@ -105,7 +105,7 @@ ArrayState HologramThread::state() const
     return _opening ? ArrayState::OPENING : reading().state;
 }
 
-// The state of a device that is open is its own, also before there is a result.
+// An open device has its own state, even before the first result.
 ArrayReading HologramThread::reading() const
 {
     {
@@ -145,6 +145,12 @@ haptics::ExposureFigures HologramThread::exposure() const
     }
     const auto result = latestResult();
     return result ? result->exposure : haptics::ExposureFigures();
+}
+
+std::vector<SeenObject> HologramThread::seen() const
+{
+    const base::Lock lock(_atWorkMutex);
+    return _atWork ? _atWork->seen() : std::vector<SeenObject>();
 }
 
 std::vector<haptics::PlaceExposure> HologramThread::ears() const
@@ -212,7 +218,7 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
     if (_atWork) _atWork->device().follow(_lead);
 }
 
-// Called after the stop was requested, so that the pipeline doesn't send the field it works on.
+// Called after the stop was requested, so that the pipeline doesn't send its present field.
 void HologramThread::silenceNow()
 {
     const base::Lock lock(_atWorkMutex);
@@ -306,7 +312,7 @@ void HologramThread::publishClosed(haptics::StopReason stop,
     publish(result, {});
 }
 
-// Returns false if there is no new one, and then leaves \a maker.
+// Returns false, with \a maker unchanged, if there is no new one.
 bool HologramThread::takeMaker(Maker& maker)
 {
     const base::Lock lock(_mutex);
@@ -321,8 +327,8 @@ bool HologramThread::hasNewOptions() const
     return _wanted.options.has_value();
 }
 
-// Returns true if there are new options and no pipeline that could take them. Pipelines that \a
-// maker makes from now on have them, too: with the old ones a cap could come back that was lowered.
+// Returns true if there are new options and no pipeline to take them. Pipelines that \a maker makes
+// later have them, too: otherwise a cap that was lowered could come back.
 bool HologramThread::useNewOptions(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline)
 {
     bool isOutdated = false;
@@ -340,7 +346,7 @@ bool HologramThread::useNewOptions(Maker& maker, std::unique_ptr<HologramPipelin
     }
 }
 
-// Opening a device may take a while, and a cap that came meanwhile holds for the very first field.
+// Opening a device may take a while, and a cap set meanwhile applies to the very first field.
 void HologramThread::makePipeline(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline)
 {
     do
@@ -371,8 +377,8 @@ void HologramThread::makeOnce(const PipelineFactory& make,
     if (!pipeline) return;
     pipeline->setStop(_stop.token());
     setAtWork(pipeline.get());
-    // A stop that was requested for the old pipeline must not stop this one; a stop requested for a
-    // snapshot, pipeline or end that still waits stays.
+    // A stop requested for the old pipeline must not stop this one; a stop for a snapshot, pipeline
+    // or end that still waits stays.
     _slot.between(
         [this](bool isWaiting, bool isClosed)
         {

@@ -5,7 +5,7 @@
 namespace midair::bridge
 {
 
-// Array and air never change without it.
+// Array and air change only with the options.
 void EarStage::setOptions()
 {
     const HologramOptions& options = _context.options;

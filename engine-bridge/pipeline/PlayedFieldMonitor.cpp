@@ -74,7 +74,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     for (std::size_t k = 0; k < std::min(played.parts.size(), played.fields.size()); ++k)
     {
         if (played.parts[k].size() == 0) continue;
-        // No field of an evened cycle is for its own points, so there is nothing to certify.
+        // No field of an evened cycle belongs to its own points, so there is nothing to certify.
         if (field->points.size() > 0 || played.evened)
         {
             haptics::append(field->others, played.parts[k]);

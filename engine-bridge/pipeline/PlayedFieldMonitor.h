@@ -16,10 +16,10 @@ namespace midair::bridge
 class PlayedFieldMonitor final : public PipelineStage
 {
 public:
-    /// All must outlive it. \a refiner has the snapshot of what is played.
+    /// All arguments must outlive it. \a refiner has the snapshot of the playing field.
     PlayedFieldMonitor(PipelineContext& context, HandStage& hands, const RestRefiner& refiner);
 
-    /// Begins anew if the options change the monitor.
+    /// Starts again if the options change the monitor.
     void setOptions() override;
     void replace() override { _isSubmitted = false; }
     void settle(const HologramResult& result,
@@ -30,8 +30,8 @@ public:
     void report(HologramResult& result, bool isOtherField) override;
 
 private:
-    /// Passes \a played on if that wasn't done since replace() and the monitor is idle. \a objects
-    /// are those that \a played is for.
+    /// Passes \a played on unless that was done since replace() or the monitor is busy. \a objects
+    /// belong to \a played.
     void submit(const haptics::FieldSequence& played,
                 const std::vector<HapticObject>& objects,
                 const haptics::TransducerArray& array);
@@ -42,7 +42,7 @@ private:
     double _interval_s = 0.0;                        // of _monitor
     double _lambda = 0.0;                            // of _monitor
     std::unique_ptr<haptics::FieldMonitor> _monitor; // null: disabled
-    bool _isSubmitted = false;                       // the monitor was given the current field
+    bool _isSubmitted = false;                       // the monitor has the current field
     std::uint64_t _number = 0;                       // number of the last field submitted
     std::uint64_t _told = 0;                         // number of the last result taken
 };

@@ -21,11 +21,11 @@ namespace
 /// Least distance of given points from those of other objects; nearer ones count as the same.
 constexpr double kGivenSpacing_m = 1e-6;
 
-/// Largest relative change of the wavelength, as by 6 K of air, at which the spacing of objects
-/// that set none stays: other samples would cost a field from nothing.
+/// Largest relative change of the wavelength, as by 6 K of air, for which objects without their own
+/// spacing keep it: other samples would need a field from scratch.
 constexpr double kSameSpacing = 0.01;
 
-/// Largest distance that any of \a corners travels from pose \a a to pose \a b.
+/// Largest distance that any of \a corners moves from pose \a a to pose \a b.
 double travel(const Eigen::Matrix<double, 3, 8>& corners,
               const Eigen::Isometry3d& a,
               const Eigen::Isometry3d& b)
@@ -57,9 +57,9 @@ std::uint64_t outOfWorkspace(const haptics::SelectionReport& report)
     return static_cast<std::uint64_t>(report.tooClose + report.behind + report.outOfReach);
 }
 
-/// Objects this many times as wide as the array are probably in other units.
+/// Objects this many times as wide as the array probably use other units.
 constexpr double kWide = 10.0;
-/// Objects below this share of the array's width are never too large for it.
+/// Objects below this share of the array's width are never too large.
 constexpr double kNarrow = 0.25;
 
 Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
@@ -67,16 +67,18 @@ Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
     return places.rowwise().maxCoeff() - places.rowwise().minCoeff();
 }
 
-std::string fitting(double size_m)
+/// \a fitting_m: the largest size that fits; 0: none.
+std::string proposal(double fitting_m)
 {
-    return size_m > 0.0 ? fmt::format("size={:.3g} fits", size_m) : "";
+    return fitting_m > 0.0 ? fmt::format("size={:.3g} fits", haptics::proposedSize_m(fitting_m))
+                           : "";
 }
 
-/// The end of a message on a model \a width_m wide at \a metresPerUnit, of which \a fitting_m (0:
-/// none) is the largest size that fits: the unit that it is probably made in, after \a before, and
-/// a size, that of this unit if it fits. The unit is the longest of metres, centimetres and
-/// millimetres with which it is at most \a most_m wide, else the shortest with which it is at least
-/// \a least_m wide; none, if none is better than what it is.
+/// End of a message about a model \a width_m wide at \a metresPerUnit; \a fitting_m is the largest
+/// size that fits (0: none). Names the unit in which it was probably made, after \a before, and a
+/// size if it doesn't fit in that unit. The unit is the longest of metres, centimetres and
+/// millimetres with which the model is at most \a most_m wide, else the shortest with which it is
+/// at least \a least_m wide; none if none is better than the present one.
 std::string unitAndSize(const char* before,
                         double width_m,
                         double metresPerUnit,
@@ -90,15 +92,15 @@ std::string unitAndSize(const char* before,
         if (widthIn(one_m) >= least_m && (unit_m == 0.0 || widthIn(one_m) <= most_m))
             unit_m = one_m;
     if (unit_m == 0.0 || (unit_m < metresPerUnit) != (width_m > most_m))
-        return fitting_m > 0.0 ? "; " + fitting(fitting_m) : "";
-    const double size_m = std::min(widthIn(unit_m), fitting_m);
+        return fitting_m > 0.0 ? "; " + proposal(fitting_m) : "";
+    const bool fits = widthIn(unit_m) <= fitting_m; // and so do its neighbours in that file
     return fmt::format("{}should metresPerUnit be {:g} ({}), not {:g}?{}{}",
                        before,
                        unit_m,
                        unitName(unit_m),
                        metresPerUnit,
-                       fitting_m > 0.0 ? " " : "",
-                       fitting(size_m));
+                       fits || !(fitting_m > 0.0) ? "" : " ",
+                       fits ? "" : proposal(fitting_m));
 }
 
 } // namespace
@@ -142,7 +144,7 @@ bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
     {
         const HapticObject& now = snapshot.objects[i];
         const Placed& then = _placed[i];
-        // Written so that a pose that is not finite counts as moved.
+        // A pose that is not finite counts as moved.
         const bool still = now.id == then.id && now.meshId == then.meshId &&
                            now.properties == then.properties && now.clips == then.clips &&
                            now.share == then.share &&
@@ -158,7 +160,7 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     const Eigen::Vector3d low = vertices.rowwise().minCoeff();
     const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
     const double radius = 0.5 * (high - low).norm();
-    if (!std::isfinite(radius)) return true; // the sampler reports what is wrong with it
+    if (!std::isfinite(radius)) return true; // the sampler reports the error
     const Eigen::Vector3d middle = object.pose * (0.5 * (low + high)).eval();
     const double nearest = (_array.positions.colwise() - middle).colwise().norm().minCoeff();
     return nearest - radius <= _workspace.reach_m();
@@ -173,7 +175,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
             strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
     const bool absolute = strongest_Pa > 0.0;
 
-    _assembled = false; // stays so if a stop breaks this off
+    _assembled = false; // stays false if a stop interrupts this
     _placed.clear();
     _posed.clear();
     _candidates = 0;
@@ -193,7 +195,8 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.clips = object.clips;
         placed.share = object.share;
         placed.pose = object.pose;
-        if (!(object.share > 0.0)) continue; // it is felt where it is touched
+        tellUnused(object);
+        if (!(object.share > 0.0)) continue; // it is rendered where touched
         if (!usable(object)) continue;
         tellIfLarge(object, snapshot.metresPerUnit);
         tellIfSmall(snapshot, object);
@@ -205,7 +208,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
             placed.corners = boxCorners(object.mesh->vertices);
             continue;
         }
-        // Where some objects are in Pa, the others are relative to the strongest of those.
+        // If some objects are in Pa, the others are relative to the strongest of those.
         const double unit_Pa = absolute && !p.pressureInPa ? strongest_Pa : 1.0;
         add(object, static_cast<int>(i), object.share * unit_Pa, set, placed);
     }
@@ -228,7 +231,7 @@ void PointAssembler::add(
     placed.corners = cached.corners;
     if (!cached.error.empty())
     {
-        // Of what is too large this is no other cause.
+        // Not a separate problem of objects that are too large.
         if (_wholes.large.count(object.touchId()) == 0)
             tellOnce(
                 base::MessageCode::OBJECT_INVALID, object, cached.error + "; it can't be felt");
@@ -253,7 +256,7 @@ void PointAssembler::add(
     posed.object = index;
     posed.priority = p.priority;
     posed.target = p.pressure * unit_Pa;
-    // Points that were given are kept as near to each other as they are.
+    // Given points keep their distances.
     const bool given = p.sampling == haptics::Sampling::POINTS && !(p.spacing_m > 0.0);
     posed.spacing_m = given ? kGivenSpacing_m : spacing_m;
     posed.pose(samples, object.pose, firstIdentity(object.id, cached.sampling));
@@ -266,7 +269,7 @@ void PointAssembler::keepSide(const HapticObject& object, haptics::PosedObject& 
 {
     const Side side = object.properties.side;
     if (side == Side::BOTH) return;
-    constexpr double kTie = 0.01; // of the sound from both sides, below which neither prevails
+    constexpr double kTie = 0.01; // of the sound from both sides; below: neither prevails
     const double wanted = side == Side::FRONT ? 1.0 : -1.0;
     const Eigen::Index all = posed.positions.cols();
     int ties = 0;
@@ -276,8 +279,8 @@ void PointAssembler::keepSide(const HapticObject& object, haptics::PosedObject& 
         look.turn();
         // Lines and points have no normal, so they have both sides.
         if (posed.normals.col(i).isZero(0.0)) return true;
-        // Where the sound comes from: the sum of the directions to the transducers that face the
-        // point, weighted with 1/R^2 like power.
+        // Direction of the sound: the sum of the directions to the transducers that face the point,
+        // weighted with 1/R^2 like power.
         const Eigen::Matrix3Xd way = _array.positions.colwise() - posed.positions.col(i);
         const Eigen::ArrayXd facing =
             -(way.array() * _array.normals.array()).colwise().sum().transpose();
@@ -290,14 +293,15 @@ void PointAssembler::keepSide(const HapticObject& object, haptics::PosedObject& 
     };
     posed.keepIf(faces);
     if (ties > 0)
-        tellOnce(base::MessageCode::OBJECT_SIDE,
-                 object,
-                 fmt::format("side={}: {} of its {} points hear as much from the front as from the "
-                             "back, so that it is chance which of them are felt; turn or move it, "
-                             "or use side=both",
-                             side == Side::FRONT ? "front" : "back",
-                             ties,
-                             all));
+        tellOnce(
+            base::MessageCode::OBJECT_SIDE,
+            object,
+            fmt::format(
+                "side={}: {} of its {} points get as much sound from the front as from the back, "
+                "so it is random which of them are felt; turn or move it, or use side=both",
+                side == Side::FRONT ? "front" : "back",
+                ties,
+                all));
 }
 
 void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
@@ -332,7 +336,7 @@ void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
     out.skipped.conservativeResize(3, n);
 }
 
-// What a PointAssembler tells of objects that aren't felt as they are meant to be.
+// Messages of a PointAssembler about objects that aren't rendered as intended.
 
 bool PointAssembler::usable(const HapticObject& object)
 {
@@ -349,6 +353,23 @@ bool PointAssembler::usable(const HapticObject& object)
     if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
         return refuse(fmt::format("spacing is {:g} m, should be at least 0", p.spacing_m));
     return true;
+}
+
+// Reports properties that have no effect in the object's render mode.
+void PointAssembler::tellUnused(const HapticObject& object)
+{
+    const HapticProperties& p = object.properties;
+    const Render render = p.render == Render::INHERIT ? _options.render : p.render;
+    if (render == Render::OBJECT && !(p.material == HapticMaterial()))
+        tellOnce(base::MessageCode::PROPERTY_INVALID,
+                 object,
+                 "its material, stiffness or contactForce has no effect, because it is played as a "
+                 "whole; set render to contact or auto");
+    if (render == Render::CONTACT && (p.pressureInPa || p.pressure != 1.0))
+        tellOnce(base::MessageCode::PROPERTY_INVALID,
+                 object,
+                 "its pressure has no effect, because it is played only where hands touch it; "
+                 "contactForce and stiffness set the strength");
 }
 
 void PointAssembler::tellOnce(base::MessageCode code,
@@ -381,7 +402,7 @@ double PointAssembler::fittingSize_m(const HapticObject& object, double width_m,
                                   _selector.maxPoints);
 }
 
-// What is one focus alone has all of the sound: in metres what was meant in others, it may hurt.
+// An object that is a single focus gets all of the sound: with wrong units, it may hurt.
 void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObject& object)
 {
     const double limit_m = 0.5 * _options.wavelength_m;
@@ -389,7 +410,7 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
     if (object.properties.sampling == haptics::Sampling::POINTS ||
         !haptics::isOneFocus(mesh, _options.wavelength_m))
         return;
-    // Small parts of a whole that isn't are as they should be.
+    // Small parts of a larger whole are normal.
     Eigen::Matrix<double, 3, 8> corners = object.pose * boxCorners(mesh.vertices);
     Eigen::AlignedBox3d box;
     for (const HapticObject& part : snapshot.objects)
@@ -417,8 +438,7 @@ void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObje
             object.path,
             fmt::format(
                 "is {:.3g} m wide, under half a wavelength ({:.2g} m): "
-                "it is one focus, and no louder than one point of "
-                "something larger{}",
+                "it is one focus, and no louder than one point of something larger{}",
                 width_m,
                 limit_m,
                 unitAndSize("; ", width_m, snapshot.metresPerUnit, limit_m, size_m, size_m)),
@@ -443,7 +463,7 @@ void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPo
     haptics::holdToShare(small, whole, _options.loudness, _array, _options.medium, points);
 }
 
-// Models in millimetres or centimetres are common; what is far wider than the array is probably
+// Models in millimetres or centimetres are common; an object far wider than the array is probably
 // one.
 void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUnit)
 {
@@ -472,7 +492,7 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
                               object.origin));
 }
 
-// What is so large that its faces are out of reach on all sides.
+// True if the object is so large that its faces are out of reach on all sides.
 bool PointAssembler::isAround(const HapticObject& object) const
 {
     const Eigen::Matrix<double, 3, 8> corners = object.pose * boxCorners(object.mesh->vertices);
@@ -484,11 +504,11 @@ bool PointAssembler::isAround(const HapticObject& object) const
 void PointAssembler::tellLarge(const HapticObject& object)
 {
     const double width_m = widths(object.mesh->vertices).maxCoeff();
-    if (width_m > kWide * widths(_array.positions).maxCoeff()) return; // told already
+    if (width_m > kWide * widths(_array.positions).maxCoeff()) return; // reported already
     const base::Topic topic{base::MessageCode::OBJECT_LARGE, object.touchId()};
     if (!_messages.note(topic)) return;
     const haptics::ArrayFront front(_array.positions, _array.normals);
-    const std::string fits = fitting(fittingSize_m(object, width_m));
+    const std::string fits = proposal(fittingSize_m(object, width_m));
     _messages.say(topic,
                   base::about(topic.code,
                               object.path,
@@ -499,6 +519,21 @@ void PointAssembler::tellLarge(const HapticObject& object)
                                           fits.empty() ? "" : "; ",
                                           fits),
                               object.origin));
+}
+
+// The end of a message on an object that is elsewhere; empty if there was room for it.
+std::string PointAssembler::alsoLarge(const HapticObject& object) const
+{
+    const double width_m = widths(object.mesh->vertices).maxCoeff();
+    const haptics::ArrayFront front(_array.positions, _array.normals);
+    const Eigen::Vector3d extent_m = widths(object.pose * boxCorners(object.mesh->vertices));
+    if (haptics::hasRoom(extent_m, _workspace, front)) return {};
+    const std::string fits = proposal(fittingSize_m(object, width_m));
+    return fmt::format("; it is {:.3g} m wide, too, and the workspace {:.2g} m{}{}",
+                       width_m,
+                       haptics::roomInside_m(_workspace, front),
+                       fits.empty() ? "" : ": ",
+                       fits);
 }
 
 // An object is felt if one of its parts is; a part that moves by itself comes and goes.
@@ -521,7 +556,7 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
         const HapticObject& object = snapshot.objects[i];
-        // Of one that fits but for empty corners of its box all is felt.
+        // An object that fits except for empty corners of its box is felt completely.
         if (!isWhole[i] && _wholes.large.count(object.touchId()) > 0) tellLarge(object);
     }
     if (report.overBudget > 0 && !isOfLarge)
@@ -533,7 +568,7 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
     tellUnfelt(snapshot, report);
 }
 
-// Of all objects of which no point is felt the first is named.
+// Names the first of the objects without any felt point.
 void PointAssembler::tellUnfelt(const SceneSnapshot& snapshot,
                                 const haptics::SelectionReport& report)
 {
@@ -581,10 +616,10 @@ void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const Assemb
     {
         const HapticObject& object = snapshot.objects[i];
         const std::uint64_t whole = object.touchId();
-        // One that has had a part out of reach may have it there again.
+        // An object that had a part out of reach may have it there again.
         _messages.keepNoted({code, whole, kPart});
         if (!out.objects[i].isUnreachable) continue;
-        if (_wholes.large.count(whole) > 0) // that is why
+        if (_wholes.large.count(whole) > 0) // this is the reason
         {
             tellLarge(object);
             continue;
@@ -596,13 +631,15 @@ void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const Assemb
         told.topics.push_back(topic);
         if (!told.first) told.first = &object;
     }
-    const auto say = [&](const Told& told, const char* what)
+    const auto say = [&](const Told& told, const std::string& what)
     {
         if (told.first)
             _messages.sayOfAll(told.topics,
                                base::about(code, told.first->path, what, told.first->origin));
     };
-    say(wholes, "is out of the array's reach; it can't be felt there");
+    say(wholes,
+        "is out of the array's reach; it can't be felt there" +
+            (wholes.first ? alsoLarge(*wholes.first) : ""));
     say(parts, "a part of it that moves is out of the array's reach; it can't be felt there");
 }
 

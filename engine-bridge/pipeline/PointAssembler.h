@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,26 +21,28 @@
 namespace midair::bridge
 {
 
-/// The objects, hands and props of one frame, handed to the hologram thread; immutable once
-/// submitted.
+/// Objects, hands and props of one frame for the hologram thread; immutable once submitted.
 struct SceneSnapshot
 {
     std::uint64_t frame = 0; ///< frame number; copied into HologramResult::frame
-    double time_s = 0.0;     ///< steady clock, when it was collected
+    double time_s = 0.0;     ///< steady clock; when it was collected
     /// of the frame; copied into HologramResult::simulationTime_s
     double simulationTime_s = 0.0;
+    std::optional<double> lightAfter_s; ///< s after time_s when its light is seen; none: unknown
+    /// extrapolate moving objects to where they are seen when the sound arrives, if that is known
+    bool carriesOn = false;
     /// affine, from the scene's world, in its units, to the array; copied into the result
     Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
     std::vector<HapticObject> objects;
     HandsAndObstacles around;
     HandFrame hands;          ///< array frame; for contacts
-    double handsLate_s = 0.0; ///< from the time of these places to the sound; 0: they are predicted
-    /// 3 x k, m, array frame: the ears of a head that is known to be there
+    double handsLate_s = 0.0; ///< from these positions to the sound; 0: they are predicted
+    /// 3 x k, m, array frame: ears of a tracked head
     Eigen::Matrix3Xd ears = Eigen::Matrix3Xd(3, 0);
     double metresPerUnit = 1.0; ///< of the scene, for messages; the objects are in metres
 };
 
-/// What became of the samples of one object of a snapshot.
+/// Counts for the samples of one snapshot object.
 struct ObjectPoints
 {
     haptics::LeftOutPoints leftOut;
@@ -47,37 +50,38 @@ struct ObjectPoints
     bool isUnreachable = false; ///< the whole object is out of the array's reach
 };
 
-/// The control points of one snapshot, and what was left out.
+/// Control points of one snapshot, and the omissions.
 struct AssembledPoints
 {
     haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
     Eigen::Matrix3Xd skipped;      ///< array frame; samples left out (workspace, spacing, budget)
-    std::uint64_t outOfWorkspace = 0;  ///< points, plus objects wholly out of reach
+    std::uint64_t outOfWorkspace = 0;  ///< points, plus objects completely out of reach
     std::uint64_t overBudget = 0;      ///< points beyond maxPoints
     std::uint64_t crowded = 0;         ///< points too near another one
     std::uint64_t unpainted = 0;       ///< points of intensity 0
     std::vector<ObjectPoints> objects; ///< of the snapshot's objects, in their order
 };
 
-/// Turns a snapshot's objects into control points, and detects later movements of them.
+/// Converts a snapshot's objects to control points, and detects their later motion.
 class PointAssembler
 {
 public:
     /// Options of a PointAssembler.
     struct Options
     {
-        double wavelength_m = 8.5e-3;   ///< > 0; also the spacing of objects that set none
+        double wavelength_m = 8.5e-3;   ///< > 0; also the spacing of objects that don't set one
         double motionTolerance_m = 0.0; ///< >= 0; objects that moved no farther count as unmoved
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
         int sets = 1;                   ///< 1 .. 1024; number of shifted sets of points per surface
         double loudness = 1.0;          ///< >= 0; up to 1 that of objects that are one focus
-        haptics::Medium medium;         ///< in which such a focus reaches its loudness
+        haptics::Medium medium;         ///< for the loudness of such a focus
+        Render render = Render::OBJECT; ///< meaning of INHERIT, for messages
 
         bool operator==(const Options& b) const
         {
             return wavelength_m == b.wavelength_m && motionTolerance_m == b.motionTolerance_m &&
                    maxPoints == b.maxPoints && sets == b.sets && loudness == b.loudness &&
-                   medium == b.medium;
+                   medium == b.medium && render == b.render;
         }
     };
 
@@ -86,26 +90,26 @@ public:
                    const Options& options,
                    base::MessageLog& messages);
 
-    /// Replaces the options; samples that fit them are kept, also where the wavelength has changed
-    /// by less than a hundredth. The next unmoved() returns false.
+    /// Replaces the options; samples that still fit are kept, also if the wavelength changed by
+    /// less than a hundredth. The next unmoved() returns false.
     void setOptions(const haptics::TransducerArray& array, const Options& options);
 
     /// Once \a stop is requested, assemble() throws base::Stopped.
     void setStop(const base::StopToken& stop);
 
-    /// Returns true if \a snapshot has the objects of the last assemble(), none of which moved by
-    /// more than the tolerance.
+    /// Returns true if \a snapshot has the objects of the last assemble(), none moved beyond the
+    /// tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
     /// Samples each mesh once, poses the samples and selects control points. Objects that can't be
-    /// felt are left out with a message. \a set, 0 .. sets - 1, is the set of points to take from
-    /// each surface; objects sampled at their vertices have one set only.
+    /// rendered are left out with a message. \a set, 0 .. sets - 1, is the set of points taken from
+    /// each surface; objects sampled at their vertices have only one set.
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
 
-    /// True if an object of the last assemble() is one focus, and held to its share.
+    /// True if an object of the last assemble() is a single focus, limited to its share.
     bool hasSmall() const { return !_oneFocus.now.empty(); }
 
-    /// The places that the array reaches.
+    /// Places that the array reaches.
     const haptics::Workspace& workspace() const { return _workspace; }
 
     /// Counts since the start, see HologramCounters.
@@ -113,7 +117,7 @@ public:
     std::uint64_t followed() const { return _samples.followed(); }
 
 private:
-    /// An object as it was when last assembled.
+    /// State of an object when last assembled.
     struct Placed
     {
         std::uint64_t id = 0;
@@ -125,13 +129,14 @@ private:
         Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
     };
 
-    /// What is known of wholes, by touchId(), in the snapshot that is assembled.
+    /// State of whole objects, by touchId(), in the present snapshot.
     struct Wholes
     {
         std::set<std::uint64_t> large; ///< larger than the workspace
         std::set<std::uint64_t> felt;  ///< with a control point
     };
-    /// The points that objects, by their ids, which are one focus would have at the size that fits.
+    /// For objects that are one focus, by id: the number of points they would have at a size that
+    /// fits.
     struct OneFocus
     {
         std::map<std::uint64_t, int> now;
@@ -139,6 +144,7 @@ private:
     };
 
     bool usable(const HapticObject& object);
+    void tellUnused(const HapticObject& object);
     void tellOnce(base::MessageCode code, const HapticObject& object, const std::string& what);
     void tellIfLarge(const HapticObject& object, double metresPerUnit);
     double fittingSize_m(const HapticObject& object, double width_m, bool mayGrow = false) const;
@@ -148,6 +154,7 @@ private:
     void tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out);
     bool isAround(const HapticObject& object) const;
     void tellLarge(const HapticObject& object);
+    std::string alsoLarge(const HapticObject& object) const;
     void tellLeftOut(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     void tellUnfelt(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     bool withinReach(const HapticObject& object) const;
@@ -156,7 +163,7 @@ private:
     void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 
     Options _options;
-    double _spacing_m; ///< of objects that set none, about a wavelength
+    double _spacing_m; ///< for objects without their own spacing, about a wavelength
     haptics::SelectorOptions _selector;
     haptics::Workspace _workspace;
     haptics::TransducerArray _array;

@@ -115,7 +115,7 @@ std::optional<haptics::FieldSequence> RestRefiner::step()
     }
     catch (const base::Stopped&)
     {
-        throw; // not an error: what is missing stays so, so that the step can be done again
+        throw; // not an error: it stays missing, so that the step can be repeated
     }
     catch (...)
     {
@@ -146,7 +146,7 @@ std::optional<haptics::FieldSequence> RestRefiner::makeOutline()
     return made;
 }
 
-// Joins all sets as they are, which can be played at once; they are evened out after that.
+// Joins all sets unchanged, which can be played at once; they are evened out later.
 haptics::FieldSequence RestRefiner::joinSets()
 {
     std::vector<haptics::FieldSequence> sets(_sets.size());
@@ -178,7 +178,7 @@ void RestRefiner::beginToEven()
     _evened.begin(_joined, *places, _hands.shadowed(played), _context.options.medium);
 }
 
-// Makes one set of the cycle that is missing; returns false if none is.
+// Computes one missing set of the cycle; returns false if none is missing.
 bool RestRefiner::makeNextSet()
 {
     const auto missing =
@@ -224,9 +224,9 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
 }
 
-// The outlines of all objects of the scene, array frame; none if a part of one can't be reached or
-// is clipped, since points, which are played instead, can be left out one by one, or if there are
-// single points beside them.
+// The outlines of all objects, array frame; none if a part of one is out of reach or clipped,
+// because points, which are played instead, can be left out one by one, or if there are also single
+// points.
 std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints& played) const
 {
     std::vector<haptics::Outline> all;

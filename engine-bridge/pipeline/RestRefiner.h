@@ -13,47 +13,46 @@
 namespace midair::bridge
 {
 
-/// Improves the field of a scene at rest: solves outlines as one smooth field, or solves for the
-/// other sets of points of a cycle, joins all of them and evens them out. It works in steps, so
-/// that a new snapshot waits for one step at most; those of the evening out take a millisecond or
-/// so.
+/// Improves the field of a scene at rest: solves outlines as one smooth field, or solves the other
+/// sets of points of a cycle, joins them and evens them out. It works in steps, so that a new
+/// snapshot waits for at most one step; those of evening out take about a millisecond.
 class RestRefiner final : public PipelineStage
 {
 public:
-    /// All must outlive it. \a hands has the hands of the current snapshot.
+    /// All arguments must outlive it. \a hands has the hands of the current snapshot.
     RestRefiner(PipelineContext& context,
                 PointAssembler& assembler,
                 haptics::SequenceComposer& composer,
                 HandStage& hands);
 
-    /// Drops all work, and begins with the first set of points again.
+    /// Drops all work, and starts again with the first set of points.
     void setOptions() override;
     bool mayPlayOn() const override { return !hasWork(); }
     void settle(const HologramResult& result,
                 const SceneSnapshot& snapshot,
                 const haptics::TransducerArray& array) override;
-    /// Makes the next step. If a field can't be made, the reason is a message and what is played
-    /// stays. Throws base::Stopped if a stop was requested; the step is then to be done again.
+    /// Performs the next step. A field that can't be computed is reported, and the playing one
+    /// stays. Throws base::Stopped if a stop was requested; the step then has to be repeated.
     RestStep attend(bool isPlaying) override;
     std::optional<double> rest_s(bool isPlaying) const override;
-    /// Drops the work that is left.
+    /// Drops the remaining work.
     void end() override { _isCurrent = false; }
 
-    /// The set of points for the next update, 0 .. cycle - 1, each in turn. Calls end().
+    /// Set of points for the next update, 0 .. cycle - 1, in turn. Calls end().
     int nextSet();
-    /// To be called when \a made, composed for set \a set of \a snapshot, is going to be played.
+    /// To be called before \a made, composed for set \a set of \a snapshot, is played.
     void begin(const SceneSnapshot& snapshot, int set, const haptics::FieldSequence& made);
 
-    /// The snapshot that begin() was given last, if there is a monitor or something was left to do.
+    /// Snapshot of the last begin(), if there is a monitor or work was left.
     const SceneSnapshot& snapshot() const { return _snapshot; }
 
 private:
-    /// What of the field that is played is still to be made.
+    /// Missing parts of the playing field.
     struct Missing
     {
         bool sets = false;
         bool outline = false;
-        bool places = false; ///< the cycle that is played is to be evened out
+        bool places = false; ///< the playing cycle still has to be evened out
     };
 
     bool hasWork() const;
@@ -71,11 +70,11 @@ private:
     HandStage& _hands;
 
     SceneSnapshot _snapshot;
-    bool _isCurrent = false; // _snapshot and what follows belong to what is played
+    bool _isCurrent = false; // _snapshot and the following belong to the playing field
     Missing _missing;
     std::vector<haptics::FieldSequence> _sets; // one per set; isEmpty(): not made yet
     int _next = 0;                             // the set for the next update
-    haptics::FieldSequence _joined;            // the cycle that is to be evened out
+    haptics::FieldSequence _joined;            // the cycle to be evened out
     FeltSurface _surface;
     haptics::EvenedCycle _evened;
 };

@@ -25,7 +25,7 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
 namespace
 {
 
-/// True if an edge of a sampled triangle has changed its length by more than the factor \a limit.
+/// True if an edge of a sampled triangle changed its length by more than the factor \a limit.
 bool stretched(const haptics::SurfaceSamples& samples,
                const haptics::TriangleMesh& before,
                const haptics::TriangleMesh& now,
@@ -38,7 +38,7 @@ bool stretched(const haptics::SurfaceSamples& samples,
             const int b = before.triangles((k + 1) % 3, t);
             const double was = (before.vertices.col(b) - before.vertices.col(a)).squaredNorm();
             const double is = (now.vertices.col(b) - now.vertices.col(a)).squaredNorm();
-            // Written so that NaN counts as stretched.
+            // NaN counts as stretched.
             if (!(is <= limit * limit * was && was <= limit * limit * is)) return true;
         }
     return false;
@@ -59,7 +59,7 @@ void mix(std::uint64_t& hash, const Matrix& matrix)
     }
 }
 
-/// A hash of what is sampled of \a mesh, never 0.
+/// Hash of the sampled data of \a mesh, never 0.
 std::uint64_t contentOf(const haptics::TriangleMesh& mesh)
 {
     std::uint64_t hash = 1;
@@ -69,7 +69,7 @@ std::uint64_t contentOf(const haptics::TriangleMesh& mesh)
     return std::max<std::uint64_t>(hash, 1);
 }
 
-// Bit by bit: of numbers that aren't any, too.
+// Bit by bit, so that NaN works, too.
 template<class Matrix>
 bool isSameMatrix(const Matrix& a, const Matrix& b)
 {
@@ -95,7 +95,7 @@ haptics::ControlPoints ownPoints(const haptics::ControlPoints& points, std::size
     return haptics::pick(points, own);
 }
 
-/// Those of \a places (mesh frame) that no plane clips, in the array frame.
+/// Returns the \a places (mesh frame) that no plane clips, in the array frame.
 Eigen::Matrix3Xd unclipped(const HapticObject& object, const Eigen::Matrix3Xd& places)
 {
     Eigen::Matrix3Xd all = object.pose * places;
@@ -177,8 +177,8 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     }
 }
 
-// Drops entries that this snapshot doesn't use if the samples exceed the limit; false if they still
-// do.
+// Drops entries that this snapshot doesn't use if the samples exceed the limit; returns false if
+// they still do.
 bool SampleCache::makeRoom(const Entry& entry)
 {
     const auto samplesOf = [](const Entry& one)
@@ -186,7 +186,7 @@ bool SampleCache::makeRoom(const Entry& entry)
         Eigen::Index count = 0;
         for (const haptics::SurfaceSamples& set : one.cached->sets)
             count += set.size();
-        // Those who share them count their part.
+        // Entries that share samples count a part each.
         return static_cast<double>(count) / static_cast<double>(one.cached.use_count());
     };
     const auto all = [&]

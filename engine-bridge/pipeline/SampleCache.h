@@ -19,23 +19,23 @@ namespace midair::bridge
 /// The corners of the bounding box of \a points; all zero for none.
 Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points);
 
-/// The samples of one mesh, which SampleCache keeps while the mesh is in use.
+/// Samples of one mesh; SampleCache keeps them while the mesh is in use.
 struct CachedSamples
 {
-    /// Sets of points, each spread over the whole mesh, in the gaps of those before it; vertices
-    /// have one set.
+    /// Sets of points, each spread over the whole mesh, in the gaps of earlier ones; vertices have
+    /// one set.
     std::vector<haptics::SurfaceSamples> sets;
-    /// Corners of the samples' bounding box, to tell how far a change of pose moves them.
+    /// Corners of the samples' bounding box, to measure how far a pose change moves them.
     Eigen::Matrix<double, 3, 8> corners;
-    /// Counts samplings; samples that follow moved vertices keep it.
+    /// Number of the sampling; samples that follow moved vertices keep it.
     std::uint64_t sampling = 0;
-    std::string error; ///< why the mesh can't be sampled (sets is empty then); else empty
+    std::string error; ///< why the mesh can't be sampled (sets is empty then)
 };
 
-/// Samples each mesh once per spacing and kind of sampling; meshes with the same content, as of
-/// surfaces that share a drawable, share their samples. If only the vertices have moved
-/// (morphing, skinning, scaling), the samples follow by their barycentric coordinates; the mesh is
-/// sampled again once an edge of a sampled triangle has become kStretched times longer or shorter.
+/// Samples each mesh once per spacing and kind of sampling; meshes with equal content, such as
+/// surfaces that share a drawable, share their samples. If only vertices moved (morphing, skinning,
+/// scaling), the samples follow by their barycentric coordinates; the mesh is sampled again once an
+/// edge of a sampled triangle is kStretched times longer or shorter.
 class SampleCache
 {
 public:
@@ -46,16 +46,16 @@ public:
     /// Once \a stop is requested, get() throws base::Stopped if it has to sample.
     void setStop(const base::StopToken& stop) { _stop = stop; }
 
-    /// Drops meshes that get() was not asked for in kKeptSnapshots snapshots, and shapes of a
-    /// deformed mesh that it was not asked for in kKeptShapes.
+    /// Drops meshes that weren't requested for kKeptSnapshots snapshots, and shapes of a deformed
+    /// mesh not requested for kKeptShapes.
     void endSnapshot();
 
     std::uint64_t sampled() const { return _sampled; }
     std::uint64_t followed() const { return _followed; }
 
-    static constexpr int kKeptSnapshots = 10000; ///< minutes: objects that are shown in turn
-    static constexpr int kKeptShapes = 2;        ///< each frame of a deformed mesh is another shape
-    /// With more entries, those that the current snapshot doesn't use are dropped at once.
+    static constexpr int kKeptSnapshots = 10000; ///< minutes: for objects that are shown in turn
+    static constexpr int kKeptShapes = 2;        ///< each frame of a deformed mesh is a new shape
+    /// With more entries, those unused by the current snapshot are dropped at once.
     static constexpr std::size_t kMostEntries = 64;
     static constexpr double kStretched = 1.25;
 
@@ -69,7 +69,7 @@ private:
         int sets = 1;
         haptics::Sampling sampling = haptics::Sampling::SURFACE;
         std::shared_ptr<CachedSamples> cached; ///< entries of equal meshes share it
-        std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< the mesh that was sampled
+        std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< the sampled mesh
         std::uint64_t content =
             0;                ///< hash of that mesh; 0: that of an older shape, which it follows
         bool isShape = false; ///< a newer entry has the same triangles
@@ -98,9 +98,9 @@ public:
     /// Once \a stop is requested, places() throws base::Stopped.
     void setStop(const base::StopToken& stop);
 
-    /// Returns the places of \a objects near \a points, the control points that are played, with
-    /// the targets of the nearest: at the first of haptics::kPlaceSpacings that gives at most
-    /// haptics::kMostPlaces; nothing if none does.
+    /// Returns the places of \a objects near \a points, the played control points, with the targets
+    /// of the nearest: at the first of haptics::kPlaceSpacings that gives at most
+    /// haptics::kMostPlaces; none if none does.
     std::optional<haptics::ControlPoints> places(const std::vector<HapticObject>& objects,
                                                  const haptics::ControlPoints& points);
 

@@ -17,8 +17,8 @@ using base::MessageCode;
 
 struct PipelineMaker::Loaded
 {
-    haptics::ArrayFileWatch watch{""}; ///< for the hologram thread alone
-    std::uint64_t rereads = 0;         ///< likewise: how often it has changed and was right then
+    haptics::ArrayFileWatch watch{""}; ///< used by the hologram thread only
+    std::uint64_t rereads = 0;         ///< likewise; how often the file changed and was valid
     mutable base::Mutex mutex;
     std::shared_ptr<const haptics::TransducerArray> array MIDAIR_GUARDED_BY(mutex);
 };
@@ -26,7 +26,7 @@ struct PipelineMaker::Loaded
 namespace
 {
 
-/// What is told when the array's file has changed.
+/// Message for a changed array file.
 std::string readAgain(const haptics::TransducerArray& array)
 {
     return "array \"" + array.name + "\" has changed and was read again: " +
@@ -49,7 +49,7 @@ arrayOn(const PlayedOn& on, const std::string& dead, const std::string& weak)
     }
     catch (const std::exception& error)
     {
-        // Of one code there is one message: the grants' own stays.
+        // There is one message per code: the grants' own message stays.
         throw base::CodedError(on.isRefused ? MessageCode::ARRAY_REFUSED
                                             : MessageCode::ARRAY_INVALID,
                                std::string(error.what()) + "; nothing is played");
@@ -75,7 +75,7 @@ HologramThread::PipelineFactory PipelineMaker::factory(const HologramOptions& gi
             loaded = _loaded,
             begun = _begun]() mutable
     {
-        // Also after it could not be read; a setting may ask for a new pipeline, too.
+        // Also after a failed read; a setting may ask for a new pipeline as well.
         const bool isAnother = loaded->watch.wasChanged();
         if (!on.array.empty()) loaded->watch = haptics::ArrayFileWatch(on.array);
         options.array = arrayOn(on, dead, weak);
@@ -88,7 +88,7 @@ HologramThread::PipelineFactory PipelineMaker::factory(const HologramOptions& gi
             }
             loaded->array = std::make_shared<haptics::TransducerArray>(options.array);
         }
-        // Another pipeline of this scene on the same device: its recording isn't begun anew.
+        // Another pipeline of this scene on the same device continues its recording.
         if (*begun) options.deviceUri = device::continuedRecordings(options.deviceUri);
         auto pipeline = std::make_unique<HologramPipeline>(options);
         *begun = true;

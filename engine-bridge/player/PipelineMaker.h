@@ -11,17 +11,17 @@
 namespace midair::bridge
 {
 
-/// What a scene is played on.
+/// Array and device of a scene.
 struct PlayedOn
 {
-    /// name or path of the array; its file is watched, and read again when it has changed. Empty:
-    /// the array is described
+    /// name or path of the array; its file is watched, and read again after a change. Empty: \a
+    /// described
     std::string array;
-    /// what describes an array of the program's own, which is compared alone; null: none
+    /// identity of an array that the program made, used only for comparison; null: none
     std::shared_ptr<const void> described;
     /// makes that array; throws base::InputError
     std::function<haptics::TransducerArray()> make;
-    bool isRefused = false; ///< the array, by the user's grants, which have said so
+    bool isRefused = false; ///< the user's grants refuse the array, and have reported it
     std::string device;     ///< URI
 
     bool operator==(const PlayedOn& other) const
@@ -30,27 +30,26 @@ struct PlayedOn
     }
 };
 
-/// Reads that array, with the transducers that the settings call \a dead and \a weak. Throws
+/// Reads that array and marks the transducers of the settings \a dead and \a weak. Throws
 /// base::CodedError.
 haptics::TransducerArray
 arrayOn(const PlayedOn& on, const std::string& dead, const std::string& weak);
 
-/// Makes the pipelines of one scene in its hologram thread, so that no frame waits for a file:
-/// reads the array, watches its file, and goes on with recordings that it has begun.
+/// Makes the pipelines of one scene in its hologram thread, so that no frame waits for a file.
+/// Reads the array, watches its file, and continues recordings that it has begun.
 class PipelineMaker
 {
 public:
-    /// The pipelines made from now on are for \a on, with the transducers that the settings call
-    /// \a dead and \a weak.
+    /// Later pipelines use \a on, with the transducers of the settings \a dead and \a weak.
     void begin(const PlayedOn& on, const std::string& dead, const std::string& weak);
 
-    /// Makes a pipeline with \a options but for its array and device. It throws base::CodedError
-    /// if the array can't be had.
+    /// Returns a factory for pipelines with \a options, except for their array and device. The
+    /// factory throws base::CodedError if the array can't be read.
     HologramThread::PipelineFactory factory(const HologramOptions& options) const;
-    /// Whether the array's file has changed. For the hologram thread.
+    /// Returns a check whether the array's file has changed; to be called in the hologram thread.
     HologramThread::StaleCheck staleCheck() const;
 
-    /// The array as the newest pipeline has it; null: none was made yet. Any thread.
+    /// Array of the newest pipeline; null: none was made yet. Any thread.
     std::shared_ptr<const haptics::TransducerArray> array() const;
 
 private:
@@ -61,7 +60,7 @@ private:
     std::string _dead;
     std::string _weak;
     std::shared_ptr<Loaded> _loaded;
-    std::shared_ptr<std::atomic<bool>> _begun; ///< there was a pipeline on the device
+    std::shared_ptr<std::atomic<bool>> _begun; ///< a pipeline was opened on the device
 };
 
 } // namespace midair::bridge

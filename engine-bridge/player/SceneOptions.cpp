@@ -28,7 +28,7 @@ ContactRendererOptions contactsOf(const SceneSettings& settings)
     return contacts;
 }
 
-/// Replaces those numbers of \a material that \a settings have of their own: those that aren't 0.
+/// Overrides the numbers of \a material with those that are not 0 in \a settings.
 void replaceNumbers(HapticMaterial& material, const ObjectSettings& settings)
 {
     const auto replace = [](double own, double& value)

@@ -13,29 +13,29 @@
 namespace midair::bridge
 {
 
-/// What Render::INHERIT stands for in a scene whose setting is \a render.
+/// Returns the meaning of Render::INHERIT in a scene whose setting is \a render.
 Render renderOf(SceneSettings::Render render);
 
-/// The kit's materials and the user's; read once, when the first object names one.
+/// Returns the kit's and the user's materials; they are read once, when an object first names one.
 const MaterialLibrary& materials();
 
-/// What an object is made of: its material with the numbers that it has of its own.
+/// An object's material with the object's own numbers.
 struct ObjectMaterial
 {
     HapticMaterial material;
-    std::string problem;    ///< why it isn't felt where it is touched; empty: it is
-    bool isUnknown = false; ///< that is since its name is
+    std::string problem;    ///< why it isn't felt where touched; empty if it is
+    bool isUnknown = false; ///< the reason is an unknown name
 };
 ObjectMaterial materialOf(const ObjectSettings& settings);
 
-/// The part of \a settings that goes to the pipeline with each object, felt as \a material.
+/// Returns the part of \a settings that the pipeline gets with each object, with \a material.
 HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMaterial& material);
 
-/// \a settings with what \a limits restrict beyond them.
+/// Returns \a settings tightened by \a limits.
 SceneSettings restricted(SceneSettings settings, const device::UserCaps& limits);
 
-/// The pipeline's options for \a settings, without array, device and owner. \a temperature_C: of
-/// the air. Listening places that can't be read are left out.
+/// Returns the pipeline's options for \a settings, without array, device and owner. \a
+/// temperature_C: of the air. Listening places that can't be parsed are left out.
 HologramOptions optionsOf(const SceneSettings& settings, double temperature_C);
 
 } // namespace midair::bridge

@@ -20,12 +20,14 @@ using base::MessageCode;
 namespace
 {
 
-/// Time before a field that the device refused is tried again.
+/// Pause before a field that the device refused is tried again.
 constexpr double kRetry_s = 0.5;
-/// A solver that takes longer for one field, while the scene moves on, is told.
+/// A solver that takes longer for one field, while the scene moves on, is reported.
 constexpr double kSlowSolve_s = 1.0;
-/// A solver that hasn't been slow for this long is told again when it is.
+/// A solver that hasn't been slow for this long is reported again the next time.
 constexpr double kSlowOver_s = 5.0;
+/// A field that can't be felt for as long is told.
+constexpr double kFaint_s = 3.0;
 
 PredictionMethod methodOf(SceneSettings::Prediction prediction)
 {
@@ -47,6 +49,9 @@ void addFigures(const HologramResult& result, SceneStatistics& all)
     if (result.monitored && result.monitored->certificate.points > 0)
         all.certifiedGap = result.monitored->certificate.gapOfPhases();
     all.figures = haptics::figuresOf(result.report());
+    all.fingertipForce_N = result.fingertip.force_N;
+    all.feeling = result.fingertip.feeling();
+    all.figures.emplace_back("fingertipForce_N", all.fingertipForce_N);
     all.updatesPerSecond = result.updatesPerSecond;
     all.latency_ms = result.latency_ms;
     all.stop = haptics::stopReasonName(result.report().stop);
@@ -57,9 +62,12 @@ void addFigures(const HologramResult& result, SceneStatistics& all)
 void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
 {
     _felt.resize(snapshot.objects.size());
+    bool isMoved = false;
     for (std::size_t i = 0; i < _felt.size(); ++i)
     {
         const HapticObject& object = snapshot.objects[i];
+        isMoved =
+            isMoved || (_felt[i].id == object.id && _felt[i].pose.matrix() != object.pose.matrix());
         _felt[i].id = object.id;
         _felt[i].meshId = object.meshId;
         _felt[i].properties = object.properties;
@@ -70,6 +78,10 @@ void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
     _ears = snapshot.ears;
     _at_s = now_s;
     _isAny = true;
+    constexpr double kRests_s = 2.0 * ObjectMotion::kLongestGap_s;
+    if (!isMoved) return;
+    if (now_s - _moved_s <= ObjectMotion::kLongestGap_s) _movesUntil_s = now_s + kRests_s;
+    _moved_s = now_s;
 }
 
 bool SubmittedFrame::isSame(const HapticObject& object, const Felt& felt)
@@ -118,7 +130,7 @@ void ScenePlayer::configure(std::shared_ptr<const SceneSettings> settings,
     judgeCaps();
     _hands.setPrediction(methodOf(_wanted.settings->prediction), _wanted.settings->trackerDelay);
     _heads.setPrediction(methodOf(_wanted.settings->prediction), _wanted.settings->trackerDelay);
-    // A scene that is disabled opens nothing, but keeps a source that is open.
+    // A disabled scene opens nothing, but keeps a source that is already open.
     const std::string& source = _wanted.settings->temperatureSource;
     _air.setSource(mayPlay() || source.empty() ? source : _air.source());
     refresh();
@@ -142,7 +154,7 @@ void ScenePlayer::setInnerLimits(const device::UserCaps& limits)
 
 void ScenePlayer::refresh()
 {
-    // A program may set a variable at any time, and a cap holds from then on.
+    // Programs may set a variable at any time; the cap applies from then on.
     device::UserCaps user = device::capsOfUser();
     if (!(user == _caps.user))
     {
@@ -153,7 +165,7 @@ void ScenePlayer::refresh()
     apply();
 }
 
-// Rows judge the places of each by themselves; together with the user's they may be too many.
+// Each row checks its own places; together with the user's places they may be too many.
 void ScenePlayer::judgeCaps()
 {
     _wanted.limits = device::stricter(_caps.user, _caps.inner);
@@ -182,8 +194,8 @@ HologramOptions ScenePlayer::options() const
     return options;
 }
 
-// Only another array or device is opened anew; all else acts on what is open. What changes while
-// nothing may be played waits.
+// Only another array or device is opened again; all other changes act on the open pipeline. Changes
+// wait while nothing may be played.
 void ScenePlayer::apply()
 {
     if (!mayPlay() || _wanted.on == PlayedOn()) return;
@@ -195,7 +207,7 @@ void ScenePlayer::apply()
     _played = _wanted;
     if (isSame) return;
     ++_opening.changes;
-    _submitted.forget(); // so that the next snapshot follows at once
+    _submitted.forget(); // so that the next snapshot is submitted at once
     if (!isOpen || _opening.isKeptClosed)
         _maker.begin(_played.on, _played.settings->dead, _played.settings->weak);
     HologramOptions made = options();
@@ -240,7 +252,7 @@ void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
     _snapshot.hands = _hands.frame();
     _snapshot.handsLate_s = _hands.late_s();
     const bool isAny = !_snapshot.hands.hands.empty();
-    if (isAny) _handsSeen_s = base::steadySeconds();
+    if (isAny) _times.handsSeen_s = base::steadySeconds();
     const base::Topic source{MessageCode::HANDS_SOURCE};
     const base::Topic head{MessageCode::HANDS_SOURCE, 0, "head"};
     const bool hasFound = _log.begins(source, isAny); // each notes what it has found
@@ -249,6 +261,10 @@ void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
         _log.say(std::move(message));
     for (base::Message& message : _heads.takeMessages())
         _log.say(std::move(message));
+    const base::Topic recentred{MessageCode::HANDS_SOURCE, 0, "recentred"};
+    const std::string moved = HandTracker::recentred();
+    if (_log.begins(recentred, !moved.empty()))
+        _log.say(recentred, {MessageCode::HANDS_SOURCE, moved});
     std::vector<base::Message> troubles = _hands.troubles();
     for (base::Message& message : _heads.troubles())
         troubles.push_back(std::move(message));
@@ -288,14 +304,18 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     locateHands(handsToArray);
     takeResult();
     _hands.touch(_snapshot.objects, playedNow());
+    setLight();
     const bool isRefused =
         _taken.newest && !_taken.newest->playing && start_s - _submitted.since_s() > kRetry_s;
-    const bool isIdle = _submitted.isAny() && !isRefused && !mayTouch() &&
+    const bool isCarried = _snapshot.carriesOn && _submitted.isMoving(start_s);
+    const bool isIdle = _submitted.isAny() && !isRefused && !mayTouch() && !isCarried &&
                         !_submitted.differs(_snapshot, isChanged || !mayBeHeard);
     const bool isHandedOver = !isIdle && submit();
     rest();
     tellSlowSolver(start_s);
-    std::string headStatus = _heads.status(); // the application's code, perhaps: without the lock
+    tellFaintField(start_s);
+    std::string headStatus = _heads.status(); // may call the application: no lock
+    CoincidenceOptions known = knownErrors(handsToArray);
     const base::Lock lock(_shared.mutex);
     SceneStatistics& counts = _shared.counts;
     ++counts.frames;
@@ -306,13 +326,47 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     counts.head = std::move(headStatus);
     counts.predicted_ms = 1e3 * _hands.predictedBy_s();
     counts.temperature_C = _wanted.air_C;
+    _shared.coincidence = std::move(known);
     return isHandedOver;
 }
 
-// A limit holds at all ears, so nothing is played while one of them can't be listened at.
+CoincidenceOptions ScenePlayer::knownErrors(const Eigen::Isometry3d& worldToArray) const
+{
+    const SceneSettings& settings = *_wanted.settings;
+    const auto known = [](double error) -> std::optional<double>
+    {
+        if (error > 0.0) return error;
+        return {};
+    };
+    constexpr double kThermometer_K = 0.5; // of a DS18B20, by its data sheet
+    CoincidenceOptions options;
+    options.seen = _times.viewing;
+    options.array = _maker.array();
+    options.worldToArray = worldToArray;
+    options.temperature_C = _wanted.air_C;
+    options.arrayError_m = known(settings.arrayError);
+    options.headError_m = known(settings.headError);
+    options.airError_K = known(settings.airError);
+    if (!options.airError_K && !settings.temperatureSource.empty())
+        options.airError_K = kThermometer_K;
+    options.trackerError_m = known(settings.trackerError);
+    return options;
+}
+
+void ScenePlayer::setLight()
+{
+    constexpr double kLongest_s = 0.2; // as that of the setting
+    const std::optional<double> display_s = std::exchange(_times.display_s, std::nullopt);
+    const double after_s = display_s.value_or(0.0) - _snapshot.time_s;
+    const bool isLikely = display_s && std::abs(after_s) <= kLongest_s; // also false for NaN
+    _snapshot.lightAfter_s = isLikely ? after_s : _wanted.settings->displayLatency;
+    _snapshot.carriesOn = _wanted.settings->extrapolate;
+}
+
+// A limit applies to all ears, so nothing is played while the level at one of them is unknown.
 bool ScenePlayer::mayListen()
 {
-    constexpr Eigen::Index kMostEars = 66; // of the program, and two of a head
+    constexpr Eigen::Index kMostEars = 66; // of the program, plus two of a head
     Eigen::Matrix3Xd& ears = _snapshot.ears;
     if (ears.allFinite() && ears.cols() <= kMostEars) return true;
     const std::string why =
@@ -328,7 +382,7 @@ bool ScenePlayer::mayListen()
     return false;
 }
 
-// For whoever waits for a field.
+// Stores the reason for those who wait for a field.
 void ScenePlayer::noteSilence()
 {
     std::string why;
@@ -352,11 +406,11 @@ void ScenePlayer::rest()
     if (_opening.thread) _opening.thread->keepAlive();
 }
 
-// Contacts live on frames while there are hands, and for as long as what was touched still fades.
+// Contacts need frames while there are hands, and until touched objects have faded.
 bool ScenePlayer::mayTouch() const
 {
     constexpr double kFade_s = 0.5;
-    const bool isAnyHand = base::steadySeconds() - _handsSeen_s < kFade_s;
+    const bool isAnyHand = base::steadySeconds() - _times.handsSeen_s < kFade_s;
     const auto isTouchable = [this](const HapticObject& object)
     {
         const Render own = object.properties.render;
@@ -367,7 +421,7 @@ bool ScenePlayer::mayTouch() const
            std::any_of(_snapshot.objects.begin(), _snapshot.objects.end(), isTouchable);
 }
 
-// Returns true if there is a thread, which has the snapshot now.
+// Returns true if there is a thread; it then has the snapshot.
 bool ScenePlayer::submit()
 {
     _submitted.note(_snapshot, base::steadySeconds());
@@ -394,7 +448,7 @@ void ScenePlayer::silence()
     if (_submitted.differs(_snapshot, true)) submit();
 }
 
-// The pipeline is closed in its thread, which has nothing to do from then on and can be joined.
+// The pipeline is closed in its thread, which then has nothing to do and can be joined.
 bool ScenePlayer::close()
 {
     _wanted.on = {};
@@ -414,7 +468,7 @@ bool ScenePlayer::close()
 std::shared_ptr<void> ScenePlayer::end()
 {
     takeResult();
-    _log.takeNew({}); // nothing of it holds any more
+    _log.takeNew({}); // all its conditions have ended
     _hands.forgetTouches();
     _wanted.on = {};
     _opening.isOpen = false;
@@ -424,8 +478,8 @@ std::shared_ptr<void> ScenePlayer::end()
     const base::Lock lock(_shared.mutex);
     if (_shared.thread) _shared.closed = _shared.thread->latestResult();
     _shared.thread = nullptr;
-    _shared.counts.snapshots = 0; // as those that the next thread will have come to
-    // Nobody leads the thread that ends any more; the next one is muted as this one was.
+    _shared.counts.snapshots = 0; // counts of the next thread start at 0
+    // The ending thread has no lead any more; the next one inherits the mute.
     const bool isMuted = _shared.lead->isMuted();
     _shared.lead = std::make_shared<device::Lead>();
     _shared.lead->setMuted(isMuted);
@@ -460,8 +514,8 @@ void ScenePlayer::takeResult()
     if (!result || result == _taken.newest) return;
     const bool isFresh = !_taken.newest || result->frame != _taken.newest->frame;
     _taken.newest = result;
-    // Later results for the same frame at rest (fields in turn, outlines, figures) have no
-    // deadline, so they are no latencies.
+    // Later results for the same frame at rest (fields in turn, outlines, figures) have no deadline
+    // and don't count as latencies.
     if (isFresh)
     {
         const base::Lock lock(_shared.mutex);
@@ -474,7 +528,7 @@ void ScenePlayer::takeResult()
         }
     }
     std::vector<base::Message> told = result->told;
-    // The grants have told of a refused array already, with what to do.
+    // The grants have already reported a refused array, with a remedy.
     if (_played.on.isRefused)
         told.erase(std::remove_if(told.begin(),
                                   told.end(),
@@ -484,7 +538,7 @@ void ScenePlayer::takeResult()
     _log.takeNew(told);
 }
 
-// A solver of the program's own may take as long as it likes, and its thread can't tell meanwhile.
+// A program's own solver may take any time, and its thread can't report meanwhile.
 void ScenePlayer::tellSlowSolver(double now_s)
 {
     const base::Topic slow{MessageCode::SOLVER_SLOW};
@@ -501,13 +555,37 @@ void ScenePlayer::tellSlowSolver(double now_s)
     if (isTold) return;
     const bool isHeard = _taken.newest && _taken.newest->playing && _submitted.hasObjects();
     _log.begins(slow);
-    _log.say(
-        slow,
-        {MessageCode::SOLVER_SLOW,
-         fmt::format("the solver has taken {:.1f} s for one field and is still at it; {}",
-                     taken_s,
-                     isHeard ? fmt::format("what is played is of frame {}", _taken.newest->frame)
-                             : "nothing is played meanwhile")});
+    _log.say(slow,
+             {MessageCode::SOLVER_SLOW,
+              fmt::format(
+                  "the solver has been working on one field for {:.1f} s; {}",
+                  taken_s,
+                  isHeard ? fmt::format("still playing the field of frame {}", _taken.newest->frame)
+                          : "nothing is played meanwhile")});
+}
+
+// What fades in or out, or is touched only just, isn't told.
+void ScenePlayer::tellFaintField(double now_s)
+{
+    const base::Topic faint{MessageCode::FIELD_FAINT};
+    const auto& field = _taken.newest;
+    const bool isFaint = field && field->state == ArrayState::PLAYING &&
+                         field->fingertip.strength() == haptics::Strength::TOO_WEAK;
+    if (!isFaint)
+    {
+        if (_taken.isFaintTold) _log.ends(faint);
+        _taken.isFaintTold = false;
+        _taken.faintSince_s = now_s;
+        return;
+    }
+    if (_taken.isFaintTold || now_s - _taken.faintSince_s < kFaint_s) return;
+    _taken.isFaintTold = true;
+    _log.begins(faint);
+    _log.say(faint,
+             {MessageCode::FIELD_FAINT,
+              fmt::format("most people can't feel this field: a fingertip gets {} where it is "
+                          "strongest",
+                          haptics::forceText(field->fingertip.force_N))});
 }
 
 // --- Any thread ----------------------------------------------------------------------------------
@@ -546,7 +624,31 @@ std::vector<haptics::PlaceExposure> ScenePlayer::ears() const
     return _shared.thread ? _shared.thread->ears() : std::vector<haptics::PlaceExposure>();
 }
 
+std::vector<CoincidenceFigures> ScenePlayer::coincidence() const
+{
+    CoincidenceOptions known;
+    std::vector<SeenObject> seen;
+    {
+        const base::Lock lock(_shared.mutex);
+        if (_shared.thread) seen = _shared.thread->seen();
+        known = _shared.coincidence;
+    }
+    std::vector<CoincidenceFigures> all; // without the lock, because it takes a while
+    all.reserve(seen.size());
+    for (const SeenObject& object : seen)
+        all.push_back(coincidenceOf(known, object));
+    return all;
+}
+
 SceneStatistics ScenePlayer::statistics() const
+{
+    SceneStatistics all = counted();
+    all.coincidence = coincidence();
+    return all;
+}
+
+// The statistics without the coincidence errors.
+SceneStatistics ScenePlayer::counted() const
 {
     const base::Lock lock(_shared.mutex);
     SceneStatistics all = _shared.counts;
@@ -555,7 +657,7 @@ SceneStatistics ScenePlayer::statistics() const
     all.messages = _log.all();
     if (!_shared.thread) return all;
     base::assignPart<HologramCounters>(all, _shared.thread->counters());
-    all.snapshots = _shared.counts.snapshots; // the thread counts those that it has come to
+    all.snapshots = _shared.counts.snapshots; // the thread counts those that it has processed
     all.processed = _shared.thread->processed();
     ArrayReading reading = _shared.thread->reading();
     all.state = reading.state;

@@ -19,7 +19,7 @@ namespace
 
 constexpr int kMostPointsAtOnce = 2000; // as midair-solve; more than while objects move
 
-/// The number of shifted sets of points that the objects can give.
+/// Number of shifted sets of points that the objects support.
 int setsOf(const SceneSolve& scene)
 {
     const bool isAny =
@@ -52,7 +52,7 @@ pointSets(const SceneSolve& scene, ReachAndShadow& around, base::MessageLog& mes
     {
         AssembledPoints assembled = assembler.assemble(scene.snapshot, set);
         around.keepWithinReach(assembled.points, assembled.skipped);
-        // Identities let a solver go on from an earlier field, and there is none.
+        // Identities would let a solver continue an earlier field, and there is none.
         assembled.points.identity.clear();
         sets.push_back(std::move(assembled.points));
     }
@@ -81,7 +81,7 @@ Eigen::Matrix3Xd earsOf(const SceneSolve& scene)
     return all;
 }
 
-/// What listens, where there is an ear limit.
+/// Exposure for the ear limit, if there is one.
 std::unique_ptr<EarBound> boundOf(const SceneSolve& scene, const SolvedScene& solved)
 {
     if (scene.settings.earLimit == 0.0) return nullptr;
@@ -129,7 +129,7 @@ bool isSilent(haptics::StopReason stop)
 
 Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears)
 {
-    constexpr int kEarsAround = 32; // as midair-solve has them
+    constexpr int kEarsAround = 32;                                            // like midair-solve
     const Eigen::Matrix3Xd around = haptics::placesAround(array, kEarsAround); // or fewer
     Eigen::Matrix3Xd places(3, around.cols() + ears.cols());
     places << around, ears;

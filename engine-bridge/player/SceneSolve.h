@@ -16,7 +16,7 @@
 namespace midair::bridge
 {
 
-/// A scene that is to be solved at once, as midair-solve does, and that nothing plays meanwhile.
+/// A scene that is solved once, like midair-solve, and not played.
 struct SceneSolve
 {
     std::shared_ptr<const haptics::TransducerArray>
@@ -27,7 +27,7 @@ struct SceneSolve
     base::StopToken stop = {};
 };
 
-/// What has come of it.
+/// Result of solveScene().
 struct SolvedScene
 {
     SolvedFields fields;
@@ -36,14 +36,14 @@ struct SolvedScene
     Eigen::Matrix3Xd ears; ///< 3 x n, listening places besides those around, array frame
 };
 
-/// Solves on this thread, and on the settings' threads. Throws base::InputError for what can't be
-/// solved for, and base::Stopped.
+/// Solves on this thread and on the settings' threads. Throws base::InputError for a scene that
+/// can't be solved, and base::Stopped.
 SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages);
 
-/// True if nothing sounds, for the reason that the report or the messages tell.
+/// True if the field is silent, for a reason given in the report or the messages.
 bool isSilent(haptics::StopReason stop);
 
-/// Where a field on \a array is heard: around it, and at \a ears (3 x n).
+/// Listening places of a field on \a array: those around it, and \a ears (3 x n).
 Eigen::Matrix3Xd placesHeard(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& ears);
 
 } // namespace midair::bridge

@@ -17,7 +17,8 @@ namespace
 {
 
 constexpr double kMemory = 0.95; // weight of the older fields: some 20 count
-// Two thresholds, so that a line that loses many fields is not told to fail and to be well in turn.
+// Two thresholds, so that a line that loses many fields doesn't alternate between fault and
+// playing.
 constexpr double kFaulty = 0.4;
 constexpr double kWell = 0.6;
 
@@ -32,7 +33,7 @@ bool isAnything(const device::DriveSignal& drive)
         drive.duty.begin(), drive.duty.end(), [](std::uint8_t duty) { return duty > 0; });
 }
 
-constexpr double kRest_s = 0.2; // a field that is held for longer is that of a scene at rest
+constexpr double kRest_s = 0.2; // a field held for longer belongs to a scene at rest
 
 ArrayFields fieldsOf(const device::DeviceReport& report)
 {
@@ -50,12 +51,12 @@ ArrayFields fieldsOf(const device::DeviceReport& report)
 
 } // namespace
 
-// Fields that a newer one replaced, or a mute refused, were not the device's to play.
+// Fields that a newer one replaced or a mute refused were never due for playing.
 bool PlayedShare::isFaulty(const device::DeviceReport& report)
 {
     const std::uint64_t played = report.played;
     const std::uint64_t settled = played + report.lost;
-    if (settled < _settled || played < _played) _settled = _played = 0; // another device's report
+    if (settled < _settled || played < _played) _settled = _played = 0; // report of another device
     const auto news = static_cast<double>(settled - _settled);
     if (news > 0.0)
     {
@@ -158,7 +159,7 @@ void ArrayOutput::play(std::vector<device::DriveSignal> drives,
     if (_messages.begins(cap, _shared.isUncapped))
         _messages.say(cap,
                       {base::MessageCode::DEVICE_CAP,
-                       "the device can't keep a cap of its amplitude; nothing is played"});
+                       "the device can't apply an amplitude cap; nothing is played"});
 }
 
 void ArrayOutput::noteSending()
@@ -168,7 +169,7 @@ void ArrayOutput::noteSending()
     if (_lead->isMuted()) _sent.mutes = kNever;
 }
 
-// The fields are capped already. If the device refuses a step, the next one follows anyway.
+// Caps are already applied. If the device refuses a step, the next one follows anyway.
 bool ArrayOutput::startPlayer(const base::StopToken& stop)
 {
     const base::Lock lock(_sending);
@@ -179,7 +180,7 @@ bool ArrayOutput::startPlayer(const base::StopToken& stop)
     return _sent.isPlaying;
 }
 
-// The player, and so its thread, exists only while fields change with time.
+// The player and its thread exist only while fields change with time.
 void ArrayOutput::usePlayer(bool wanted)
 {
     const base::Lock lock(_sending);
@@ -202,7 +203,7 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     _sent.isHeld = true; // until it is unmuted, or capped
     if (isBlocked()) return false;
     _sent.isPlaying = _device->sendUnled(_given.drives.front());
-    // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
+    // A READY device that refuses a field would refuse it again: attend() doesn't retry.
     _sent.isHeld =
         _sent.isPlaying || isHoldOver() || _device->report().state != device::DeviceState::READY;
     if (!_sent.isPlaying) _device->silence();
@@ -223,7 +224,7 @@ base::Message ArrayOutput::refusal(const device::DeviceReport& report) const
     return {MessageCode::DEVICE_REFUSED, "device refused a field: " + why};
 }
 
-// A loss is told once, however many fields it costs: these are counted as refused.
+// A loss is reported once; all fields that it costs count as refused.
 void ArrayOutput::tellRefusal(const device::DeviceReport& report)
 {
     if (report.state == device::DeviceState::HANGING && !report.unsilenced.empty())
@@ -249,16 +250,15 @@ void ArrayOutput::tell(ArrayState state)
     if (state == ArrayState::LOST) return; // it is back already
     if (!_sent.isPlaying) return;
     _messages.begins(fault);
-    _messages.say(
-        fault,
-        {base::MessageCode::DEVICE_FAULT,
-         fmt::format("device: takes what it is sent and doesn't play it: of {} fields {} were "
-                     "played and {} lost{}{}",
-                     report.sent,
-                     report.played,
-                     report.lost,
-                     report.message.empty() ? "" : "; ",
-                     report.message)});
+    _messages.say(fault,
+                  {base::MessageCode::DEVICE_FAULT,
+                   fmt::format("device: accepts fields but doesn't play them: of {} fields {} were "
+                               "played and {} lost{}{}",
+                               report.sent,
+                               report.played,
+                               report.lost,
+                               report.message.empty() ? "" : "; ",
+                               report.message)});
 }
 
 bool ArrayOutput::tellOfDriver()
@@ -275,7 +275,7 @@ bool ArrayOutput::tellOfDriver()
     const bool isQuieted = tells("quieted", base::MessageCode::DEVICE_FAULT, report.quieted);
     const bool mayPlayOn = tells("unsilenced", base::MessageCode::DEVICE_FAULT, report.unsilenced);
     const bool complains = tells("complaint", base::MessageCode::CALLBACK_THREW, report.complaint);
-    // It may have been at fault before, so that its state doesn't change.
+    // It may have been at fault before; then its state doesn't change.
     const bool hangs = report.state == device::DeviceState::HANGING && report.unsilenced.empty() &&
                        _toldLoss != report.reconnects;
     if (hangs) tellRefusal(report);
@@ -299,7 +299,7 @@ void ArrayOutput::silence(Silence why)
     _sent.isHeld = false;
     _sent.isPlaying = why == Silence::WANTED;
     _given.drives.clear();
-    _shared.sounds = false; // before it is judged anew, a reading would take it as played
+    _shared.sounds = false; // reset first, because a concurrent reading() would take it as played
     silenceNow();
     _shared.isCutOff = false;
 }
@@ -308,7 +308,7 @@ void ArrayOutput::silenceNow()
 {
     const base::Lock lock(_sending);
     _shared.isCutOff = true;
-    if (_player) _player->stop(); // or its next step would end the silence
+    if (_player) _player->stop(); // otherwise its next step would end the silence
     if (_device) _device->silence();
 }
 
@@ -338,7 +338,7 @@ void ArrayOutput::setMuted(bool muted)
 {
     const base::Lock lock(_sending);
     _lead->setMuted(muted);
-    if (_player && muted) _player->stop(); // it would count refused steps
+    if (_player && muted) _player->stop(); // otherwise it would count refused steps
     if (_device) _device->setMuted(muted);
 }
 
@@ -355,11 +355,12 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
     const device::DeviceReport& before = _sent.before;
     const bool ready = now.state == device::DeviceState::READY;
     if (isCutShort()) _sent.isPlaying = false;
-    const bool lost = now.lost != before.lost || now.faults != before.faults ||
-                      now.reconnects != before.reconnects;
+    // Losses before a reconnect say nothing about the device that came back.
+    const bool wasAway = now.reconnects != before.reconnects;
+    const bool lost = wasAway || now.lost != before.lost || now.faults != before.faults;
     const bool again = ready && now.pending == 0 && (lost || !_sent.isPlaying);
     if (!again && (ready || !_sent.isPlaying)) return Attention::NOTHING;
-    if (ready && now.lost != before.lost && now.played == before.played)
+    if (ready && !wasAway && now.lost != before.lost && now.played == before.played)
     {
         _faithfulness.isMissed = true;
         _faithfulness.playedAtMiss = now.played;
@@ -383,7 +384,7 @@ std::vector<Eigen::VectorXcf> ArrayOutput::played() const
     const std::size_t count = _given.drives.size();
     if (device() && isBlocked())
         return std::vector<Eigen::VectorXcf>(count, vectorOf(device()->played()));
-    // What is on its way counts as played, unless the device has just lost the same field.
+    // Fields in transit count as played, unless the device has just lost the same field.
     const auto comes = [this]
     {
         return _sent.isPlaying &&
@@ -403,9 +404,9 @@ std::vector<Eigen::VectorXcf> ArrayOutput::planned() const
     return fields;
 }
 
-// What an ArrayOutput's device does and has done: for messages, counters and programs.
+// State and history of an ArrayOutput's device: for messages, counters and programs.
 
-// What the application does about it meanwhile (mute, cap) holds from the first field on.
+// Changes of the application meanwhile (mute, cap) apply from the first field on.
 bool ArrayOutput::tryAgain()
 {
     if (!_opener || !takeDevice()) return false;
@@ -415,7 +416,7 @@ bool ArrayOutput::tryAgain()
     return true;
 }
 
-// Returns false if the device is not open yet, and tells of the tries that have failed.
+// Returns false if the device is not open yet; reports failed tries.
 bool ArrayOutput::takeDevice()
 {
     std::uint64_t failed = 0;
@@ -451,7 +452,7 @@ ArrayState ArrayOutput::state()
     const device::DeviceReport report = device()->report();
     Faithfulness& faith = _faithfulness;
     if (faith.isMissed && report.played > faith.playedAtMiss) faith.isMissed = false;
-    // What a moving scene's fields became says nothing more once one of them is held.
+    // Once a field is held, the losses of a moving scene's fields no longer matter.
     const bool isHeld =
         !_sent.byPlayer && report.pending == 0 && report.played > _sent.before.played;
     if (isHeld && _clock.now_s() - _sent.time_s > kRest_s) faith.share.forget(report);
@@ -459,7 +460,7 @@ ArrayState ArrayOutput::state()
     if (report.state < device::DeviceState::HANGING) _toldLoss.reset();
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
-    if (!report.unsilenced.empty()) return ArrayState::FAULT; // muted or not: it may sound
+    if (!report.unsilenced.empty()) return ArrayState::FAULT; // even if muted: it may sound
     if (_lead->isMuted() || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
     if (!report.quieted.empty()) return ArrayState::FAULT;
     if (_given.drives.empty() || _shared.isCutOff || isHoldOver() || isCutShort())
@@ -475,7 +476,7 @@ bool ArrayOutput::isHoldOver() const
     return device() && device()->isHoldOver();
 }
 
-// By the device itself, which has lost its sign of life or has not confirmed a quieter field.
+// Silenced by the device itself: it got no sign of life or didn't confirm a quieter field.
 bool ArrayOutput::isCutShort() const
 {
     const bool isOwn =
@@ -511,12 +512,12 @@ ArrayReading ArrayOutput::reading() const
     now.fields = fieldsOf(report);
     now.status = device->status();
     const bool isMuted = _lead->isMuted() || report.state == device::DeviceState::MUTED;
-    // What it has played may be silence.
+    // It may have played silence.
     const bool hasPlayed =
         sounds() && judged.state != ArrayState::FAULT && report.played > judged.played;
-    // Muted or not: it may sound.
+    // Even if muted: it may sound.
     const bool hangs = report.state == device::DeviceState::HANGING || !report.unsilenced.empty();
-    // Silenced since it was judged, by another thread or by its hold.
+    // Silenced since the judgement, by another thread or by its hold.
     const bool isSilenced = _shared.isCutOff || !sounds() || device->isHoldOver();
     const bool mayPlay = hasPlayed || judged.state == ArrayState::PLAYING;
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST

@@ -15,13 +15,13 @@
 namespace midair::bridge
 {
 
-/// What the thread and its owner share.
+/// State shared between the thread and its owner.
 struct DeviceOpener::Shared
 {
     Shared(Open itsOpen, double itsPause_s) : open(std::move(itsOpen)), pause_s(itsPause_s) {}
 
     void run() MIDAIR_EXCLUDES(mutex);
-    // Returns false if the try that is under way hasn't ended when nobody should wait any more.
+    // Waits for the running try; returns false if it takes longer than the patience.
     bool awaitTry(base::Lock& lock) MIDAIR_REQUIRES(mutex)
     {
         const double until_s = began_s + kPatience_s;
@@ -32,13 +32,13 @@ struct DeviceOpener::Shared
 
     const Open open;
     const double pause_s;
-    /// Nobody waits for the thread any more.
+    /// The owner no longer waits for the thread.
     const std::shared_ptr<std::atomic<bool>> isLeft = std::make_shared<std::atomic<bool>>(false);
     base::Mutex mutex;
     base::Condition wake;
     bool stop MIDAIR_GUARDED_BY(mutex) = false;
     bool isTrying MIDAIR_GUARDED_BY(mutex) = true;
-    double began_s MIDAIR_GUARDED_BY(mutex) = base::steadySeconds(); ///< of the try
+    double began_s MIDAIR_GUARDED_BY(mutex) = base::steadySeconds(); ///< start of the try
     int tries MIDAIR_GUARDED_BY(mutex) = 1;
     /// open, and not taken yet
     std::unique_ptr<device::ArrayDevice> device MIDAIR_GUARDED_BY(mutex);
@@ -77,7 +77,7 @@ void DeviceOpener::Shared::run()
         if (isOpen || stop || rest_s <= 0.0)
         {
             lock.unlock();
-            return; // closes what nobody wants any more
+            return; // destroys the device, which is no longer needed
         }
         const double until_s = base::steadySeconds() + rest_s;
         while (!stop && base::steadySeconds() < until_s)
@@ -112,10 +112,9 @@ DeviceOpener::~DeviceOpener()
         return;
     }
     _thread.detach();
-    device::logDeviceError(
-        fmt::format("device: opening it hasn't ended for {:g} s and isn't waited for any more; if "
-                    "it opens after all, it is silenced and closed at once",
-                    kPatience_s));
+    device::logDeviceError(fmt::format("device: opening it has taken {:g} s and is given up; if it "
+                                       "opens later, it is silenced and closed at once",
+                                       kPatience_s));
 }
 
 bool DeviceOpener::await()

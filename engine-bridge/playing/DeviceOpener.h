@@ -11,39 +11,37 @@
 namespace midair::bridge
 {
 
-/// Opens a device on a thread of its own, and tries again and again if it can't be opened, so that
-/// neither a frame nor a solve waits for it. The pauses between the tries double, up to
-/// kMostPause_s.
+/// Opens a device on a separate thread and retries until it succeeds, so that no frame or solve
+/// waits for it. The pauses between tries double, up to kMostPause_s.
 class DeviceOpener
 {
 public:
     using Open = std::function<std::unique_ptr<device::ArrayDevice>()>;
     static constexpr double kMostPause_s = 30.0;
-    /// The longest time from the beginning of a try that anybody waits for its end.
+    /// Longest wait for a try, from its start.
     static constexpr double kPatience_s = 3.0;
 
-    /// \a open is called in the thread at once, and then, if it throws, after \a pause_s; 0: never
+    /// \a open is called in the thread at once, and after a throw again after \a pause_s; 0: not
     /// again.
     DeviceOpener(Open open, double pause_s);
-    /// Waits for a try that is under way, as long as await(). One that hangs is left to the thread,
-    /// which closes at once what it opens; the log says so.
+    /// Waits for a running try like await(). A hanging try is left to its thread, which closes the
+    /// device as soon as it opens; the log reports it.
     ~DeviceOpener();
 
     DeviceOpener(const DeviceOpener&) = delete;
     DeviceOpener& operator=(const DeviceOpener&) = delete;
 
-    /// Waits for the end of the first try, at most kPatience_s. Returns false if it hasn't ended.
+    /// Waits at most kPatience_s for the end of the first try. Returns false if it hasn't ended.
     bool await();
 
-    /// Returns the device if it is open by now, and then tries no more; else null. \a failed:
-    /// number of tries that have failed since the last call; if any, \a why is the reason of the
-    /// last one.
+    /// Returns the device once it is open, and then stops trying; otherwise null. \a failed: number
+    /// of failed tries since the last call; if there are any, \a why is the reason of the last one.
     std::unique_ptr<device::ArrayDevice> take(std::uint64_t& failed, std::string& why);
 
 private:
     struct Shared;
 
-    std::shared_ptr<Shared> _shared; ///< outlives this object in a thread that is left behind
+    std::shared_ptr<Shared> _shared; ///< outlives this object if its thread hangs
     std::thread _thread;
 };
 

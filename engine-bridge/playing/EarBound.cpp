@@ -18,7 +18,7 @@ namespace
 // Error of single precision, relative to the pressure of all transducers in phase.
 constexpr double kSumError = 1e-5;
 
-// True if both sound alike at any place.
+// True if both produce the same sound everywhere.
 bool areAlike(const haptics::TransducerArray& a, const haptics::TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
@@ -55,7 +55,7 @@ EarBound::EarBound(double limit_dB, std::shared_ptr<haptics::Exposure> exposure)
 {
 }
 
-// The peak pressures at the loudest spot of each place (n), whichever parts of the array sound.
+// Peak pressures at the loudest spot of each place (n), for any combination of the array's parts.
 Eigen::VectorXf EarBound::loudest_Pa(const Eigen::VectorXcf& played,
                                      const device::DriveAbility& ability) const
 {
@@ -155,7 +155,7 @@ void EarWatch::setEars(const Eigen::Matrix3Xd& ears)
         _exposure->move(first + l, _ears.col(l));
 }
 
-// The places around come first, then the ears, then the user's places.
+// Order: the places around the array, the ears, the user's places.
 void EarWatch::listen()
 {
     if (_exposure) return;
@@ -179,7 +179,7 @@ const EarBound* EarWatch::bound()
 void EarWatch::play(const std::vector<Eigen::VectorXcf>& fields, double now_s)
 {
     const bool isNothing = isSilent(fields);
-    // Silence before all sound needs no places; after it, it counts.
+    // Silence before the first sound needs no places; later silence counts.
     if (isNothing && !_exposure && _meter.read(now_s).places == 0) return;
     listen();
     _meter.play(now_s,

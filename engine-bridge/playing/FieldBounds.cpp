@@ -19,8 +19,8 @@ constexpr float kFieldError = 1e-5f;
 constexpr Eigen::Index kPointsAtOnce = 8; // their columns stay in the cache
 
 // P0 g_i / R_il for the points l from begin on (m x count): upper bounds on the pressures of single
-// transducers at full drive, since D <= 1 and the air absorbs some. R is at least
-// kNearestDistance_m, as in the model itself.
+// transducers at full drive, because D <= 1 and the air absorbs. R is at least kNearestDistance_m,
+// as in the model.
 Eigen::MatrixXf strongest(const Eigen::Matrix3Xd& points,
                           const haptics::TransducerArray& array,
                           Eigen::Index begin,
@@ -58,8 +58,8 @@ Eigen::MatrixXf inPhase(const Eigen::Matrix3Xd& points,
     return sum;
 }
 
-// The 2-norms of strongest() for each point: times that of the amplitudes they are an upper bound
-// on inPhase() (Cauchy and Schwarz).
+// 2-norms of strongest() for each point: times the 2-norm of the amplitudes they bound inPhase()
+// from above (Cauchy and Schwarz).
 Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
 {
     constexpr auto kNearest2 =
@@ -81,8 +81,8 @@ Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerA
     return all;
 }
 
-// Upper bounds on norms() that take no look at each transducer for each point: R is at least the
-// distance of the point from the shell in which all transducers are, seen from the array's middle.
+// Upper bounds on norms() without a loop over the transducers: R is at least the distance of the
+// point from the shell that contains all transducers, seen from the array's middle.
 Eigen::VectorXf looseNorms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
 {
     constexpr double kRounding = 1.001; // of floats, generously
@@ -98,8 +98,8 @@ Eigen::VectorXf looseNorms(const Eigen::Matrix3Xd& points, const haptics::Transd
     return (kRounding * strength / nearest).cast<float>();
 }
 
-// Bounds in Pa (n x K) on fields whose amplitudes may be rounded anew, beyond most_Pa (n x K) of
-// these fields themselves.
+// Bounds in Pa (n x K) for fields whose amplitudes may be rounded again, given the bounds most_Pa
+// (n x K) of the fields themselves.
 void addRounding(const CappedPlaces& where,
                  const haptics::TransducerArray& array,
                  const std::vector<Eigen::VectorXcf>& fields,
@@ -111,7 +111,7 @@ void addRounding(const CappedPlaces& where,
         if (rounding[k] > 0.0f) rounded.push_back(k);
     if (rounded.empty()) return;
     const auto count = static_cast<Eigen::Index>(rounded.size());
-    // Amplitudes, then what rounding changes of them.
+    // Amplitudes, then their changes by rounding.
     Eigen::MatrixXf amplitudes(array.size(), 2 * count);
     for (Eigen::Index j = 0; j < count; ++j)
     {
@@ -129,8 +129,8 @@ void addRounding(const CappedPlaces& where,
 
 } // namespace
 
-// It is convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
-// magnitudes, an upper bound.
+// The magnitude is convex in f, so it is largest where each f is 0 or 1. For more than kMostParts
+// parts: the sum of magnitudes, an upper bound.
 Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p)
 {
     constexpr Eigen::Index kMostParts = 4;
@@ -213,8 +213,8 @@ Eigen::MatrixXf FieldBounds::boundsOf(const haptics::TransducerArray& array,
     return bound_Pa;
 }
 
-// Where the only field is in proportion to the known one, so are its pressures. Returns false if it
-// isn't, and where the known ones are not close enough to tell whether \a enough_Pa is kept.
+// If the only field is proportional to the known one, so are its pressures. Returns false if it
+// isn't, or if the known pressures are too inexact to decide whether \a enough_Pa is kept.
 bool FieldBounds::boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
                                const std::vector<float>& rounding,
                                double enough_Pa,
@@ -240,7 +240,7 @@ bool FieldBounds::boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
     const bool isOver = (found_Pa - error_Pa).maxCoeff() > enough;
     if (bound_Pa > enough && !isOver) return false;
     achieved_Pa = found_Pa;
-    // How far over it is needs no margin: what is played in its place is looked at again.
+    // Over the limit no margin is needed: the replacement is checked again.
     most_Pa = static_cast<double>(isOver ? found_Pa.maxCoeff() : bound_Pa);
     return true;
 }

@@ -18,8 +18,8 @@ namespace midair::bridge
 namespace
 {
 
-// Relative tolerance for a whole number of steps: what is off by this share of a period each period
-// drifts by one period in 10^9 of them, which takes hours for fields and days for a modulation.
+// Relative tolerance for a whole number of steps: an error of this share of a period drifts by one
+// period in 10^9 of them, which takes hours for fields and days for a modulation.
 constexpr double kWhole = 1e-9;
 
 // Steps per period of the amplitude modulation, 1 without one; 0 if that is not a whole number or
@@ -134,7 +134,7 @@ void FieldPlayer::play(std::vector<device::DriveSignal> signals,
         now.cycle.swap(signals);
         now.whole = std::move(whole);
         ++now.generation;
-        if (goesOn && now.byItself) // the thread didn't count the steps that the device played
+        if (goesOn && now.byItself) // the thread didn't count the steps played by the device
             now.step = now.nextStep(now_s);
         now.byItself = false;
         if (!goesOn)
@@ -152,8 +152,8 @@ void FieldPlayer::tellStreamed(std::string why)
     const base::Lock lock(_mutex);
     if (why == _counters.streamed) return;
     if (!why.empty())
-        device::logDeviceNote("fields in turn are sent one by one, since the device can't play "
-                              "these by itself: " +
+        device::logDeviceNote("fields in turn are sent one by one, because the device can't play "
+                              "this sequence by itself: " +
                               why);
     _counters.streamed = std::move(why);
 }
@@ -205,7 +205,7 @@ bool FieldPlayer::handOver(Whole* whole, std::int64_t step)
     return taken;
 }
 
-// Steps sent one by one play again after a mute by themselves; a sequence has to be sent again.
+// After a mute, steps sent one by one resume by themselves; a sequence has to be sent again.
 void FieldPlayer::watchSequence(base::Lock& lock, std::uint64_t silences)
 {
     const std::uint64_t generation = _playing.generation;
@@ -222,8 +222,8 @@ void FieldPlayer::watchSequence(base::Lock& lock, std::uint64_t silences)
     }
 }
 
-// A device may refuse a sequence that it can't time after all, such as one that lasts too long. Its
-// line may carry the fields.
+// A device may refuse a sequence that it can't time after all, for example one that lasts too long.
+// Its line may carry the single fields.
 bool FieldPlayer::isStreamedInstead()
 {
     const std::uint64_t generation = _playing.generation;

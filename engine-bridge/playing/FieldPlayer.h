@@ -22,22 +22,21 @@ void signalOfStep(const std::vector<device::DriveSignal>& cycle,
                   std::int64_t step,
                   device::DriveSignal& out);
 
-/// All steps of one period of a modulated \a cycle, for a device that times them by itself. Has no
-/// signals if the period is longer than \a most steps, or the period of the amplitude modulation is
-/// not a whole number of steps.
+/// Returns all steps of one period of a modulated \a cycle, for a device that times them itself.
+/// Has no signals if the period is longer than \a most steps, or the modulation's period is not a
+/// whole number of steps.
 device::DriveSequence sequenceOfSteps(const std::vector<device::DriveSignal>& cycle,
                                       const haptics::Modulator& modulator,
                                       int most);
 
 /// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate.
 ///
-/// A device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
-/// whole sequence if its steps repeat within that number (sequenceOfSteps()) and its clock has the
-/// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread
-/// sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are skipped,
-/// so that the cycle keeps its time. A single field without modulation is sent once. What it sends
-/// is no sign of life: where the device has a hold, whoever leads has to give one
-/// (ArrayDevice::keepAlive()). All members may be called from any thread.
+/// A device that stores and times sequences (DriveAbility::sequenceFields) gets the whole sequence
+/// if its steps repeat within that number (sequenceOfSteps()) and its clock has the rate
+/// (DriveAbility::sequenceClock_Hz). Otherwise a thread sends each step at multiples of
+/// 1/fieldRate_Hz since play(); late steps are skipped, so that the cycle keeps its time. A single
+/// field without modulation is sent once. Sending is no sign of life: if the device has a hold, the
+/// leader must give one (ArrayDevice::keepAlive()). All members may be called from any thread.
 class FieldPlayer
 {
 public:
@@ -50,11 +49,10 @@ public:
     FieldPlayer(const FieldPlayer&) = delete;
     FieldPlayer& operator=(const FieldPlayer&) = delete;
 
-    /// Plays \a signals (K >= 1 fields, all for as many transducers) in turn from now on, in place
-    /// of the last ones. Doesn't wait for the device. If \a modulation is the same as before, the
-    /// new fields continue in step with the old ones, without a jump in the modulation. Throws
-    /// base::InputError, and goes on playing the last ones, for no fields, fields of different
-    /// sizes, and invalid options.
+    /// Plays \a signals (K >= 1 fields, all of the same size) in turn instead of the last ones.
+    /// Doesn't wait for the device. If \a modulation is unchanged, the new fields continue in step
+    /// with the old ones, without a jump of the modulation. Throws base::InputError, and continues
+    /// with the last ones, for no fields, fields of different sizes, and invalid options.
     void play(std::vector<device::DriveSignal> signals,
               const haptics::ModulatorOptions& modulation = {});
 
@@ -62,15 +60,15 @@ public:
     /// until it is sent something else or silenced.
     void stop();
 
-    /// What was sent since the player was made.
+    /// Counts since the player was made.
     struct Counters
     {
-        std::uint64_t sent = 0; ///< steps or sequences that the device took; a sequence counts once
+        std::uint64_t sent = 0;       ///< accepted steps or sequences; a sequence counts once
         std::uint64_t refused = 0;    ///< steps or sequences that the device refused
-        std::uint64_t leftOut = 0;    ///< steps skipped since they were late
+        std::uint64_t leftOut = 0;    ///< steps skipped because they were late
         double worstLateness_s = 0.0; ///< of a step, or of the first step of a sequence, when sent
-        /// Why a device that times sequences by itself was last sent one step by step; logged
-        /// when it changes.
+        /// Why a device that times sequences was last sent one step by step; logged when it
+        /// changes.
         std::string streamed;
     };
     Counters counters() const;
@@ -83,13 +81,13 @@ private:
         std::int64_t first = 0; ///< the step number of its first signal
     };
 
-    /// What is played, and where in it the player is.
+    /// The playing cycle and the position in it.
     struct Playing
     {
         std::vector<device::DriveSignal> cycle; ///< empty: nothing is played
-        /// null: sent step by step; only the thread touches its contents
+        /// null: sent step by step; its contents belong to the thread
         std::shared_ptr<Whole> whole;
-        bool byItself = false; ///< the device plays the whole
+        bool byItself = false; ///< the device plays the whole sequence
         haptics::Modulator modulator;
         std::uint64_t generation = 0; ///< grows with each play() and stop()
         double start_s = 0.0;         ///< of step 0, by the clock
@@ -109,8 +107,7 @@ private:
     {
         return _quit || _playing.generation != generation;
     }
-    /// Waits until \a until_s, or until something else than that \a generation is to be played;
-    /// returns true then.
+    /// Waits until \a until_s, or until another \a generation is to be played; then returns true.
     bool awaitAnother(base::Lock& lock, std::uint64_t generation, double until_s)
         MIDAIR_REQUIRES(_mutex);
     /// Waits until the next step is due and sends it; returns false once the player ends.
@@ -119,10 +116,10 @@ private:
     /// the device was silenced (its count differs from \a silences) or isn't READY.
     void watchSequence(base::Lock& lock, std::uint64_t silences) MIDAIR_REQUIRES(_mutex);
     /// Sends \a whole, or the step if that is null, to the device with the lock released; returns
-    /// true if the device took it.
+    /// true if the device accepted it.
     bool handOver(Whole* whole, std::int64_t step) MIDAIR_REQUIRES(_mutex);
-    /// Sends step by step from now on what the device refused as a whole, if its line carries that;
-    /// true, too, if something else is to be played by now.
+    /// Switches to sending step by step after the device refused the whole, if its line can carry
+    /// that; also true if something else is to be played by now.
     bool isStreamedInstead() MIDAIR_REQUIRES(_mutex);
 
     device::ArrayDevice& _device;

@@ -13,7 +13,7 @@ namespace
 {
 
 constexpr double kUnderWay_s = 3e-3;                          // over a metre of air
-constexpr double kSettled_s = 40.0 * haptics::kMostRinging_s; // nothing rings any longer
+constexpr double kSettled_s = 40.0 * haptics::kMostRinging_s; // all ringing has ended
 
 static_assert(device::kMostSimulatedRinging_s == haptics::kMostRinging_s);
 
@@ -36,7 +36,8 @@ double simulatedRinging_s(const haptics::TransducerArray& array,
 haptics::DriveSchedule scheduleOf(const PlayedDrives& played)
 {
     if (played.fields.empty())
-        throw base::InputError("what the array has played isn't known; only sim: knows it");
+        throw base::InputError(
+            "the drives played by the array are unknown; only sim: reports them");
     haptics::DriveSchedule schedule;
     schedule.repeats = false;
     const std::vector<device::PlayedField>& fields = played.fields;

@@ -27,7 +27,7 @@ constexpr double kAboveLevel = 1.0001;
 constexpr double kOneAmplitude = 0.999; // amplitudes above this share of the largest are the same
 constexpr double kThinned = 0.999;      // most that a field with fewer transducers is called
 
-// True if all transducers that are on have one amplitude: a lower gain then makes the same field,
+// True if all sounding transducers have the same amplitude: a lower gain then makes the same field,
 // only quieter.
 bool isEven(const device::DriveSignal& signal)
 {
@@ -41,7 +41,7 @@ bool isEven(const device::DriveSignal& signal)
     return true;
 }
 
-// The most that an amplitude changes when it is rounded down to a duty level and then by the device
+// Largest change of an amplitude when it is rounded down to a duty level and then, by the device,
 // to one of its amplitudes.
 float coarsestStep(const std::vector<float>& amplitudes)
 {
@@ -75,7 +75,7 @@ scaled(const CappedPlaces& where, std::vector<Eigen::VectorXcf> fields, double f
     return fields;
 }
 
-// As they are sent: whatever a field says, the dead transducers of the array are off.
+// Encodes as for sending: the array's dead transducers are off, whatever the field says.
 bool encodeFor(const CappedPlaces& where, const Eigen::VectorXcf& q, device::DriveSignal& signal)
 {
     if (!device::encode(q.data(), static_cast<int>(q.size()), signal)) return false;
@@ -94,8 +94,8 @@ std::vector<device::DriveSignal> signalsOf(const CappedPlaces& where,
     return signals;
 }
 
-// What lowering has turned off has phase 0, as silence always has: bytes that are proven are those
-// that are sent, of the transducers that nobody hears as well.
+// Transducers that were turned off get phase 0, like in silence: the checked bytes are exactly
+// those that are sent, also for transducers that don't sound.
 void restPhases(device::DriveSignal& signal)
 {
     for (std::size_t i = 0; i < signal.duty.size(); ++i)
@@ -110,7 +110,7 @@ double power(const std::vector<Eigen::VectorXcf>& fields)
     return sum;
 }
 
-// Rounds up to three digits: a cap of the pressure that is told must be enough.
+// Rounds up to three digits: a cap named in a message must be high enough.
 double upwards(double value)
 {
     if (!(value > 0.0) || !std::isfinite(value)) return value;
@@ -118,7 +118,7 @@ double upwards(double value)
     return std::ceil(value / digit) * digit;
 }
 
-// Leaves the first transducer that sounds, in the order in which they are thinned out.
+// Keeps the first sounding transducer, in the order of thinning out.
 void keepFirst(device::DriveSignal& signal)
 {
     bool isKept = false;
@@ -136,7 +136,7 @@ double upwards_dB(double level_dB)
     return std::ceil(10.0 * level_dB) / 10.0;
 }
 
-// Leaves of \a all the transducers that stand first in \a order.
+// Keeps the first transducers of \a order.
 device::DriveSignal
 firstOf(const device::DriveSignal& all, const std::vector<int>& order, std::size_t count)
 {
@@ -147,8 +147,8 @@ firstOf(const device::DriveSignal& all, const std::vector<int>& order, std::size
     return some;
 }
 
-// One field, or several in which all that sounds has one amplitude, so that the lowest level keeps
-// their ratios.
+// One field, or several whose sounding transducers all have the same amplitude, so that the lowest
+// level keeps their ratios.
 bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields)
 {
     if (fields.size() == 1) return true;
@@ -175,11 +175,11 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
 {
     if (!(max_Pa > 0.0 && max_Pa <= base::kMostPressure_Pa))
         throw base::InputError(
-            fmt::format("cap of pressure is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
+            fmt::format("the pressure cap is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
 }
 
-// Without \a ears most_Pa has what is heard there as well: as much over the cap as it is over the
-// ear limit, so that one factor keeps both.
+// Without \a ears, most_Pa includes the level at ears, scaled so that one factor keeps both cap and
+// ear limit.
 std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
                                                const std::vector<device::DriveSignal>& signals,
                                                std::vector<double>& most_Pa,
@@ -207,7 +207,7 @@ std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
         const double excess = bounds.where().ears->excess(fields[k].played, rounding[k], _ability);
         if (ears)
             (*ears)[k] = excess;
-        else if (!(_max_Pa * excess <= most_Pa[k])) // NaN, too
+        else if (!(_max_Pa * excess <= most_Pa[k])) // also for NaN
             most_Pa[k] = _max_Pa * excess;
     }
     return fields;
@@ -248,9 +248,9 @@ PressureCap::hold(const Where& where, device::DriveSignal& signal, CappedField k
     return field;
 }
 
-// Where the lowest level of all is too much, fewer transducers may not be: as many as keep to the
-// cap, in the order of an even mix, the same of each field. Returns the factor on the amplitudes'
-// sum; 0: one alone is too much, and all \a signals are silence.
+// If even the lowest level exceeds the cap, fewer transducers may keep it: as many as possible, in
+// an evenly mixed order, the same for each field. Returns the factor on the sum of amplitudes; 0:
+// even a single transducer is too loud, and all \a signals are silence.
 double PressureCap::thinOut(const FieldBounds& bounds,
                             std::vector<device::DriveSignal>& signals,
                             std::vector<CappedField>& fields) const
@@ -295,11 +295,11 @@ double PressureCap::holdAll(const Where& where,
                             std::vector<device::DriveSignal>* drives) const
 {
     const std::vector<Eigen::VectorXcf> wanted = fields;
-    std::vector<device::DriveSignal> signals; // those of the last step
+    std::vector<device::DriveSignal> signals; // of the last step
     const FieldBounds bounds(where, _ability);
-    bool sounds = false; // anything of the fields at the last step
-    // The factor that brings the loudest field down to the cap, as far as one step can tell; 1: all
-    // keep to it.
+    bool sounds = false; // whether the fields sounded at the last step
+    // The factor that brings the loudest field down to the cap, as estimated from one step; 1: all
+    // keep the cap.
     const auto nextFactor = [&]
     {
         double least = 1.0;
@@ -327,11 +327,11 @@ double PressureCap::holdAll(const Where& where,
         const double factor = nextFactor();
         if (factor >= 1.0 && (step == 0 || sounds)) return kept(whole);
         if (factor >= 1.0) break; // past the lowest level
-        // With steps that grow, since rounding may raise the pressure again.
+        // Steps grow, because rounding may raise the pressure again.
         whole *= factor * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
         fields = scaled(where, wanted, whole);
     }
-    // The steps may have passed the lowest level, which perhaps keeps to the cap.
+    // The steps may have skipped the lowest level, which may keep the cap.
     const double lowestShare = kAboveLevel * lowest(where, wanted).amplitude / largest(wanted);
     if (lowestShare > 0.0 && lowestShare < 1.0)
     {
@@ -353,7 +353,7 @@ double PressureCap::holdAll(const Where& where,
     return kept(0.0);
 }
 
-// Amplitudes are rounded to levels, so the factor that was asked for is not the one that is played.
+// Amplitudes are rounded to levels, so the played factor differs from the requested one.
 double
 PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedDrives* capped) const
 {
@@ -405,7 +405,7 @@ bool PressureCap::keepsToEars(const Where& where,
     std::vector<double> most_Pa;
     std::vector<double> ears;
     playedOf(FieldBounds(where, _ability), signals, most_Pa, &ears);
-    // NaN is none of these.
+    // NaN fails this comparison.
     return std::all_of(ears.begin(), ears.end(), [](double excess) { return excess <= 1.0; });
 }
 
@@ -421,9 +421,9 @@ bool isSilent(const std::vector<Eigen::VectorXcf>& fields)
         fields.begin(), fields.end(), [](const Eigen::VectorXcf& q) { return q.isZero(0.0f); });
 }
 
-// The part of PressureCap that tells of fields which no level of the device can play.
+// The part of PressureCap that explains fields which no level of the device can play.
 
-// Returns the lowest duty that sounds; 0: none does.
+// Returns the lowest duty that sounds; 0 if none does.
 int PressureCap::lowestDuty(int transducers) const
 {
     device::DriveSignal all = device::silentSignal(transducers);
@@ -447,7 +447,8 @@ LowestLevel PressureCap::lowest(const Where& where,
     std::vector<device::DriveSignal> signals;
     for (const Eigen::VectorXcf& q : fields)
     {
-        // Encoded at full drive: what is too weak for a duty keeps its phase that way.
+        // Encoded at full drive, which keeps the phases of transducers that are too weak for a
+        // duty.
         const Eigen::VectorXcf full = q.unaryExpr(
             [](const std::complex<float>& one) { return one == 0.0f ? one : one / std::abs(one); });
         device::DriveSignal signal;
@@ -472,7 +473,7 @@ LowestLevel PressureCap::lowest(const Where& where,
     return result;
 }
 
-// What no number of transducers is quiet enough for.
+// Explains a cap that is too low for any number of transducers.
 std::string PressureCap::tellOfCap(const Where& where,
                                    const std::vector<Eigen::VectorXcf>& wanted,
                                    const SilenceRemedy& remedy) const
@@ -485,15 +486,16 @@ std::string PressureCap::tellOfCap(const Where& where,
                                         least.amplitude);
     const char* give = alone ? "gives" : "give";
     if (where.ears && least.ears >= least.pressure_Pa / _max_Pa)
-        return fmt::format("silent: the array's levels can't keep to the ear limit of {:g} dB; "
-                           "{} {} up to {:.1f} dB: raise {} above that",
-                           where.ears->limit_dB(),
-                           who,
-                           give,
-                           upwards_dB(where.ears->limit_dB() + 20.0 * std::log10(least.ears)),
-                           remedy.ears);
-    return fmt::format("silent: the array's levels can't keep to the cap of {:g} Pa at any control "
-                       "point; {} {} up to {:.3g} Pa: raise {} above that",
+        return fmt::format(
+            "silent: the array's levels are too coarse for the ear limit of {:g} dB; "
+            "{} {} up to {:.1f} dB: raise {} above that",
+            where.ears->limit_dB(),
+            who,
+            give,
+            upwards_dB(where.ears->limit_dB() + 20.0 * std::log10(least.ears)),
+            remedy.ears);
+    return fmt::format("silent: the array's levels are too coarse for the cap of {:g} Pa at any "
+                       "control point; {} {} up to {:.3g} Pa: raise {} above that",
                        _max_Pa,
                        who,
                        give,
@@ -515,7 +517,7 @@ std::string PressureCap::tellOfSilence(const Where& where,
     const LowestLevel least = lowest(where, wanted);
     const double least_Pa = upwards(least.pressure_Pa);
     std::string told;
-    // Whatever was asked for: no level sounds.
+    // No level sounds, whatever was requested.
     if (least.amplitude <= 0.0)
         told = fmt::format("silent: the cap of the amplitude is below the array's lowest level: "
                            "raise {}",

@@ -15,16 +15,16 @@
 namespace midair::python
 {
 
-/// Numbers as the C interface takes them; an array of doubles, row by row, is
-/// taken as it is, and anything else is converted into one.
+/// Numbers for the C interface: a C-contiguous array of doubles is used directly, anything else is
+/// converted into one.
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// Raises midair.Error, with the status and the last error of this thread.
 [[noreturn]] void raise(midair_status status);
 [[noreturn]] void raise(midair_status status, const std::string& text);
 
-/// Calls a function of the C interface without Python's lock, since it may wait
-/// for a callback that needs that.
+/// Calls a function of the C interface without the GIL, because it may wait for a callback that
+/// needs it.
 template<typename Function, typename... Arguments>
 midair_status unlocked(Function* function, const Arguments&... arguments)
 {
@@ -32,7 +32,7 @@ midair_status unlocked(Function* function, const Arguments&... arguments)
     return function(arguments...);
 }
 
-/// The same, and raises what it fails with. Returns MIDAIR_OK or MIDAIR_SILENT.
+/// The same; raises on failure. Returns MIDAIR_OK or MIDAIR_SILENT.
 template<typename Function, typename... Arguments>
 midair_status checked(Function* function, const Arguments&... arguments)
 {
@@ -41,22 +41,21 @@ midair_status checked(Function* function, const Arguments&... arguments)
     return status;
 }
 
-/// What a call of the C interface came to, with the thread's last error.
+/// Result of a call of the C interface, with the thread's last error.
 struct Outcome
 {
     midair_status status = MIDAIR_OK;
     std::string why;
 };
 
-/// Runs \a call, of a solve, without Python's lock. On Python's main thread a
-/// Ctrl-C, or what else raises in a signal's handler, is looked for every 20
-/// ms: it breaks off the solve by \a cancel and is raised here. \a call runs on
-/// another thread then, and may go on after that: it owns what it uses.
+/// Runs \a call, a solve, without the GIL. On Python's main thread it checks every 20 ms for Ctrl-C
+/// and other signal handlers that raise: then it aborts the solve by \a cancel and raises. \a call
+/// runs on another thread then and may continue afterwards, so it owns its data.
 Outcome interruptible(const std::function<midair_status()>& call,
                       const std::function<void()>& cancel);
 
-/// Returns the text of \a of that \a read(of.., room, size, needed) writes; one
-/// that grows meanwhile is read again.
+/// Returns the text of \a of written by \a read(of.., room, size, needed); if it grows meanwhile,
+/// it is read again.
 template<typename Function, typename... Arguments>
 std::string textFrom(Function* read, const Arguments&... of)
 {
@@ -71,7 +70,7 @@ std::string textFrom(Function* read, const Arguments&... of)
     return text;
 }
 
-/// Owns a handle of the C interface, and closes it.
+/// Owns a handle of the C interface and closes it.
 template<typename Handle, midair_status (*Close)(Handle*)>
 class Owned
 {
@@ -82,7 +81,7 @@ public:
     Owned& operator=(const Owned&) = delete;
 
     Handle* get() const { return _handle; }
-    /// Closing a scene waits for its thread, which may wait for Python.
+    /// Closing a scene waits for its thread, which may wait for the GIL.
     void close()
     {
         Handle* const handle = _handle;
@@ -106,7 +105,7 @@ struct PyArray : OwnedArray
     {
     }
 
-    const std::string name; ///< as it was asked for
+    const std::string name; ///< as given
 };
 
 /// midair.Scene
@@ -125,43 +124,41 @@ using SceneClass = Class<PyScene, std::shared_ptr<PyScene>>;
 using OwnedField = Owned<midair_field, midair_field_close>;
 using OwnedSolver = Owned<midair_solver, midair_solver_close>;
 
-/// midair.Field. What views show stays until the last of them is gone, closed
-/// or not.
+/// midair.Field. The memory of views stays valid until the last view is gone, even if the field is
+/// closed.
 struct PyField
 {
     std::shared_ptr<OwnedField> owned; ///< null: closed
     bool isSilent = false;
-    std::string why; ///< it is silent
+    std::string why; ///< why it is silent
 
     midair_field* get() const { return owned ? owned->get() : nullptr; }
 };
 
 /// Loads an array by its name or path.
 std::shared_ptr<PyArray> loadArray(const py::object& name);
-/// The field of a call that came to \a status, which isn't below 0.
+/// Wraps the field of a call with \a status, which is not below 0.
 PyField fieldOf(midair_field* field, midair_status status, const std::string& why);
 
-/// Fails unless \a places has rows of \a columns numbers; returns their number.
+/// Fails unless \a places has rows of \a columns numbers; returns the number of rows.
 std::size_t rowsOf(const Doubles& places, const char* name, py::ssize_t columns = 3);
-/// Fails unless \a numbers has the shape (\a count), or is one number where \a
-/// count is 1. \a each: "point", what there is one for.
+/// Fails unless \a numbers has the shape (\a count), or is a scalar where \a count is 1. \a each:
+/// "point", the item of one number.
 void requireEach(const py::array& numbers, const char* name, std::size_t count, const char* each);
-/// Fails for a place that isn't (3,), or a turn that isn't (4,). \a name: of the place.
+/// Fails unless the position is (3,) and the orientation (4,). \a name: of the position.
 void requirePose(const Doubles& place, const char* name, const Doubles& orientation);
-/// The same of a head, which is returned.
+/// Does the same for a head, which is returned.
 midair_head headOf(const Doubles& position, const Doubles& orientation, double age_s);
 /// "(3, 4)"
 std::string shapeOf(const py::array& array);
-/// Returns a whole number; fails for what is none, and out of \a least .. \a
-/// most.
+/// Returns a whole number; fails for other values and outside \a least .. \a most.
 std::int64_t
 integerOf(const py::object& number, const char* name, std::int64_t least, std::int64_t most);
-/// Returns the number of a field in turn.
+/// Returns the index of a field in turn.
 std::size_t indexOf(const py::object& index);
-/// Returns the path that a str, bytes or os.PathLike stands for.
+/// Returns the path in a str, bytes or os.PathLike.
 std::string pathOf(const py::object& path);
-/// Returns an array of T; fails for an array of anything else. \a records:
-/// "hand_dtype".
+/// Returns an array of T; fails for other element types. \a records: "hand_dtype".
 template<typename T>
 py::array_t<T, py::array::c_style>
 recordsOf(const py::object& given, const char* name, const char* records)
@@ -187,15 +184,13 @@ void addSolvers(py::module_& module);
 void addExtending(py::module_& module);
 /// \}
 
-/// Closes all scenes that are open, to be called when Python ends.
+/// Closes all open scenes; to be called when Python ends.
 void closeScenes();
-/// Waits for solves that were broken off, so that none calls Python when it
-/// ends.
+/// Waits for aborted solves, so that none calls Python after its end.
 void awaitAbandoned();
-/// From now on no callback of the library calls Python.
+/// Stops all callbacks into Python.
 void endCallbacks();
-/// Raises KeyboardInterrupt in solvers in Python that run on although their
-/// solve is cancelled.
+/// Raises KeyboardInterrupt in Python solvers that continue although their solve is cancelled.
 void interruptCancelled();
 
 } // namespace midair::python

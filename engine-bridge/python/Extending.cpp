@@ -1,5 +1,5 @@
-// midair.register_solver(), register_device() and register_hands(): solvers,
-// arrays and trackers that are written in Python.
+// midair.register_solver(), register_device() and register_hands(): solvers, arrays and trackers
+// written in Python.
 #include "engine-bridge/python/Bindings.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace
 
 using Activations = py::array_t<std::complex<float>, py::array::c_style | py::array::forcecast>;
 
-/// True once Python ends: nothing of it can be called any more.
+/// True once Python ends: nothing in it may be called any more.
 std::atomic<bool>& hasEnded()
 {
     static std::atomic<bool> ended{false};
@@ -48,8 +48,8 @@ std::string inWords(const py::error_already_set& raised)
            py::str(last.attr("lineno")).cast<std::string>() + ")";
 }
 
-/// Calls Python with its lock. Returns false, with what it raised in \a error,
-/// if it failed, or if \a call says so.
+/// Calls Python with the GIL. Returns false, with the exception in \a error, if it raised, or if \a
+/// call returns false.
 template<typename Call>
 bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
 {
@@ -80,7 +80,7 @@ bool calledPython(const Call& call, char* error = nullptr, std::size_t size = 0)
     return false;
 }
 
-/// Calls Python, and throws what it raised, so that whoever called says so.
+/// Calls Python, and throws its exception.
 template<typename Call>
 bool calledOrThrown(const Call& call)
 {
@@ -97,8 +97,7 @@ bool isTrue(const py::object& object)
     return truth != 0;
 }
 
-/// What a solver is asked for, as Python sees it. Its arrays are copies, which
-/// it may keep.
+/// Input of a Python solver. Its arrays are copies, which the solver may keep.
 struct PyProblem
 {
     py::array_t<double> positions;
@@ -130,8 +129,7 @@ std::shared_ptr<PyProblem> problemOf(const midair_problem& given)
     return problem;
 }
 
-/// A solver in Python that runs now, and on which of Python's threads; guarded
-/// by Python's lock.
+/// A running Python solver and its Python thread; guarded by the GIL.
 struct Running
 {
     const midair_problem* problem = nullptr;
@@ -145,8 +143,7 @@ std::list<Running>& running()
     return *all;
 }
 
-/// Keeps a solver among those while it runs; afterwards its problem says that
-/// it has stopped.
+/// Registers a solver while it runs; afterwards its problem reports that it has stopped.
 class WhileRunning
 {
 public:
@@ -158,7 +155,7 @@ public:
     }
     ~WhileRunning()
     {
-        // What wasn't raised in time isn't meant for what the thread does next.
+        // An exception not raised in time must not hit the thread's next work.
         if (_at->isInterrupted) PyThreadState_SetAsyncExc(_at->thread, nullptr);
         running().erase(_at);
         _problem.problem = nullptr;
@@ -171,7 +168,7 @@ private:
     const std::list<Running>::iterator _at;
 };
 
-/// What a solver has returned, as activations; raises for anything else.
+/// Converts a solver's result to activations; raises for other types.
 Activations activationsOf(const py::object& result, py::ssize_t transducers)
 {
     const std::string wanted =
@@ -199,7 +196,7 @@ solve(void* user, const midair_problem* given, float* activations, char* error, 
     return calledPython(call, error, size) ? 0 : 1;
 }
 
-/// An open device that is written in Python.
+/// An open device written in Python.
 struct PyDevice
 {
     py::object object;
@@ -273,22 +270,35 @@ void closeDevice(void* instance)
         if (py::hasattr(device->object, "close")) device->object.attr("close")();
     };
     calledPython(call);
-    if (hasEnded()) return; // the object can't be let go without Python
+    if (hasEnded()) return; // the object can't be released without Python
     const py::gil_scoped_acquire lock;
     delete device;
 }
 
-void* openHands(void* user, const char* options, char* error, std::size_t size)
+/// \a none: error for a callable that returns None.
+void* openSource(void* user, const char* options, char* error, std::size_t size, const char* none)
 {
     py::object* opened = nullptr;
     const auto call = [&]
     {
         py::object object = static_cast<py::object*>(user)->operator()(options);
-        if (object.is_none()) throw py::value_error("there is no such hand source");
+        if (object.is_none()) throw py::value_error(none);
         opened = new py::object(std::move(object));
     };
     calledPython(call, error, size);
     return opened;
+}
+
+void closeSource(void* instance)
+{
+    if (hasEnded()) return;
+    const py::gil_scoped_acquire lock;
+    delete static_cast<py::object*>(instance);
+}
+
+void* openHands(void* user, const char* options, char* error, std::size_t size)
+{
+    return openSource(user, options, error, size, "there is no such hand source");
 }
 
 std::int32_t handsNow(void* instance, double time_s, midair_hand* hands, std::size_t capacity)
@@ -309,24 +319,9 @@ std::int32_t handsNow(void* instance, double time_s, midair_hand* hands, std::si
     return count;
 }
 
-void closeHands(void* instance)
-{
-    if (hasEnded()) return;
-    const py::gil_scoped_acquire lock;
-    delete static_cast<py::object*>(instance);
-}
-
 void* openHead(void* user, const char* options, char* error, std::size_t size)
 {
-    py::object* opened = nullptr;
-    const auto call = [&]
-    {
-        py::object object = static_cast<py::object*>(user)->operator()(options);
-        if (object.is_none()) throw py::value_error("there is no such head source");
-        opened = new py::object(std::move(object));
-    };
-    calledPython(call, error, size);
-    return opened;
+    return openSource(user, options, error, size, "there is no such head source");
 }
 
 std::int32_t headNow(void* instance, double time_s, midair_head* head)
@@ -346,7 +341,7 @@ std::int32_t headNow(void* instance, double time_s, midair_head* head)
     return isTracked;
 }
 
-/// What is registered is called for as long as the program runs.
+/// Keeps a registered callable for the rest of the program.
 void* keptForever(const py::object& callable, const char* name)
 {
     if (!PyCallable_Check(callable.ptr()))
@@ -384,7 +379,7 @@ void registerHands(const std::string& name, const py::object& open)
     source.user = keptForever(open, "open");
     source.open = openHands;
     source.hands = handsNow;
-    source.close = closeHands;
+    source.close = closeSource;
     checked(midair_register_hands, name.c_str(), &source);
 }
 
@@ -395,7 +390,7 @@ void registerHead(const std::string& name, const py::object& open)
     source.user = keptForever(open, "open");
     source.open = openHead;
     source.head = headNow;
-    source.close = closeHands;
+    source.close = closeSource;
     checked(midair_register_head, name.c_str(), &source);
 }
 
@@ -411,7 +406,7 @@ void addProblem(py::module_& module)
     Class<PyProblem, std::shared_ptr<PyProblem>>(
         module,
         "Problem",
-        "What a solver is asked for. n: points, m: transducers; its arrays are the solver's to "
+        "Input of a solver. n: points, m: transducers; its arrays are the solver's to "
         "keep.")
         .def_readonly("positions",
                       &PyProblem::positions,
@@ -426,7 +421,7 @@ void addProblem(py::module_& module)
         .def_readonly("pascal", &PyProblem::pascal, "True: targets are in Pa; False: ratios.")
         .def_readonly("phase_only", &PyProblem::phaseOnly, "True: all amplitudes are to be equal.")
         .def_readonly("loudness", &PyProblem::loudness, "As the scene asks for it, a float.")
-        .def_readonly("deadline_ms", &PyProblem::deadline_ms, "Time to solve in, ms; 0: any.")
+        .def_readonly("deadline_ms", &PyProblem::deadline_ms, "Time limit, ms; 0: none.")
         .def_readonly("max_iterations",
                       &PyProblem::maxIterations,
                       "Most iterations, an int; 0: the solver's own limit.")
@@ -434,7 +429,7 @@ void addProblem(py::module_& module)
             "stopped",
             [](const PyProblem& problem)
             { return !problem.problem || problem.problem->is_stopped(problem.problem) != 0; },
-            "True when nobody waits for the field any more: return soon.")
+            "True when the field is no longer needed: return soon.")
         .def("__repr__", &describeProblem, "Returns sizes and what targets are in.");
 }
 

@@ -21,7 +21,7 @@ midair_field_info infoOf(const PyField& field)
     return info;
 }
 
-/// The field's own memory, which the view keeps.
+/// Returns a view of the field's own memory, which it keeps alive.
 py::array activations(const PyField& field, const py::object& index)
 {
     const float* numbers = nullptr;
@@ -67,10 +67,10 @@ py::dict figures(const PyField& field)
     py::dict all;
     const char* name = nullptr;
     double value = 0.0;
-    infoOf(field); // raises for a closed one
+    infoOf(field); // raises if closed
     for (std::size_t i = 0;; ++i)
     {
-        // The first one computes the exposure.
+        // The first figure computes the exposure.
         const midair_status status =
             unlocked(midair_field_figure_at, field.get(), i, &name, &value);
         if (status == MIDAIR_UNKNOWN) return all;
@@ -286,12 +286,13 @@ void addPressures(FieldClass& field)
             "Writes field index as midair-solve's drive.csv; file: str or os.PathLike.")
         .def("to_bytes",
              &bytesOf,
-             "Returns all of the field as bytes, of which from_bytes() makes an equal one; so does "
+             "Returns the field serialized as bytes, from which from_bytes() makes an equal one; "
+             "so does "
              "pickle.")
         .def_static("from_bytes",
                     &fieldFrom,
                     py::arg("data"),
-                    "Returns the Field that to_bytes() of the same version has made data of.");
+                    "Returns the Field whose to_bytes(), of the same version, made data.");
 }
 
 void addFigures(FieldClass& field)
@@ -346,13 +347,18 @@ void addWords(FieldClass& field)
         .def_property_readonly(
             "message",
             [](const PyField& field) { return text(field, "message"); },
-            "What people should know of it, a str; empty: nothing.")
+            "A message about it for people, a str; empty: none.")
+        .def_property_readonly(
+            "feeling",
+            [](const PyField& field) { return text(field, "feeling"); },
+            "What most people feel where it is strongest, with figures[\"fingertipForce_N\"] on a "
+            "fingertip, a str: \"too weak to feel\", \"faint\", \"clear\" or \"strong\".")
         .def_readonly("silent", &PyField::isSilent, "True: nothing sounds; why says why.")
         .def_readonly("why", &PyField::why, "Why it is silent, a str; empty: it isn't.")
         .def(
             "close",
             [](PyField& field) { field.owned.reset(); },
-            "Lets the field go; views of its activations stay.")
+            "Frees the field; views of its activations stay valid.")
         .def(py::pickle(&bytesOf, &fieldFrom))
         .def("__repr__", &describe, "Returns sizes, level and solver, or why it is silent.");
 }
@@ -412,7 +418,7 @@ void addArrays(py::module_& module)
             "name",
             [](const PyArray& array) { return array.name; },
             "The name or path that it was made with, a str.")
-        .def("close", &PyArray::close, "Lets the array go; scenes keep what they were made with.")
+        .def("close", &PyArray::close, "Frees the array; scenes that use it keep it.")
         .def("__len__", &sizeOf, "Returns the number of transducers.")
         .def("__repr__", &describeArray, "Returns name and number of transducers.");
 }
@@ -423,7 +429,7 @@ void addFields(py::module_& module)
         midair_point, position, normal, wanted_Pa, achieved_Pa, object, field, reserved);
     FieldClass field(module,
                      "Field",
-                     "What was solved or is played; immutable, and it pickles. m: transducers, n: "
+                     "A solved or played field; immutable, can be pickled. m: transducers, n: "
                      "control points, k: fields in turn.");
     addPressures(field);
     addFigures(field);
@@ -446,7 +452,7 @@ void addSolvers(py::module_& module)
              py::arg("targets"),
              py::arg("pascal") = false,
              "Returns activations, complex64, shape (m,), for points (n, 3) in m and their targets "
-             "(n,), in Pa if pascal, else relative to each other. Ctrl-C breaks it off.")
+             "(n,), in Pa if pascal, else relative to each other. Ctrl-C aborts it.")
         .def("figure",
              &figureOf,
              py::arg("name"),
@@ -454,7 +460,7 @@ void addSolvers(py::module_& module)
         .def(
             "close",
             [](PySolver& solver) { solver.owned->close(); },
-            "Lets the solver go, after a solve that runs.")
+            "Frees the solver, after waiting for a running solve.")
         .def("__repr__", &describeSolver, "Returns the number of transducers.");
 }
 

@@ -15,18 +15,18 @@ namespace midair::python
 namespace
 {
 
-/// A thread that solves for Python's main one, which alone sees signals, and
-/// looks for them meanwhile. It is kept from solve to solve.
+/// A thread that solves for Python's main thread, which meanwhile checks for signals (only the main
+/// thread gets them). It is kept from solve to solve.
 struct Worker
 {
-    const pid_t process = ::getpid(); ///< in the child of a fork there is no such thread
+    const pid_t process = ::getpid(); ///< the child of a fork has no such thread
     std::mutex mutex;
     std::condition_variable changes;
-    std::function<void()> task; ///< is run until it is empty again
-    bool isLast = false;        ///< nobody waits for the task, and there won't be another
+    std::function<void()> task; ///< runs until it is empty again
+    bool isLast = false;        ///< the task is abandoned, and no other follows
 };
 
-/// Workers that nobody waits for.
+/// Abandoned workers.
 struct Abandoned
 {
     std::mutex mutex;
@@ -59,8 +59,8 @@ void work(const std::shared_ptr<Worker>& own)
     all.changes.notify_all();
 }
 
-/// The worker of the main thread; guarded by Python's lock. Never let go by
-/// itself, as the memory of one that a fork has left behind can't be.
+/// The worker of the main thread; guarded by the GIL. Never freed, because the memory of a worker
+/// left behind by a fork can't be.
 std::shared_ptr<Worker>& kept()
 {
     static auto* all = new std::shared_ptr<Worker>;
@@ -68,8 +68,7 @@ std::shared_ptr<Worker>& kept()
     return *all;
 }
 
-/// Takes the worker that is kept, so that a signal's handler that solves gets
-/// another one.
+/// Takes the kept worker, so that a signal handler that solves gets another one.
 std::shared_ptr<Worker> takeWorker()
 {
     if (std::shared_ptr<Worker> worker = std::move(kept())) return worker;
@@ -78,8 +77,8 @@ std::shared_ptr<Worker> takeWorker()
     return worker;
 }
 
-/// Nobody waits for the worker's task any more. A solve that doesn't look
-/// whether it's stopped for a while goes on meanwhile, and its field is let go.
+/// Abandons the worker's task. A solve that rarely checks for a stop may continue for a while; its
+/// field is dropped.
 void abandon(Worker& worker)
 {
     const std::lock_guard<std::mutex> counting(abandoned().mutex);
@@ -90,7 +89,7 @@ void abandon(Worker& worker)
     worker.changes.notify_all();
 }
 
-/// Waits for a moment; true: the task has ended.
+/// Waits for a moment; returns true if the task has ended.
 bool ends(Worker& worker)
 {
     const py::gil_scoped_release released;
@@ -99,7 +98,7 @@ bool ends(Worker& worker)
         lock, std::chrono::milliseconds(20), [&] { return worker.task == nullptr; });
 }
 
-/// Signals are seen on this thread alone.
+/// Only this thread gets signals.
 bool isMainThread()
 {
     const py::object thread = py::module_::import("threading").attr("main_thread")();
@@ -133,8 +132,7 @@ Outcome interruptible(const std::function<midair_status()>& call,
     {
         if (PyErr_CheckSignals() == 0) continue;
         const py::error_already_set raised;
-        // The solve may have been about to begin, and a solver in Python may not
-        // look.
+        // The solve may just have been starting, and a Python solver may not check.
         for (int again = 0; again < 3; ++again)
         {
             cancel();

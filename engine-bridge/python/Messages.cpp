@@ -1,4 +1,4 @@
-// midair.Message, and what a Scene has of them.
+// midair.Message, and the message functions of Scene.
 #include "engine-bridge/python/Bindings.h"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ std::vector<PyMessage> messagesOf(const PyScene& scene)
         }
         catch (const py::error_already_set&)
         {
-            continue; // it has gone meanwhile
+            continue; // it was dropped meanwhile
         }
     }
     return messages;
@@ -63,7 +63,7 @@ std::vector<PyMessage> activeMessagesOf(const PyScene& scene)
     return messages;
 }
 
-// Called by update(), which has given Python's lock away.
+// Called by update(), which has released the GIL.
 void callBack(void* user, const midair_message* message, const char* text)
 {
     const py::gil_scoped_acquire lock;
@@ -79,7 +79,7 @@ void callBack(void* user, const midair_message* message, const char* text)
 
 void onMessage(const PyScene& scene, const py::object& callback)
 {
-    // Of each scene the newest; handles are never given twice.
+    // The newest callback of each scene; handles are never reused.
     static auto* const kept = new std::map<midair_scene*, py::object>;
     if (callback.is_none())
         checked(midair_on_message, scene.get(), midair_message_callback(nullptr), (void*)nullptr);
@@ -93,8 +93,8 @@ void addMessage(py::module_& module)
 {
     Class<PyMessage>(module,
                      "Message",
-                     "A message about a scene. It is active from when it is said until what it "
-                     "says has ended; one about what has happened is never active.")
+                     "A message about a scene. It is active from its report until its condition "
+                     "ends; messages about past events are never active.")
         .def_property_readonly(
             "code",
             [](const PyMessage& m) { return m.of.code; },
@@ -143,21 +143,20 @@ void addMessages(py::module_& module, SceneClass& scene)
         .def("on_message",
              &onMessage,
              py::arg("callback"),
-             "Sets the function that gets each Message that was said, has begun or has ended; "
-             "None: none. update() calls it before it returns, the first time with all that are "
-             "kept. What it raises goes to sys.unraisablehook.")
+             "Sets the function that gets each Message that was reported, has begun or has ended; "
+             "None: none. update() calls it before it returns, the first time with all stored "
+             "messages. Its exceptions go to sys.unraisablehook.")
         .def(
             "clear_messages",
             [](const PyScene& s) { checked(midair_clear_messages, s.get()); },
-            "Forgets all messages that are not active.")
+            "Deletes all messages that are not active.")
         .def_property_readonly(
             "messages",
             &messagesOf,
-            "All messages that are kept, at most 100, the oldest first: a list of Message.")
-        .def_property_readonly(
-            "active_messages",
-            &activeMessagesOf,
-            "The messages of what holds now, the oldest first: a list of Message.");
+            "All stored messages, at most 100, the oldest first: a list of Message.")
+        .def_property_readonly("active_messages",
+                               &activeMessagesOf,
+                               "The active messages, the oldest first: a list of Message.");
 }
 
 } // namespace midair::python

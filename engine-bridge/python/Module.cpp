@@ -7,7 +7,7 @@ namespace midair::python
 namespace
 {
 
-/// midair.Error; never let go, as raising may go on while Python ends.
+/// midair.Error; never released, because errors may be raised while Python ends.
 PyObject*& errorType()
 {
     static PyObject* type = nullptr;
@@ -28,7 +28,7 @@ py::list settings(bool ofObjects)
 
 void raise(midair_status status, const std::string& text)
 {
-    // A sentence may have been cut off within a letter.
+    // The text may be cut within a character.
     const auto words = py::reinterpret_steal<py::object>(
         PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace"));
     const py::object error = py::reinterpret_borrow<py::object>(errorType())(words);
@@ -97,7 +97,7 @@ PYBIND11_MODULE(midair, module)
 {
     using namespace midair::python;
     py::options options;
-    options.disable_function_signatures(); // they are Python's: Signatures.h
+    options.disable_function_signatures(); // Signatures.h makes Python's signatures.
     module.doc() =
         "Mid-air haptics: arrays of ultrasound transducers, fields that are felt, devices that "
         "play them.\n\nPlaces are in metres and in the array's frame, pressures peak pascals, "
@@ -134,8 +134,7 @@ PYBIND11_MODULE(midair, module)
         "properties",
         [] { return settings(true); },
         "Returns name and summary of each property of an object, a list of pairs of str.");
-    // Threads of scenes call Python, which they can't once it ends; arrays fall
-    // silent.
+    // Threads of scenes call Python, which must not happen after its end; arrays fall silent.
     py::module_::import("atexit").attr("register")(py::cpp_function(
         []
         {

@@ -18,14 +18,14 @@ using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::force
 using Hands = py::array_t<midair_hand, py::array::c_style>;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
-/// The scenes that are open; guarded by Python's lock.
+/// The open scenes; guarded by the GIL.
 std::set<PyScene*>& openScenes()
 {
     static auto* const all = new std::set<PyScene*>;
     return *all;
 }
 
-/// The names of midair_device_state.state, as in all languages.
+/// Names of midair_device_state.state, the same in all languages.
 constexpr const char* kStates[] = {
     "closed", "opening", "silent", "playing", "muted", "lost", "fault"};
 
@@ -69,7 +69,7 @@ bool isName(bool ofObjects, const py::object& name)
     return std::find(names.begin(), names.end(), name.cast<std::string>()) != names.end();
 }
 
-/// What a setting is set to: True and False are words of the settings.
+/// Text for the value of a setting; True and False become the settings' words.
 std::string valueText(const py::object& value)
 {
     const bool isBool = py::isinstance<py::bool_>(value) ||
@@ -88,7 +88,7 @@ std::string get(const PyScene& scene, const std::string& name)
     return textFrom(midair_get, scene.get(), name.c_str());
 }
 
-/// A field on its way from another thread; closed if nobody takes it.
+/// A field passed from another thread; closed if nobody takes it.
 struct SolvedField
 {
     SolvedField() = default;
@@ -102,7 +102,7 @@ struct SolvedField
     midair_field* field = nullptr;
 };
 
-/// Takes the field of a call that Ctrl-C ends.
+/// Takes the field of a call that Ctrl-C can interrupt.
 PyField taken(const std::function<midair_status(midair_field**)>& call,
               const std::function<void()>& cancel)
 {
@@ -144,8 +144,7 @@ void setEars(const PyScene& scene, const Doubles& positions)
     checked(midair_set_ears, scene.get(), positions.data(), count);
 }
 
-/// The corners of triangles, none of which has become another number on its way
-/// here.
+/// Converts triangles to indices; fails if a number would change.
 Indices indicesOf(const py::object& given)
 {
     const py::array all = py::array::ensure(given);
@@ -271,7 +270,7 @@ py::object lastHead(const PyScene& scene)
                           py::array_t<double>(4, head.orientation));
 }
 
-/// Contacts or touches, of which there may be more at each look.
+/// Contacts or touches; their number may grow between two calls.
 template<typename T>
 py::array all(const PyScene& scene, midair_status (*copy)(midair_scene*, T*, size_t, size_t*))
 {
@@ -412,6 +411,7 @@ void addHands(py::module_& module)
     PYBIND11_NUMPY_DTYPE(
         midair_touch, object, hand, finger, touching, reserved, position, distance_m, force_N);
     PYBIND11_NUMPY_DTYPE(midair_ear, position, level_dB, eq_dB, max_dB);
+    PYBIND11_NUMPY_DTYPE(midair_coincidence, object, median_m, most_m, state, largest, unknown);
     module.attr("hand_dtype") = py::dtype::of<midair_hand>();
     define(module,
            "hand",
@@ -479,19 +479,20 @@ void addSolving(SceneClass& scene)
              py::arg("positions"),
              py::arg("pressures") = py::none(),
              py::arg("pascal") = false,
-             "Adds points that are solved for as they are and returns their Object. positions: (n, "
+             "Adds control points, solved without sampling, and returns their Object. positions: "
+             "(n, "
              "3), m; pressures: (n,), Pa if pascal, else relative to each other, None: 1.")
         .def("solve",
              &solve,
              py::arg("raise_if_silent") = false,
-             "Solves the scene once, as midair-solve does, and returns the Field. A field that is "
-             "silence says so by silent and why, or raises Error with raise_if_silent. A solver of "
+             "Solves the scene once, as midair-solve does, and returns the Field. A silent field "
+             "has silent and why set, or raises Error with raise_if_silent. A solver of "
              "yours that raises is an Error whose status is \"failed\". Ctrl-C breaks it off.")
         .def(
             "cancel",
             [](const PyScene& s) { checked(midair_cancel, s.get()); },
-            "Breaks off all solves of the scene that run now, in other threads: they raise Error, "
-            "whose status is \"stopped\".");
+            "Aborts all running solves of the scene, in other threads: they raise Error, whose "
+            "status is \"stopped\".");
 }
 
 void addPlaying(SceneClass& scene)
@@ -503,12 +504,12 @@ void addPlaying(SceneClass& scene)
             { checked(midair_play, s.get(), device.c_str()); },
             py::arg("device") = "sim:",
             "Plays the scene on that device, a URI, from the next update() on. Returns at once: "
-            "state says how opening it goes.")
+            "state shows the progress of opening it.")
         .def(
             "update",
             [](const PyScene& s, double time) { checked(midair_update, s.get(), time); },
             py::arg("time"),
-            "Takes the scene as it is to the device; to be called with each frame. time: s, which "
+            "Sends the present scene to the device; to be called with each frame. time: s, which "
             "must not decrease.")
         .def(
             "stop",
@@ -561,6 +562,20 @@ void addHead(SceneClass& scene)
             py::arg("source"),
             "Takes the head from a source: \"fixed X Y Z\" in m, \"recorded:FILE\", \"openxr:\", "
             "\"osc:\" or \"NAME:options\" of register_head(); \"none\": from set_head() again.")
+        .def(
+            "set_display",
+            [](const PyScene& s, const std::string& file)
+            { checked(midair_set_display, s.get(), file.c_str()); },
+            py::arg("file"),
+            "Sets the display that shows the scene, a *.display.json in the array's frame; \"\": "
+            "none. It is for coincidence; nothing is drawn.")
+        .def_property_readonly(
+            "coincidence",
+            [](const PyScene& s) { return all(s, midair_list_coincidence); },
+            "Distances between where the first 16 objects are seen and felt, a structured array, "
+            "shape (n,): object, median_m, most_m (95 %) and state, each of (8,): array, display, "
+            "eye, ipd, air, motion, tracker, total; state 0 unknown, 1 known, 2 none; largest, "
+            "the largest known part; unknown, why the total is; a copy.")
         .def_property_readonly(
             "head",
             &lastHead,
@@ -586,7 +601,7 @@ void addHandsAndState(SceneClass& scene)
         .def_property_readonly(
             "state",
             &stateOf,
-            "What the array does, a dict: state is \"closed\", \"opening\", \"silent\", "
+            "State of the array, a dict: state is \"closed\", \"opening\", \"silent\", "
             "\"playing\", \"muted\", \"lost\" or \"fault\"; numbers of fields are sent, played, "
             "dropped, lost, refused and waiting; faults and reconnects are the device's.")
         .def_property_readonly(
@@ -603,7 +618,7 @@ void addHandsAndState(SceneClass& scene)
             [](const PyScene& s) { return all(s, midair_touches); },
             "Fingers near objects with touchEvents, a structured array, shape (n,): position (3,) "
             "in m, distance_m, force_N and so on; a copy.")
-        .def("close", &PyScene::close, "Stops playing, silences the device, forgets the scene.")
+        .def("close", &PyScene::close, "Stops playing, silences the device, frees the scene.")
         .def(
             "__enter__", [](const std::shared_ptr<PyScene>& s) { return s; }, "Returns the scene.")
         .def(

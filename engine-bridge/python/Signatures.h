@@ -11,8 +11,8 @@ namespace midair::python
 
 namespace py = pybind11;
 
-/// What Python's inspect.signature() and help() read of a function in C:
-/// "name(self, places, index=0)", an end that they know, and the docstring.
+/// Text for Python's inspect.signature() and help() of a C function: "name(self, places, index=0)",
+/// the end marker that they expect, and the docstring.
 class Signature
 {
 public:
@@ -51,7 +51,7 @@ private:
     const char* _doc = "";
 };
 
-/// A class of the module, whose functions have signatures.
+/// A class of the module whose functions have signatures.
 template<typename... Options>
 class Class : public py::class_<Options...>
 {

@@ -15,9 +15,9 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kLeastDepth_m = 1e-6;  ///< less presses on nothing
-constexpr double kLongestStep_s = 0.02; ///< of time that one field makes up for
-/// An object that fades beside others changes its share in so many steps: each is a solve.
+constexpr double kLeastDepth_m = 1e-6;  ///< smaller depths give no pressure
+constexpr double kLongestStep_s = 0.02; ///< longest time step of one field
+/// An object that fades beside others changes its share in this many steps, each of them a solve.
 constexpr double kShareSteps = 4.0;
 
 std::uint64_t objectOf(const std::vector<Contact>& contacts, std::uint64_t id)
@@ -49,7 +49,7 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
                              double time_s,
                              double rest_s)
 {
-    // The clock of a frame may be set back a little, by the age of what is in it.
+    // A frame's time may go back a little, by the age of its data.
     const double now_s = _isUpdated ? std::max(time_s, _updated_s) : time_s;
     std::vector<HapticObject> touched;
     _indices.clear();
@@ -64,7 +64,7 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
     _updated_s = now_s;
     _isUpdated = true;
     if (!_wasActive) _rendered_s = now_s;
-    // The largest share of all is a factor on the field; here is what is left of the others.
+    // The largest share of all scales the field; these are the others relative to it.
     const double most = _shares.mostWhole();
     for (HapticObject& object : objects)
     {
@@ -128,7 +128,8 @@ void ContactRenderer::addWhole(double now_s,
     if (most > 1.0f) q /= most;
 }
 
-RenderedField ContactRenderer::render(double now_s, const haptics::FieldSequence& whole)
+RenderedField
+ContactRenderer::render(double now_s, const haptics::FieldSequence& whole, double most_Pa)
 {
     RenderedField rendered;
     const double dt_s = std::clamp(now_s - _rendered_s, 0.0, kLongestStep_s);
@@ -143,7 +144,10 @@ RenderedField ContactRenderer::render(double now_s, const haptics::FieldSequence
             focus.pressure_Pa *= _shares.contacts(objectOf(_tracker.contacts(), focus.contact));
             if (focus.pressure_Pa > 0.0) _foci.push_back(focus);
         }
-    rendered.isFailed = !_field.solve(_foci, rendered.q, &rendered.error);
+    std::vector<ContactFocus> played = _foci;
+    for (ContactFocus& focus : played)
+        if (most_Pa > 0.0) focus.pressure_Pa = std::min(focus.pressure_Pa, most_Pa);
+    rendered.isFailed = !_field.solve(played, rendered.q, &rendered.error);
     if (rendered.isFailed) _foci.clear();
     rendered.report = _field.report();
     rendered.foci = pointsWithObjects(_foci);

@@ -27,7 +27,7 @@ const HapticObject* leaderOf(const std::vector<HapticObject>& objects)
     return leader;
 }
 
-// One message, however many objects there are.
+// One message for any number of objects.
 void tellOfOthers(const std::vector<HapticObject>& objects,
                   const HapticObject& leader,
                   const std::set<std::size_t>& others,
@@ -37,16 +37,15 @@ void tellOfOthers(const std::vector<HapticObject>& objects,
     const HapticObject& first = objects[*others.begin()];
     const std::string more =
         others.size() > 1 ? fmt::format(" (and so are {} more)", others.size() - 1) : "";
-    messages.say(
-        {base::MessageCode::MODULATION_FREQUENCY,
-         fmt::format("{}: is modulated at {} Hz as {} is, not at {} Hz{}: the array plays one "
-                     "field at a time",
-                     first.path,
-                     base::exactNumber(leader.properties.modulationFrequency_Hz),
-                     leader.path,
-                     base::exactNumber(first.properties.modulationFrequency_Hz),
-                     more),
-         first.path});
+    messages.say({base::MessageCode::MODULATION_FREQUENCY,
+                  fmt::format("{}: is modulated at {} Hz like {}, not at {} Hz{}: the array plays "
+                              "one field at a time",
+                              first.path,
+                              base::exactNumber(leader.properties.modulationFrequency_Hz),
+                              leader.path,
+                              base::exactNumber(first.properties.modulationFrequency_Hz),
+                              more),
+                  first.path});
 }
 
 } // namespace
@@ -62,7 +61,7 @@ haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
     if (everything.amplitudeRate_Hz > 0.0)
     {
         messages.say({base::MessageCode::MODULATION_OVERRIDDEN,
-                      "everything is modulated as the scene says; the modulation of " +
+                      "the scene's own modulation applies to all objects; the modulation of " +
                           leader->path + " is not played"});
         return plan;
     }

@@ -9,10 +9,11 @@
 namespace midair::bridge
 {
 
-/// The modulation of \a points, whose points.object indexes \a objects. The array plays one field
-/// at a time, so all points share one frequency: that of the modulated object of the highest
-/// priority, the first one among equals; each keeps its own depth. An object that is played at
-/// another frequency than it asks for is a message. If \a everything modulates, no object does.
+/// Returns the modulation of \a points, whose points.object indexes \a objects. The array plays one
+/// field at a time, so all points share one frequency: that of the modulated object with the
+/// highest priority, the first among equals; each keeps its own depth. Reports objects that are
+/// played at another frequency than requested. With \a everything, the objects' own modulation is
+/// ignored.
 haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
                                      const haptics::ControlPoints& points,
                                      const haptics::ModulatorOptions& everything,

@@ -13,8 +13,8 @@ namespace midair::bridge
 namespace
 {
 
-/// Of a fade; below it nothing is played. It is a thousandth of the power, which nobody feels, but
-/// errors relative to it are told as thousands of percent.
+/// At both ends of a fade; below it nothing is played. A thousandth of the power can't be felt, but
+/// its relative errors would be reported as thousands of percent.
 constexpr double kFaint = 0.02;
 
 double amplitudeOf(double whole)
@@ -22,10 +22,10 @@ double amplitudeOf(double whole)
     return whole < kFaint ? 0.0 : whole >= 1.0 ? 1.0 : std::sin(0.5 * base::kPi * whole);
 }
 
-/// sqrt(1 - amplitudeOf(whole)^2)
+/// sqrt(1 - amplitudeOf(whole)^2), and 0 for contacts that are equally faint.
 double restOf(double whole)
 {
-    return whole < kFaint ? 1.0 : whole >= 1.0 ? 0.0 : std::cos(0.5 * base::kPi * whole);
+    return whole < kFaint ? 1.0 : whole > 1.0 - kFaint ? 0.0 : std::cos(0.5 * base::kPi * whole);
 }
 
 } // namespace
@@ -34,7 +34,8 @@ bool RenderSharesOptions::isValid(std::string* error) const
 {
     if (render == Render::INHERIT)
     {
-        if (error) *error = "RenderSharesOptions: render is INHERIT, of which there is nothing";
+        if (error)
+            *error = "RenderSharesOptions: render is INHERIT, but there is nothing to inherit from";
         return false;
     }
     return base::RangeCheck("RenderSharesOptions: ")
@@ -84,7 +85,7 @@ bool RenderShares::isUncertain(const Contact& contact,
                   std::sqrt(contact.path.semiMajor_m() * contact.path.semiMinor_m())});
     const double middle = std::sqrt(_options.hysteresis);
     const double allowed_m = (radius_m + _options.spot_m) * (wasUncertain ? 1.0 / middle : middle);
-    return !(error_m <= allowed_m); // what isn't finite is uncertain
+    return !(error_m <= allowed_m); // errors that aren't finite count as uncertain
 }
 
 void RenderShares::update(const std::vector<HapticObject>& objects,
@@ -107,7 +108,7 @@ void RenderShares::update(const std::vector<HapticObject>& objects,
         const auto found = _shares.find(object.touchId());
         const bool isNew = found == _shares.end();
         Share& share = isNew ? _shares[object.touchId()] : found->second;
-        if (share.seen == _updates) continue; // another part of it
+        if (share.seen == _updates) continue; // another part of the same object
         share.seen = _updates;
         bool isUncertainNow = false;
         for (const Contact& contact : contacts)
@@ -119,7 +120,7 @@ void RenderShares::update(const std::vector<HapticObject>& objects,
                        : render == Render::CONTACT  ? 0.0
                        : isKnown && !isUncertainNow ? 0.0
                                                     : 1.0;
-        // What begins, and what is told to be something else for good, doesn't fade.
+        // New objects, and objects that stop being AUTO, don't fade.
         if (isNew || render != Render::AUTO) share.whole = share.wanted;
     }
     for (auto share = _shares.begin(); share != _shares.end();)

@@ -12,63 +12,64 @@
 namespace midair::bridge
 {
 
-/// When objects give way to contacts; isValid() names the first setting that is out of its range.
+/// Options for the change between whole objects and contacts; isValid() names the first setting
+/// that is out of its range.
 struct RenderSharesOptions
 {
-    Render render = Render::OBJECT; ///< of objects that INHERIT; not INHERIT itself
-    /// 0 .. 0.1; rms error of the tracker, besides that of the prediction. Measured: 5 mm (palm,
+    Render render = Render::OBJECT; ///< meaning of INHERIT; not INHERIT itself
+    /// 0 .. 0.1; rms error of the tracker, without that of the prediction. Measured: 5 mm (palm,
     /// Leap 2), 11 mm (fingertip, Quest 2).
     double trackerError_m = 5e-3;
     double fade_s = 0.1; ///< 0 .. 10; from contacts to the whole object and back
-    double hold_s = 0.1; ///< 0 .. 10; hands that are lost count as known for so long
+    double hold_s = 0.1; ///< 0 .. 10; lost hands count as tracked for this time
     double hysteresis =
-        1.5;              ///< 1 .. 10; between the error that ends contacts and that which begins
-    double spot_m = 4e-3; ///< 0 .. 0.1; half a focus: a contact may be off by it and its patch
+        1.5; ///< 1 .. 10; ratio of the error that ends contacts to the one that begins them
+    double spot_m = 4e-3; ///< 0 .. 0.1; half a focus: error allowed beyond the patch
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// How much of each object is played as a whole, and how much where it is touched.
+/// Decides how much of each object is played as a whole, and how much by contacts.
 ///
-/// An AUTO object is played as a whole while no hand is known, or while the place of a hand that
-/// touches it is less certain than the patch is large: sqrt(e_track^2 + e_predicted^2 + (v t)^2) >
-/// patch radius + half a focus, with the time t from the hand's place to the sound that nobody
-/// predicts. It changes over fade_s, by hysteresis, so that tremor doesn't switch.
+/// An AUTO object is played as a whole while no hand is tracked, or while the position error of a
+/// touching hand exceeds the patch: sqrt(e_track^2 + e_predicted^2 + (v t)^2) > patch radius + half
+/// a focus, with the unpredicted time t from the hand's position to the sound. It changes over
+/// fade_s, with hysteresis, so that tremor doesn't switch.
 class RenderShares
 {
 public:
     /// Throws InputError for options that are not valid.
     explicit RenderShares(const RenderSharesOptions& options = {});
 
-    /// How \a object is rendered by its own word or the scene's.
+    /// Returns the render mode of \a object, its own or the scene's.
     Render renderOf(const HapticObject& object) const;
-    /// Returns true if any of \a objects is not played as a whole for good.
+    /// Returns true if any of \a objects is not always played as a whole.
     bool concerns(const std::vector<HapticObject>& objects) const;
 
-    /// Decides by the newest frame. \a time_s: any steady clock; \a rest_s (>= 0): from the time
-    /// of the hands' places to the sound.
+    /// Decides from the newest frame. \a time_s: any steady clock; \a rest_s (>= 0): from the time
+    /// of the hands' positions to the sound.
     void update(const std::vector<HapticObject>& objects,
                 const std::vector<Contact>& contacts,
                 const HandFrame& hands,
                 double time_s,
                 double rest_s);
-    /// Fades on by \a dt_s (finite, >= 0).
+    /// Advances fades by \a dt_s (finite, >= 0).
     void advance(double dt_s);
     /// Forgets all objects.
     void clear();
 
     /// 0 .. 1; factors on the pressure of an object (HapticObject::touchId()) as a whole, and of
-    /// its contacts: sine and cosine, so that their power is constant. An object that was not in
-    /// the last update() is whole.
+    /// its contacts: sine and cosine, so that their power is constant. Objects that were not in the
+    /// last update() are whole.
     double whole(std::uint64_t object) const;
     double contacts(std::uint64_t object) const;
-    /// 0 .. 1; the largest whole() of all.
+    /// 0 .. 1; largest whole() of all objects.
     double mostWhole() const;
-    /// Returns true while one fades.
+    /// Returns true during a fade.
     bool isFading() const;
 
 private:
-    /// What is kept of an object.
+    /// State of an object.
     struct Share
     {
         double whole = 1.0;  ///< 0 .. 1, as it fades

@@ -3,6 +3,7 @@
 #include "engine-bridge/PoseAndStretch.h"
 
 #include <osg/Matrixd>
+#include <osg/Quat>
 #include <osg/Vec3d>
 
 #include <Eigen/Geometry>
@@ -10,8 +11,8 @@
 namespace midair::bridge
 {
 
-/// Convert matrices, which are each other's transpose: OSG multiplies row vectors (v M), Eigen
-/// column vectors (M v). No other code transposes.
+/// Convert between OSG's matrices for row vectors (v M) and Eigen's for column vectors (M v), which
+/// are each other's transpose. No other code transposes.
 inline Eigen::Matrix4d toEigen(const osg::Matrixd& matrix)
 {
     // OSG stores row by row; Eigen reads this column by column, which gives the transpose.
@@ -29,6 +30,15 @@ inline Eigen::Vector3d toEigen(const osg::Vec3d& v)
 inline osg::Vec3d toOsg(const Eigen::Vector3d& v)
 {
     return {v.x(), v.y(), v.z()};
+}
+
+inline Eigen::Quaterniond toEigen(const osg::Quat& q)
+{
+    return {q.w(), q.x(), q.y(), q.z()};
+}
+inline osg::Quat toOsg(const Eigen::Quaterniond& q)
+{
+    return {q.x(), q.y(), q.z(), q.w()};
 }
 
 } // namespace midair::bridge

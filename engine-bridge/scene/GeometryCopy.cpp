@@ -31,11 +31,10 @@ GLsizei leastIndices(GLenum mode)
     }
 }
 
-/// Elements that are compared in a row, a few cache lines: what changes in one place of an array is
-/// soon met.
+/// Elements compared in a row, a few cache lines: a local change of an array is found soon.
 constexpr std::size_t kBlock = 16;
 
-/// Components of a vertex, and the size of each; 0: no type of vertices.
+/// Components of a vertex, and the size of each; 0: not a vertex type.
 struct Layout
 {
     int components = 0;
@@ -75,7 +74,7 @@ Eigen::Matrix3Xd widened(const std::byte* bytes, int components, Eigen::Index co
     return vertices;
 }
 
-/// A copy of \a array that is nobody else's: any thread may read it and let go of it.
+/// A private copy of \a array: any thread may read and release it.
 osg::ref_ptr<osg::Array> ownCopy(const osg::Array& array)
 {
     osg::ref_ptr<osg::Array> own = osg::clone(&array, osg::CopyOp::DEEP_COPY_ARRAYS);
@@ -102,7 +101,7 @@ std::size_t bytesOf(const osg::Array* array)
 
 bool isStillPaint(const osg::Array* own, const osg::Array* array, std::uint64_t turn)
 {
-    // Another array, or none, shows in the fingerprint.
+    // The fingerprint detects another array, or a missing one.
     if (!own || !array) return true;
     if (own->getType() != array->getType() || own->getBinding() != array->getBinding() ||
         bytesOf(own) != bytesOf(array))
@@ -227,7 +226,7 @@ void PrimitiveCopy::accept(osg::PrimitiveIndexFunctor& functor) const
         for (const GLsizei length : _lengths)
         {
             functor.drawArrays(_mode, first, length);
-            // A sum beyond an int is of indices that no geometry has.
+            // Sums beyond an int belong to indices that no geometry has.
             first = static_cast<GLint>(static_cast<GLuint>(first) + static_cast<GLuint>(length));
         }
         return;
@@ -336,7 +335,7 @@ bool SurfaceCopy::mayBeFelt() const
 
 bool SurfaceCopy::isStill(const osg::Geometry& geometry, std::uint64_t turn) const
 {
-    // Another number of sets shows in the fingerprint.
+    // The fingerprint detects another number of sets.
     const auto& sets = geometry.getPrimitiveSetList();
     for (std::size_t i = 0; i < std::min(sets.size(), primitives.size()); ++i)
         if (!primitives[i].isStill(*sets[i], turn)) return false;

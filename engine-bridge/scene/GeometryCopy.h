@@ -20,8 +20,8 @@
 namespace midair::bridge
 {
 
-/// Which bytes of two memories are compared: those of every \a parts th block, from the block \a
-/// turn on, so that \a parts turns compare all.
+/// Selects the bytes compared between two memories: every \a parts th block, starting at block \a
+/// turn, so that \a parts turns compare all.
 struct ComparedBlocks
 {
     std::size_t size = 0;  ///< bytes of either memory
@@ -32,8 +32,8 @@ struct ComparedBlocks
 
 bool isSame(const void* a, const void* b, const ComparedBlocks& which);
 
-/// Bytes of an application's memory, copied at once or in slices. Not changed once it is whole, so
-/// any thread may read it then.
+/// Copies an application's memory, at once or in slices. Immutable once complete; then any thread
+/// may read it.
 class DataCopy
 {
 public:
@@ -44,7 +44,7 @@ public:
     {
     }
 
-    /// Copies up to \a most of the bytes at \a data that are not copied yet; returns how many.
+    /// Copies up to \a most of the bytes at \a data that aren't copied yet; returns their number.
     std::size_t copyMore(const void* data, std::size_t most);
     bool isWhole() const { return _copied == _size; }
     std::size_t size() const { return _size; }
@@ -56,7 +56,7 @@ private:
     std::size_t _copied = 0;
 };
 
-/// How the vertices of a primitive set are felt.
+/// How the vertices of a primitive set are rendered.
 enum class Felt
 {
     AS_TRIANGLES,
@@ -66,18 +66,18 @@ enum class Felt
 
 Felt feltAs(GLenum mode);
 
-/// A primitive set, with its indices copied as they are.
+/// A primitive set with a verbatim copy of its indices.
 class PrimitiveCopy
 {
 public:
-    /// Copies all of \a set but the indices; those come with copyMore().
+    /// Copies \a set except for the indices, which copyMore() copies.
     explicit PrimitiveCopy(const osg::PrimitiveSet& set);
 
-    /// Returns false for kinds of which only a reference is kept (several draws in one, or those
-    /// that the graphics card chooses): these are for the thread that may read nodes, at once.
+    /// Returns false for kinds of which only a reference is kept (multi-draws, or draws chosen by
+    /// the graphics card): these must be used at once by the thread that may read nodes.
     bool isPlain() const { return !_other; }
     GLenum mode() const { return _mode; }
-    /// Returns false if it has too few indices for anything.
+    /// Returns false if it has too few indices for any primitive.
     bool mayBeFelt() const;
     std::size_t bytes() const { return _indices.size(); }
 
@@ -86,12 +86,12 @@ public:
     /// Copies up to \a most bytes of the indices of \a set, which must fit; returns how many.
     std::size_t copyMore(const osg::PrimitiveSet& set, std::size_t most);
     bool isWhole() const { return _indices.isWhole(); }
-    /// Compares the indices with \a set: up to kAtOnce of them, of more a part of that size that \a
-    /// turn selects.
+    /// Compares the indices with \a set: all if there are up to kAtOnce, otherwise a part of that
+    /// size selected by \a turn.
     bool isStill(const osg::PrimitiveSet& set, std::uint64_t turn) const;
     static constexpr std::size_t kAtOnce = 4096;
 
-    /// Calls \a functor as the set itself does.
+    /// Calls \a functor like the set itself.
     void accept(osg::PrimitiveIndexFunctor& functor) const;
     /// Lines and points: calls \a add(begin, end) for each strip, loop or list of indices.
     template<class Add>
@@ -116,12 +116,13 @@ private:
     osg::PrimitiveSet::Type _type = osg::PrimitiveSet::PrimitiveType;
     GLint _first = 0;              ///< without indices
     GLsizei _count = 0;            ///< without indices: number of vertices in a row
-    std::vector<GLsizei> _lengths; ///< of several rows; empty: one
+    std::vector<GLsizei> _lengths; ///< of several rows; empty: one row
     DataCopy _indices;
-    osg::ref_ptr<const osg::PrimitiveSet> _other; ///< the set itself, of another kind
+    osg::ref_ptr<const osg::PrimitiveSet> _other; ///< the set itself, if of another kind
 };
 
-/// The vertices of one geometry, copied as they are, which takes a tenth of converting them.
+/// A verbatim copy of the vertices of one geometry, which takes a tenth of the time of converting
+/// them.
 class VertexCopy
 {
 public:
@@ -141,8 +142,9 @@ public:
     bool isWhole() const { return _data.isWhole(); }
     /// The vertices in the geometry's own coordinates.
     Eigen::Matrix3Xd vertices() const;
-    /// Compares the vertices with \a array, which must fit: all of them up to kAtOnce, of more a
-    /// part of that size, spread over the array, that \a turn selects; parts() turns compare all.
+    /// Compares the vertices with \a array, which must fit: all if there are up to kAtOnce,
+    /// otherwise a part of that size, spread over the array, selected by \a turn; parts() turns
+    /// compare all.
     bool isStill(const osg::Array& array, std::uint64_t turn) const;
     std::uint64_t parts() const { return (size() + kAtOnce - 1) / kAtOnce; }
 
@@ -156,38 +158,38 @@ private:
     DataCopy _data;
 };
 
-/// What makes a surface of a geometry's vertices: its primitives and its paint.
+/// Input of a geometry's surface besides its vertices: its primitives and its paint.
 struct SurfaceCopy
 {
     std::vector<PrimitiveCopy> primitives;
     PaintOptions paint;
-    osg::ref_ptr<osg::Array> colors;      ///< own copy; null: none, or not asked for
+    osg::ref_ptr<osg::Array> colors;      ///< own copy; null: none, or not requested
     osg::ref_ptr<osg::Array> coordinates; ///< own copy of those of the texture, likewise
     bool isTextured = false;
     bool isTurned = false; ///< textureMatrix is not the identity
     osg::Matrixd textureMatrix;
     std::shared_ptr<const haptics::PaintImage> image;
 
-    /// Returns true if any primitive may be felt.
+    /// Returns true if any primitive may be rendered.
     bool mayBeFelt() const;
-    /// Compares indices and paint with \a geometry, from which they were copied: a part of each as
-    /// large as VertexCopy compares, selected by \a turn. Pictures and their matrices don't count.
+    /// Compares indices and paint with the source \a geometry: a part of each as large as
+    /// VertexCopy compares, selected by \a turn. Ignores pictures and their matrices.
     bool isStill(const osg::Geometry& geometry, std::uint64_t turn) const;
 };
 
-/// A geometry, copied in slices: plain memory for any thread once it is whole.
+/// A geometry, copied in slices: plain memory for any thread once complete.
 struct GeometryCopy
 {
     std::string name; ///< "Geometry 'lid'", for messages
     std::shared_ptr<VertexCopy> vertices;
     std::shared_ptr<SurfaceCopy> surface;
 
-    /// Bytes to be copied in all.
+    /// Total number of bytes to copy.
     std::size_t bytes(const osg::Geometry& geometry) const;
-    /// Returns false if \a geometry, from which it is copied, has other arrays by now.
+    /// Returns false if the source \a geometry has other arrays now.
     bool fits(const osg::Geometry& geometry) const;
-    /// Copies more of \a geometry, which must fit, and takes that from \a budget, a number of
-    /// bytes. Returns true if it is whole.
+    /// Copies more of \a geometry, which must fit, and subtracts the bytes from \a budget. Returns
+    /// true when complete.
     bool copyMore(const osg::Geometry& geometry, std::size_t& budget) const;
 };
 

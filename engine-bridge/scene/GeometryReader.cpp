@@ -23,8 +23,8 @@ namespace midair::bridge
 namespace
 {
 
-/// Collects the indices of a geometry's triangles. Triangles of strips that join two pieces, with
-/// two corners in one place, are left out: they draw nothing on purpose.
+/// Collects the indices of a geometry's triangles. Ignores strip triangles with two corners in one
+/// place, which join two pieces and draw nothing on purpose.
 struct TriangleIndices
 {
     std::vector<Eigen::Vector3i> triangles;
@@ -55,7 +55,7 @@ void appendLinesOrPoints(const PrimitiveCopy& primitives,
                          unsigned int end,
                          std::vector<Eigen::Vector3i>& out)
 {
-    constexpr std::size_t kMost = base::kMostTriangles; // a mesh with more is refused
+    constexpr std::size_t kMost = base::kMostTriangles; // larger meshes are refused
     const GLenum mode = primitives.mode();
     const auto append = [&](unsigned int i, unsigned int k)
     {
@@ -173,10 +173,10 @@ GeometryCopy GeometryReader::begin(const osg::Geometry& geometry, const PaintSta
         _sources.emplace_back(primitives.get());
         copy.surface->primitives.emplace_back(*primitives);
         if (primitives->getNumInstances() > 1)
-            _warnings.push_back(fmt::format("{} is drawn {} times by instancing, where a shader "
-                                            "says; it is felt once, as it is stored",
-                                            copy.name,
-                                            primitives->getNumInstances()));
+            _warnings.push_back(fmt::format(
+                "{} is drawn {} times by instancing in a shader; it is felt once, as it is stored",
+                copy.name,
+                primitives->getNumInstances()));
         if (feltAs(primitives->getMode()) != Felt::NOT) continue;
         _warnings.push_back(fmt::format("{} has primitives of mode {:#x} (neither triangles, "
                                         "lines nor points); they can't be felt",

@@ -21,8 +21,8 @@ class TextBase;
 namespace midair::bridge
 {
 
-/// One drawable's triangles, lines and points among them as triangles without area
-/// (haptics::TriangleMesh), and paint.
+/// One drawable's triangles (lines and points as triangles without area, see haptics::TriangleMesh)
+/// and paint.
 struct MeshPiece
 {
     Eigen::Matrix3Xd vertices;
@@ -32,13 +32,12 @@ struct MeshPiece
     std::shared_ptr<const haptics::PaintImage> image;
 };
 
-/// Makes the piece of a whole copy, in its own coordinates. Adds what can't be felt to \a warnings.
-/// For any thread.
+/// Makes the piece of a complete copy, in its own coordinates. Adds parts that can't be rendered to
+/// \a warnings. Any thread.
 MeshPiece pieceOf(const GeometryCopy& copy, std::vector<std::string>& warnings);
 
-/// Reads drawables: geometries into copies that are yet to be filled, others at once. Adds what
-/// can't be felt to \a warnings, and the objects that it read to \a sources, which keeps them
-/// alive.
+/// Reads drawables: geometries into copies to be filled later, others at once. Adds parts that
+/// can't be rendered to \a warnings, and the objects read to \a sources, which keeps them alive.
 class GeometryReader
 {
 public:
@@ -53,9 +52,9 @@ public:
     {
     }
 
-    /// Returns an empty copy of \a geometry; one without vertices if nothing of it can be felt.
+    /// Returns an empty copy of \a geometry; without vertices if nothing of it can be rendered.
     GeometryCopy begin(const osg::Geometry& geometry, const PaintState& state);
-    /// Reads a drawable that is no geometry, in its own coordinates.
+    /// Reads a drawable other than a geometry, in its own coordinates.
     MeshPiece readOther(const osg::Drawable& drawable);
 
 private:
@@ -72,8 +71,8 @@ private:
 /// "Geometry 'lid'", for messages.
 std::string quoted(const osg::Object& object);
 
-/// The object that moves the vertices of a skinned or morphing geometry; null if there is none, or
-/// OSG has not chosen it yet.
+/// Returns the object that moves the vertices of a skinned or morphing geometry; null if there is
+/// none, or OSG has not chosen it yet.
 const osg::Object* deformerOf(const osg::Geometry& geometry);
 
 } // namespace midair::bridge

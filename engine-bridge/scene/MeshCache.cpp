@@ -14,9 +14,9 @@ namespace
 {
 
 constexpr std::size_t kManyStretches = 8;
-/// Bytes of a subtree that are copied in each frame, even if others have used the frame's up.
+/// Minimum of bytes copied per frame and subtree, even if others have used up the frame's budget.
 constexpr std::size_t kLeastSlice = 16384;
-/// A subtree that changes while it is read is read at once after as many vain readings.
+/// A subtree that changes while it is read is read at once after this many failed readings.
 constexpr int kMostRestarts = 2;
 
 constexpr std::uint64_t kSweepFrames = 60;
@@ -69,7 +69,7 @@ bool MeshCache::findMovers(Subtree& subtree)
     return movers.size() > known;
 }
 
-// Makes the mesh of a part at once if the frame's budget and the reading allow it; otherwise later.
+// Makes a part's mesh at once if the frame's budget and the reading allow it; otherwise later.
 void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& subtree, Part& part)
 {
     auto pieces = reading.takePieces(i);
@@ -96,7 +96,7 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
         part.bytes);
 }
 
-// Takes over what is copied.
+// Takes over the complete copy.
 void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::string>& warnings)
 {
     const std::unique_ptr<SubtreeReading> reading = std::move(subtree.reading);
@@ -106,7 +106,7 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
     keepShape(subtree, reading->state());
     std::vector<Part> old;
     old.swap(subtree.shape.parts);
-    // New paint makes a new mesh and new ids, so that no one keeps samples of the old one.
+    // New paint makes a new mesh and new ids, so that nobody keeps samples of the old one.
     if (subtree.isRepainted) old.clear();
     subtree.isRepainted = false;
     subtree.shape.read = subtree.now = reading->state();
@@ -134,20 +134,20 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
                            !(index < subtree.changedUnsaid.size() && subtree.changedUnsaid[index]);
         part.topologyId = known ? same->topologyId : _nextId++;
         part.mirroredId = known ? same->mirroredId : _nextId++;
-        // Parts that have not changed keep their meshes and are not sampled again. What changed
-        // unsaid while slices were copied isn't known.
+        // Unchanged parts keep their meshes and are not sampled again. Changes without dirty()
+        // while slices were copied are unknown.
         if (known && isWholeAtOnce && same->fingerprint == state.fingerprint && !anyUnsaid)
             part.stretched.swap(same->stretched);
         fresh = fresh || !known;
         subtree.shape.parts.push_back(std::move(part));
     }
-    if (!fresh) subtree.shape.late = nullptr; // told already
+    if (!fresh) subtree.shape.late = nullptr; // reported already
     if (!fresh) return;
     const auto& said = reading->warnings();
     warnings.insert(warnings.end(), said.begin(), said.end());
 }
 
-// Goes on reading, or begins to. Returns true when all is read.
+// Continues or starts reading. Returns true when all is read.
 bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
 {
     if (subtree.reading)
@@ -184,7 +184,7 @@ bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
     return isWhole;
 }
 
-// Takes the subtree's bytes from what the frame compares, if it is its turn. Large arrays are
+// Takes the subtree's bytes from the frame's comparison budget, if it is its turn. Large arrays are
 // compared in parts.
 bool MeshCache::mayCompare(const Subtree& subtree)
 {
@@ -197,7 +197,7 @@ bool MeshCache::mayCompare(const Subtree& subtree)
     return true;
 }
 
-// Returns true if vertices, indices or paint of a part were changed without dirty().
+// Returns true if vertices, indices or paint of a part changed without dirty().
 bool MeshCache::lookForUnsaid(Subtree& subtree)
 {
     const std::vector<PartSources>& parts = subtree.shape.vertices;
@@ -230,7 +230,7 @@ void MeshCache::drop(Part& part) const
     part.stretched.clear();
 }
 
-// Takes over vertices where nothing else has changed. Returns false if that isn't all.
+// Copies vertices if nothing else has changed. Returns false otherwise.
 bool MeshCache::follow(Subtree& subtree)
 {
     const std::vector<SubtreePart>& next = subtree.next.parts;
@@ -300,7 +300,7 @@ void MeshCache::refresh(Subtree& subtree,
         if (!read(subtree, warnings)) return;
         subtree.version = _nextId++;
     }
-    // What slices were copied of may have moved meanwhile.
+    // The source of the slices may have moved meanwhile.
     const bool unsaid = lookForUnsaid(subtree);
     if (!unsaid && subtree.next.fingerprint() == subtree.shape.fingerprint)
     {
@@ -340,7 +340,7 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
     auto found = std::find_if(part.stretched.begin(), part.stretched.end(), same);
     if (found == part.stretched.end())
     {
-        // While an object is being scaled, every frame brings a new stretch that doesn't come back.
+        // While an object is being scaled, every frame brings a new stretch that doesn't recur.
         if (part.stretched.size() >= kManyStretches) forgetUnused(part, 1);
         auto make = [mesh = part.mesh, moved = part.moved, stretch, bin = _bin]
         {
@@ -348,7 +348,7 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
             haptics::TriangleMesh made = *mesh;
             if (moved) made.vertices = joinedVertices(*moved);
             made.vertices = stretch * made.vertices;
-            // A mirror image turns the order of corners round: its faces still look outwards.
+            // A mirror image reverses the order of corners: its faces still point outwards.
             if (stretch.determinant() < 0.0) made.triangles.row(1).swap(made.triangles.row(2));
             return made;
         };
@@ -377,9 +377,8 @@ bool MeshCache::get(osg::Node& root,
         PoseAndStretch placed = ofRoot;
         if (i > 0 && !decompose(toArray * toEigen(subtree.now.parts[i].toRoot), placed))
         {
-            warnings.emplace_back(
-                "the matrix of a transform inside it is singular, not finite or a perspective; "
-                "what is below that can't be felt");
+            warnings.emplace_back("the matrix of a transform inside it is singular, not finite or "
+                                  "a perspective; its children can't be felt");
             continue;
         }
         const Stretched& stretched = stretchedTo(part, placed.stretch);
@@ -393,10 +392,10 @@ bool MeshCache::get(osg::Node& root,
     return true;
 }
 
-// How long meshes are kept. Shapes that a subtree had before and may have again, as the children of
-// an osg::Sequence, keep their meshes, and so their samples.
+// Lifetime of meshes. Earlier shapes of a subtree that may return, such as the children of an
+// osg::Sequence, keep their meshes and therefore their samples.
 
-// Keeps what the subtree is, before it becomes \a next.
+// Stores the subtree's shape before it becomes \a next.
 void MeshCache::keepShape(Subtree& subtree, const SubtreeState& next) const
 {
     const std::vector<Part>& parts = subtree.shape.parts;
@@ -411,7 +410,7 @@ void MeshCache::keepShape(Subtree& subtree, const SubtreeState& next) const
     subtree.kept.push_back({subtree.shape, _frame});
 }
 
-// Returns true if the subtree is again what it was before, which it then takes back.
+// Returns true if the subtree has an earlier shape again, and restores it.
 bool MeshCache::recallShape(Subtree& subtree) const
 {
     const MeshFingerprint now = subtree.next.fingerprint();
@@ -442,7 +441,7 @@ void MeshCache::endFrame()
     {
         for (Part& part : subtree->second.shape.parts)
         {
-            // A caller for whom look() stays the same holds the mesh without asking again.
+            // A caller for whom look() stays the same keeps the mesh without another call.
             for (Stretched& s : part.stretched)
                 if (s.mesh.useCount() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);

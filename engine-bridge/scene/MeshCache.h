@@ -20,19 +20,19 @@
 namespace midair::bridge
 {
 
-/// A part of a subtree at this frame: its mesh in metres, scaled as in the scene, and its pose.
+/// A part of a subtree in this frame: its mesh in metres, scaled as in the scene, and its pose.
 struct CachedMesh
 {
-    std::uint64_t meshId = 0;     ///< changes whenever the mesh changes
-    std::uint64_t topologyId = 0; ///< changes only with the triangles; else samples can follow
+    std::uint64_t meshId = 0;     ///< changes with the mesh
+    std::uint64_t topologyId = 0; ///< changes only with the triangles; otherwise samples can follow
     SharedMesh mesh;
-    /// 0: the part that moves with the root; others keep their number from frame to frame
+    /// 0: the part that moves with the root; others keep their number
     std::uint64_t part = 0;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
 };
 
-/// Takes meshes that a cache has dropped, until whoever makes the next one frees those that nobody
-/// uses: giving megabytes back to the system takes longer than a frame should wait. Any thread.
+/// Collects dropped meshes of a cache, until the maker of the next one frees the unused ones:
+/// returning megabytes to the system takes longer than a frame should wait. Any thread.
 class MeshBin
 {
 public:
@@ -44,37 +44,36 @@ private:
     std::vector<SharedMesh> _meshes MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// Caches meshes by subtree and stretch; reads a subtree again only when its fingerprint has
-/// changed.
+/// Caches meshes by subtree and stretch; reads a subtree again only when its fingerprint changed.
 ///
-/// It copies a large subtree in slices, kFrameBytes of all in a frame, and leaves the rest to
-/// whoever looks at the mesh first. Until all is copied, the subtree keeps the meshes that it had,
-/// none if it is new. A small subtree is copied at once; new ones take what they cost from the
-/// frame's share, and once isFull() whoever has more new ones leaves them to later frames.
-/// Where only vertices change, it copies them at once as they are. It also compares vertices,
-/// indices and paint with the copies, for those that change without dirty(): up to
-/// VertexCopy::kAtOnce in each frame, of larger arrays as many in turn, and of all subtrees
+/// Copies a large subtree in slices, kFrameBytes in total per frame; the first user of the mesh
+/// does the rest. Until the copy is complete, the subtree keeps its earlier meshes (none if it is
+/// new). Small subtrees are copied at once; new ones use the frame's budget, and once isFull() the
+/// caller leaves more new ones to later frames. If only vertices change, they are copied at once.
+/// It also compares vertices, indices and paint with the copies, to detect changes without dirty():
+/// up to VertexCopy::kAtOnce in each frame, a rotating part of larger arrays, and kComparedBytes of
+/// all subtrees in total, in turn.
 /// kComparedBytes, of more in turn, too.
 class MeshCache
 {
 public:
     static constexpr int kKeptFrames = 600; ///< so that a blinking object isn't read each time
-    /// Copied in slices a frame, and what new subtrees cost besides, in bytes that take as long: 2
-    /// ms of a slow core together. What is looked at in a frame takes of it, too, but kLeastBytes.
+    /// Budget per frame for slices, and for new subtrees, in bytes that take as long: together 2 ms
+    /// of a slow core. Looking at subtrees also uses it, except for kLeastBytes.
     static constexpr std::size_t kFrameBytes = 5 * (std::size_t(1) << 16);
     static constexpr std::size_t kLeastBytes = kFrameBytes / 8;
-    /// Left for small new ones where large ones are read.
+    /// Reserved for small new subtrees while large ones are read.
     static constexpr std::size_t kBesideLarge = kFrameBytes / 4;
-    static constexpr int kMostUnfinished = 8;          ///< large ones under way at a time
-    static constexpr std::size_t kSubtreeWork = 12288; ///< of a new subtree, besides its bytes
-    static constexpr std::size_t kLookWork = 512;      ///< of a subtree that is looked at
-    static constexpr std::size_t kComparedBytes = std::size_t(1) << 20; ///< a frame
-    /// A subtree with at most as many bytes is copied at once; as many bytes of small ones are made
-    /// meshes at once in a frame, so that what can't be felt of them is told at once.
+    static constexpr int kMostUnfinished = 8;          ///< limit of large subtrees being copied
+    static constexpr std::size_t kSubtreeWork = 12288; ///< cost of a new subtree besides its bytes
+    static constexpr std::size_t kLookWork = 512;      ///< cost of looking at a subtree
+    static constexpr std::size_t kComparedBytes = std::size_t(1) << 20; ///< per frame
+    /// Largest subtree that is copied at once; this many bytes of small ones are also made into
+    /// meshes at once per frame, so that parts that can't be rendered are reported at once.
     static constexpr std::size_t kSmall = std::size_t(1) << 17;
 
-    /// Shapes of a subtree that has one after the other, as below an osg::Sequence; larger ones are
-    /// read anew.
+    /// Number of kept shapes of a subtree that alternates, as below an osg::Sequence; larger ones
+    /// are read again.
     static constexpr std::size_t kKeptShapes = 16;
     static constexpr std::size_t kKeptBytes = std::size_t(1) << 22;
 
@@ -84,20 +83,19 @@ public:
     void beginFrame();
 
     /// Reads the subtree again if it has changed. Returns a number that changes with its meshes and
-    /// with the transforms inside it; while it is the same, get() gives the same result for the
-    /// same matrix.
+    /// inner transforms; while it is equal, get() gives the same result for the same matrix.
     std::uint64_t
     look(osg::Node& root, const ExtractOptions& options, std::vector<std::string>& warnings)
     {
         return lookAt(root, options, warnings).version;
     }
 
-    /// Puts the subtree's parts with their poses into \a out, which is cleared first. The affine
-    /// \a toArray maps the coordinates of \a root's children to the array; its scale is baked into
-    /// the meshes. Stretches that differ by under 1e-6 of their size count as the same (rounding
-    /// while an object turns). Parts that can't be felt, and other warnings of an extraction, are
-    /// added to \a warnings. Ignores \a options' movers and images. Returns false, with \a out
-    /// empty, if \a toArray is singular, not finite or a perspective.
+    /// Stores the subtree's parts with their poses in \a out, which is cleared first. The affine \a
+    /// toArray maps the coordinates of \a root's children to the array; its scale is baked into the
+    /// meshes. Stretches that differ by less than 1e-6 of their size count as equal (rounding while
+    /// an object turns). Adds parts that can't be rendered and other warnings to \a warnings.
+    /// Ignores \a options' movers and images. Returns false, with \a out empty, if \a toArray is
+    /// singular, not finite or a perspective.
     bool get(osg::Node& root,
              const Eigen::Matrix4d& toArray,
              const ExtractOptions& options,
@@ -112,17 +110,17 @@ public:
         return found != _subtrees.end() && found->second.reading;
     }
 
-    /// Returns true if this frame's share is used up, or many large ones are under way: what else
-    /// is new has to wait.
+    /// Returns true if this frame's budget is used up, or many large subtrees are being copied:
+    /// other new ones have to wait.
     bool isFull() const { return _budget.forNew == 0 || _budget.unfinished >= kMostUnfinished; }
-    /// Takes \a work, in bytes that take as long to copy, from the frame's share.
+    /// Subtracts \a work, in bytes that take as long to copy, from the frame's budget.
     void spend(std::size_t work)
     {
         _budget.toCopy -= std::min(work, _budget.toCopy);
         _budget.forNew -= std::min(work, _budget.forNew);
     }
 
-    /// The same of work that comes first, which leaves kLeastBytes.
+    /// The same for work that comes first; leaves kLeastBytes.
     void spendBefore(std::size_t work)
     {
         spend(std::min(work, std::max(_budget.forNew, kLeastBytes) - kLeastBytes));
@@ -141,65 +139,65 @@ private:
         SharedMesh mesh;
         std::uint64_t used = 0; ///< frame of the last use
     };
-    /// A part of a subtree with its meshes.
+    /// A part of a subtree and its meshes.
     struct Part
     {
         std::uint64_t key = 0;
         MeshFingerprint fingerprint;
         std::uint64_t topologyId = 0;
         std::uint64_t mirroredId = 0; ///< topologyId of its mirror images
-        SharedMesh mesh;              ///< as it was read
-        bool isEmpty = false;         ///< nothing of it can be felt
-        std::size_t bytes = 0;        ///< copied of the subtree that it is a part of
+        SharedMesh mesh;              ///< as read
+        bool isEmpty = false;         ///< nothing of it can be rendered
+        std::size_t bytes = 0;        ///< copied for its subtree
         /// newer vertices for that mesh; null: its own
         std::shared_ptr<const std::vector<PlacedCopy>> moved;
         std::vector<Stretched> stretched;
     };
-    /// What is found out where a mesh is made.
+    /// Warnings found when a mesh is made.
     struct LateWarnings
     {
         base::Mutex mutex;
         std::vector<std::string> all MIDAIR_GUARDED_BY(mutex);
         std::atomic<bool> isAny{false};
     };
-    /// What was read of a subtree.
+    /// Data read from a subtree.
     struct Shape
     {
         SubtreeState read;                 ///< when the parts were
         MeshFingerprint fingerprint;       ///< of that
         std::vector<Part> parts;           ///< in the order of read.parts
-        std::vector<PartSources> vertices; ///< of the parts, likewise
+        std::vector<PartSources> vertices; ///< of the parts, in the same order
         /// Keeps the objects in the fingerprints alive, so that no new array gets an old one's
         /// address.
         std::vector<osg::ref_ptr<const osg::Referenced>> sources;
         std::shared_ptr<LateWarnings> late; ///< null: all was made at once
     };
-    /// A shape that a subtree had before.
+    /// An earlier shape of a subtree.
     struct KeptShape
     {
         Shape shape;
         std::uint64_t used = 0; ///< last frame of its use
     };
-    /// A subtree as it was read last, and its present state.
+    /// A subtree as last read, and its present state.
     struct Subtree
     {
         osg::ref_ptr<osg::Node> root; ///< kept alive, so that its address isn't reused
         ExtractOptions options;       ///< with its movers
         Shape shape;
         std::vector<KeptShape> kept;
-        /// for each part: its vertices were changed without dirty()
+        /// for each part: its vertices changed without dirty()
         std::vector<bool> movedUnsaid;
-        /// the same of its indices or paint
+        /// the same for its indices or paint
         std::vector<bool> changedUnsaid;
-        SubtreeState now;                        ///< of the parts
-        SubtreeState next;                       ///< in this frame
+        SubtreeState now;                        ///< state of the parts
+        SubtreeState next;                       ///< state in this frame
         std::unique_ptr<SubtreeReading> reading; ///< null: all is copied
-        bool isRepainted = false;                ///< what is being read has other paint
-        int restarts = 0; ///< readings that a change made of no use, and no success since
-        std::uint64_t restarted = 0; ///< frame of the last
+        bool isRepainted = false;                ///< the running reading has other paint
+        int restarts = 0;            ///< consecutive readings that a change made useless
+        std::uint64_t restarted = 0; ///< frame of the last one
         std::uint64_t version = 0;
         std::uint64_t poses = 0;                ///< SubtreeState::poses()
-        std::uint64_t turn = 0;                 ///< how often it was compared with its copies
+        std::uint64_t turn = 0;                 ///< number of comparisons with its copies
         std::uint64_t used = ~std::uint64_t(0); ///< frame of the last use
     };
 
@@ -225,32 +223,32 @@ private:
     static void takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings);
     void forgetUnused(Part& part, std::uint64_t frames) const;
 
-    /// Bytes that are left in this frame.
+    /// Bytes left in this frame.
     struct Budget
     {
         std::size_t toCopy = 0; ///< in slices
-        std::size_t forNew = 0; ///< at once, of what is new
+        std::size_t forNew = 0; ///< at once, of new subtrees
         std::size_t toMake = 0; ///< meshes of, at once
-        int unfinished = 0;     ///< subtrees of which a slice was copied, and not the last
+        int unfinished = 0;     ///< subtrees with only a part of their slices copied
     };
-    /// Which subtrees are compared with their copies: from where the last frame had compared its
-    /// share.
+    /// Selects the subtrees compared with their copies, continuing where the last frame's budget
+    /// ended.
     struct Comparing
     {
-        std::size_t place = 0; ///< of the next one in this frame
-        std::size_t from = 0;  ///< the first that is compared in this frame
-        std::size_t next = 0;  ///< the first of the next frame
+        std::size_t place = 0; ///< index of the next one in this frame
+        std::size_t from = 0;  ///< first one compared in this frame
+        std::size_t next = 0;  ///< first one of the next frame
         std::size_t left = 0;  ///< bytes
     };
 
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
-    const Subtree* _last = nullptr; ///< that was looked at
+    const Subtree* _last = nullptr; ///< the last one looked at
     PaintImages _images;
     const bool _inSlices;
     const std::shared_ptr<MeshBin> _bin = std::make_shared<MeshBin>();
     Comparing _comparing;
     Budget _budget;
-    std::size_t _looks = 0; ///< subtrees that were looked at in this frame
+    std::size_t _looks = 0; ///< subtrees looked at in this frame
     std::uint64_t _frame = 0;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;

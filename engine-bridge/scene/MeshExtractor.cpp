@@ -90,7 +90,7 @@ private:
     {
         const osgText::TextBase* text = textOf(drawable);
         if (!text) return;
-        // Other characters are other lines.
+        // Other characters mean other lines.
         mix(print().topology, static_cast<const osg::BufferData*>(text->getCoords().get()));
         mix(print().topology, static_cast<std::uint64_t>(followsScreen(*text)));
         mix(print().vertices, text->getMatrix());
@@ -141,8 +141,8 @@ std::uint64_t SubtreeState::poses() const
 
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
-    // Kept from call to call to reuse the memory of its node path: this runs for every object in
-    // every frame.
+    // Reused from call to call for the memory of its node path: this runs for every object in every
+    // frame.
     thread_local InspectWalk walk;
     walk.begin(state);
     walk.walk(root, options);

@@ -13,10 +13,9 @@
 namespace midair::bridge
 {
 
-/// Hashes that are equal while extraction would give the same mesh; cheap enough to compute every
-/// frame. They cover array and primitive-set pointers with their modified counts, the active
-/// children, and the transforms in between except movers. (dirtyBound() doesn't reveal such
-/// changes.)
+/// Hashes that are equal as long as extraction gives the same mesh; cheap enough for every frame.
+/// They cover array and primitive-set pointers with their modified counts, the active children, and
+/// the transforms in between except movers. (dirtyBound() doesn't reveal such changes.)
 struct MeshFingerprint
 {
     std::uint64_t topology = 0; ///< of the triangles
@@ -33,12 +32,12 @@ struct MeshFingerprint
 /// A part of a subtree that moves rigidly.
 struct SubtreePart
 {
-    std::uint64_t key = 0; ///< identifies the path to its mover; 0: it moves with the root
+    std::uint64_t key = 0; ///< identifies the path to its mover; 0: moves with the root
     MeshFingerprint fingerprint;
     osg::Matrixd toRoot; ///< its coordinates -> those of the root's children
 };
 
-/// The parts of a subtree and its transforms, at one time.
+/// The parts of a subtree and its transforms at one time.
 struct SubtreeState
 {
     std::vector<SubtreePart> parts; ///< at least the root's
@@ -51,9 +50,9 @@ struct SubtreeState
     std::uint64_t poses() const;
 };
 
-/// Reads the state of a subtree into \a state, without copying geometry; allocates only while
-/// \a state grows. Walks \a root's active children, whether or not a camera sees them; of levels of
-/// detail the finest counts.
+/// Reads the state of a subtree into \a state without copying geometry; allocates only while \a
+/// state grows. Walks \a root's active children, whether or not a camera sees them; uses the finest
+/// level of detail.
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state);
 
 /// The fingerprint of a subtree by inspect().

@@ -131,12 +131,12 @@ PaintImages::get(const osg::Texture& texture, const PaintOptions& options, std::
     {
         warning =
             quoted(texture) +
-            " has no image in memory (not loaded, or let go of once drawn); it is felt unpainted";
+            " has no image in memory (not loaded, or released after drawing); it is felt unpainted";
         return nullptr;
     }
     if (image->isCompressed() || image->r() > 1)
     {
-        warning = quoted(texture) + (image->r() > 1 ? " is no flat picture" : " is compressed") +
+        warning = quoted(texture) + (image->r() > 1 ? " is not a 2D image" : " is compressed") +
                   "; it is felt unpainted";
         return nullptr;
     }
@@ -147,7 +147,7 @@ PaintImages::get(const osg::Texture& texture, const PaintOptions& options, std::
     paint->wrapV = wrapOf(texture.getWrap(osg::Texture::WRAP_T));
     paint->values.reserve(static_cast<std::size_t>(paint->width) *
                           static_cast<std::size_t>(paint->height));
-    // OSG draws row 0 at v = 0, whatever the image says its origin is.
+    // OSG draws row 0 at v = 0, regardless of the image's origin.
     for (int t = 0; t < paint->height; ++t)
         for (int s = 0; s < paint->width; ++s)
             paint->values.push_back(options.intensity(

@@ -22,10 +22,10 @@
 namespace midair::bridge
 {
 
-/// Where an object's intensities come from, and how colours become intensities.
+/// Source of an object's intensities, and the conversion from colours.
 struct PaintOptions
 {
-    /// Where intensities come from.
+    /// Source of intensities.
     enum Source
     {
         NONE,
@@ -62,24 +62,24 @@ struct PaintState
 {
     const osg::Texture* texture = nullptr;
     const osg::TexMat* matrix = nullptr;
-    /// whether the graphics card makes the coordinates (TexGen); none: nothing says so
+    /// the graphics card makes the coordinates (TexGen); none: not specified
     std::optional<bool> isGenerated;
 
-    /// Takes over the texture and matrix that \a state sets; it may be null.
+    /// Applies the texture and matrix of \a state, which may be null.
     void apply(const osg::StateSet* state);
 };
 
-/// Keeps the images of textures: OSG releases a texture's image once it is drawn, if the Optimizer
-/// (as in osgviewer) has processed the scene.
+/// Keeps the images of textures: OSG releases a texture's image after drawing if the Optimizer (as
+/// in osgviewer) has processed the scene.
 class PaintImages
 {
 public:
-    /// A number that stays equal while the texture has the same image; 0: it never had one.
+    /// Returns a number that is constant while the texture has the same image; 0: it never had one.
     /// Allocates only for a new texture.
     std::uint64_t version(const osg::Texture& texture);
 
-    /// The intensities of a texture's image; null, with the reason in \a warning, if it can't be
-    /// read.
+    /// Returns the intensities of a texture's image; null, with the reason in \a warning, if it
+    /// can't be read.
     std::shared_ptr<const haptics::PaintImage>
     get(const osg::Texture& texture, const PaintOptions& options, std::string& warning);
 
@@ -87,7 +87,7 @@ public:
     void forgetUnused();
 
 private:
-    /// A texture and the image that it had last.
+    /// A texture and its last image.
     struct Known
     {
         osg::ref_ptr<const osg::Texture> texture; ///< kept alive, so that its address isn't reused

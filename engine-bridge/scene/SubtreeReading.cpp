@@ -14,7 +14,7 @@ namespace midair::bridge
 namespace
 {
 
-/// Copies vertices where the mesh was read from.
+/// Copies vertices from the places that the mesh was read from.
 class CopyWalk : public SubtreeWalk
 {
 public:
@@ -39,7 +39,7 @@ protected:
         if (!_isAlike) return;
         std::vector<VertexSource>& geometries = _parts[part].geometries;
         std::size_t& next = _next[part];
-        // What is not in the mesh (text, an empty geometry) is passed over.
+        // Skips drawables that are not in the mesh (text, an empty geometry).
         if (next == geometries.size() || geometries[next].geometry != &drawable) return;
         VertexSource& source = geometries[next++];
         if (!_wanted[part]) return;
@@ -133,7 +133,7 @@ Eigen::Matrix3Xd joinedVertices(const std::vector<PlacedCopy>& copies)
 
 bool VertexSource::hasMovedUnsaid(std::uint64_t turn) const
 {
-    // Another array, or another number of vertices, shows in the fingerprint.
+    // The fingerprint detects another array, or another number of vertices.
     if (!array || geometry->getVertexArray() != array.get() ||
         static_cast<Eigen::Index>(array->getNumElements()) != placed.copy->size())
         return false;
@@ -170,7 +170,7 @@ haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
         if (placed.isMoved) piece.vertices = transformed(piece.vertices, placed.matrix);
         if (placed.isMoved && isMirror(placed.matrix))
             for (Eigen::Vector3i& corners : piece.triangles)
-                std::swap(corners[1], corners[2]); // so that faces look outwards still
+                std::swap(corners[1], corners[2]); // so that faces still point outwards
         read.push_back(std::move(piece));
     }
     return joined(read);
@@ -199,8 +199,8 @@ protected:
         tellState(node);
         if (dynamic_cast<osg::ClipNode*>(&node))
             _out._warnings.push_back(quoted(node) +
-                                     " clips within the haptic object, which is felt whole; above "
-                                     "it it clips what is felt, too");
+                                     " is inside the haptic object, where it clips only the "
+                                     "picture; above the object it clips the haptics, too");
         const osg::Transform* transform = node.asTransform();
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
             _out._warnings.push_back(quoted(node) +
@@ -213,7 +213,7 @@ protected:
     void visit(osg::Drawable& drawable) override
     {
         _out._sources.emplace_back(&drawable);
-        if (!textOf(drawable)) tellState(drawable); // a text has a shader of its own
+        if (!textOf(drawable)) tellState(drawable); // a text has its own shader
         PlacedPiece piece;
         piece.matrix = matrix;
         piece.isMoved = !identity;

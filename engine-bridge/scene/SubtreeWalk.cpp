@@ -22,7 +22,7 @@ osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visit
         transform.computeLocalToWorldMatrix(matrix, visitor);
         return matrix;
     }
-    // Left out: rotation and scale that the last cull traversal set.
+    // Leaves out rotation and scale set by the last cull traversal.
     const auto& automatic = static_cast<const osg::AutoTransform&>(transform);
     matrix.makeTranslate(-automatic.getPivotPoint());
     if (!automatic.getAutoScaleToScreen()) matrix.postMultScale(automatic.getScale());
@@ -53,8 +53,7 @@ void SubtreeWalk::walk(osg::Node& start, const ExtractOptions& now)
 
 void SubtreeWalk::paintAbove(osg::Node& start)
 {
-    // The nearest texture counts. A shared subtree has several parents, of which the first is
-    // taken.
+    // The nearest texture counts. Of several parents of a shared subtree the first is used.
     const osg::Node* node = &start;
     for (PaintState found; node; node = node->getNumParents() > 0 ? node->getParent(0) : nullptr)
     {

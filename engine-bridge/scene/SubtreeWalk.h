@@ -21,25 +21,24 @@ namespace midair::bridge
 /// (osg::AutoTransform).
 bool followsCamera(const osg::Transform& transform);
 
-/// The transform's own matrix, from its children to its parent, without what depends on a camera: a
-/// transform that follows the camera counts as not turned and not scaled by it. Only for relative
+/// Returns the transform's own matrix, from its children to its parent, without camera-dependent
+/// parts: a transform that follows the camera counts as unrotated and unscaled. Only for relative
 /// reference frames.
 osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visitor);
 
-/// Options for reading a subtree: which parts of it become the mesh, and how they are painted.
+/// Options for reading a subtree: the parts that become the mesh, and their paint.
 struct ExtractOptions
 {
     PaintOptions paint;
     unsigned int traversalMask = ~0u; ///< nodes whose mask has none of these bits are left out
     std::function<bool(const osg::Node&)> skip; ///< subtrees to leave out; empty: none
-    PaintImages* images = nullptr; ///< the cache of pictures; null: none, they are read each time
-    /// Transforms that move by themselves, sorted by address: the subtree below each is a part of
-    /// its own, in its own coordinates.
+    PaintImages* images = nullptr; ///< the cache of pictures; null: none, read each time
+    /// Transforms that move separately, sorted by address: the subtree below each is a separate
+    /// part, in its own coordinates.
     std::vector<const osg::Transform*> movers;
 };
 
-/// Visits each drawable of the active subtree, and tells the part that it belongs to and its matrix
-/// to that part's frame.
+/// Visits each drawable of the active subtree, with its part and its matrix to that part's frame.
 ///
 /// Part 0 is in the frame of the root's children; each mover on a path opens another part.
 class SubtreeWalk : public osg::NodeVisitor

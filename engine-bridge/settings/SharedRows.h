@@ -9,13 +9,12 @@
 #include <string>
 #include <vector>
 
-// Settings and properties that scenes of files and those of the C interface both have, with the
-// same names, ranges, words and help: rows of SceneSettings and ObjectSettings, for structs that
-// inherit from them.
+// Settings and properties shared by scene files and the C interface, with the same names, ranges,
+// words and help: rows of SceneSettings and ObjectSettings, for structs that inherit from them.
 namespace midair::bridge
 {
 
-/// What is wrong with the listening places of \a settings; empty: nothing.
+/// Returns the problem of the listening places of \a settings; empty: none.
 template<typename S>
 std::string problemOfEarPoints(const S& settings)
 {
@@ -24,7 +23,7 @@ std::string problemOfEarPoints(const S& settings)
     return "earPoints is \"" + settings.earPoints + "\", should be " + base::kPlacesExpected;
 }
 
-/// Rows of SceneSettings \a S: those of hands and ears.
+/// Rows of SceneSettings \a S for hands and ears.
 template<typename S>
 std::vector<base::Setting<S>> handRows()
 {
@@ -61,14 +60,14 @@ std::vector<base::Setting<S>> handRows()
             .noIdentity(),
         base::Row<S>("trackerDelay",
                      &S::trackerDelay,
-                     "the tracker's own delay, which prediction makes up for")
+                     "the tracker's own delay, which prediction compensates")
             .range(0.0, 0.2, "s")
             .variable("TRACKER_DELAY")
             .effect(Effect::NOTHING)
             .noIdentity()};
 }
 
-/// Those of what is played where hands touch, and of the air.
+/// Rows of SceneSettings \a S for contacts and the air.
 template<typename S>
 std::vector<base::Setting<S>> contactRows()
 {
@@ -91,7 +90,7 @@ std::vector<base::Setting<S>> contactRows()
                      &S::contactMask,
                      "transducers behind the finger are off, so that its other side isn't pressed"),
         base::Row<S>(
-            "trackerError", &S::trackerError, "error of the hands' places, by which auto decides")
+            "trackerError", &S::trackerError, "accuracy of the hand tracker, used by render=auto")
             .range(0.0, 0.1, "m"),
         base::Row<S>("temperatureSource",
                      &S::temperatureSource,
@@ -100,22 +99,62 @@ std::vector<base::Setting<S>> contactRows()
             .variable("TEMPERATURE_SOURCE")
             .effect(Effect::NOTHING)
             .wish(),
-        // More would outlast the frames that a scene hands over once hands are gone.
+        // Longer times would exceed the frames that a scene submits after hands are gone.
         base::Row<S>("contactHold",
                      &S::contactHold,
-                     "how long contacts of a hand that the tracker lost go on")
+                     "how long contacts last after the tracker lost the hand")
             .range(0.0, 0.3, "s")};
 }
 
-/// All rows of SceneSettings \a S that are no FieldSettings.
+/// Rows of SceneSettings \a S for the coincidence of sight and touch.
+template<typename S>
+std::vector<base::Setting<S>> seenRows()
+{
+    using base::Effect;
+    return {
+        base::Row<S>("extrapolate",
+                     &S::extrapolate,
+                     "moving objects are played where they are seen when the sound arrives")
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("displayLatency",
+                     &S::displayLatency,
+                     "time from a frame's stamp to its light, for extrapolating moving objects")
+            .range(0.0, 0.2, "s")
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("headError",
+                     &S::headError,
+                     "error of the head's position, for the distance between seen and felt "
+                     "objects; 0: unknown")
+            .range(1e-5, 1.0, "m")
+            .orZero()
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("arrayError",
+                     &S::arrayError,
+                     "error of the array's position, as midair-calibrate reports it; 0: unknown")
+            .range(1e-5, 1.0, "m")
+            .orZero()
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("airError",
+                     &S::airError,
+                     "error of the air's temperature; 0: 0.5 C with a thermometer, else unknown")
+            .range(1e-3, 50.0, "C")
+            .orZero()
+            .effect(Effect::NOTHING)
+            .noIdentity()};
+}
+
+/// Rows of SceneSettings \a S except those of FieldSettings.
 template<typename S>
 std::vector<base::Setting<S>> sceneRows()
 {
-    return base::joined<S>({handRows<S>(), contactRows<S>()});
+    return base::joined<S>({handRows<S>(), contactRows<S>(), seenRows<S>()});
 }
 
-/// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
-/// set.
+/// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit the present unit stays.
 template<typename P>
 bool setPressure(P& property, const std::string& text)
 {
@@ -134,7 +173,7 @@ bool setPressure(P& property, const std::string& text)
     return true;
 }
 
-/// Rows of ObjectSettings \a P: how strongly an object is felt.
+/// Rows of ObjectSettings \a P for the strength of an object.
 template<typename P>
 std::vector<base::Setting<P>> strengthRows()
 {
@@ -186,7 +225,7 @@ std::vector<base::Setting<P>> strengthRows()
             .range(0.0, 1.0)};
 }
 
-/// Rows of ObjectSettings \a P: how an object is felt where it is touched.
+/// Rows of ObjectSettings \a P for touched objects.
 template<typename P>
 std::vector<base::Setting<P>> touchRows()
 {

@@ -18,8 +18,8 @@ namespace
 
 constexpr int kSignalPhases = 256;
 
-// The level nearest to that of 256, which lies midway between two of them only for levels that no
-// solver has rounded to this array.
+// The nearest of \a levels to a level of 256; a tie is possible only for phases that no solver has
+// rounded to this array.
 int phaseLevelOf(int phase, int levels)
 {
     return (2 * phase * levels + kSignalPhases) / (2 * kSignalPhases) % levels;
@@ -27,7 +27,7 @@ int phaseLevelOf(int phase, int levels)
 
 int amplitudeLevelOf(float amplitude, const std::vector<float>& levels)
 {
-    // Off is off, also for an array whose lowest level is not 0.
+    // Off stays off, even if the array's lowest level is not 0.
     if (!(amplitude > 0.0f)) return levels.front() > 0.0f ? -1 : 0;
     const auto above = std::lower_bound(levels.begin(), levels.end(), amplitude);
     const auto index = static_cast<int>(above - levels.begin());

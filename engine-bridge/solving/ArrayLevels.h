@@ -20,13 +20,12 @@ struct LevelDrive
     std::vector<int> amplitude; ///< index into amplitudeLevels; -1: off, in a list without a 0
 };
 
-/// Limits \a drive to what a DriveSignal can ask of an array: at most 256 phases, also where it
-/// has more or continuous ones, and the duties' 256 amplitudes where it lists none. Returns true if
-/// the phases became fewer.
+/// Limits \a drive to the range of a DriveSignal: at most 256 phases, also instead of continuous
+/// ones, and the 256 duty amplitudes if it lists none. Returns true if there are fewer phases now.
 bool keepToSignal(haptics::DriveResolution& drive);
 
-/// Returns the levels that an array of \a drive, which keepToSignal() has limited, plays of \a
-/// signal: of each phase and each amplitude the nearest one.
+/// Returns the nearest levels to \a signal on an array of \a drive, which was limited by
+/// keepToSignal().
 LevelDrive levelsOf(const haptics::DriveResolution& drive, const device::DriveSignal& signal);
 
 /// Returns the activations (m) of levelsOf().
@@ -36,12 +35,12 @@ Eigen::VectorXcf playedBy(const haptics::DriveResolution& drive, const device::D
 bool hasDuties(const haptics::DriveResolution& drive);
 
 /// Returns the names of drive.csv's last two columns: phase_level and duty_level for 256 levels;
-/// phase_level_of_N and amplitude_level_of_N for any other number N, so that levels of another
-/// meaning are not read as these.
+/// phase_level_of_N and amplitude_level_of_N for another number N, so that different meanings can't
+/// be confused.
 std::string levelColumns(const haptics::DriveResolution& drive);
 
-/// Writes what a drive.csv holds: x_m,y_m,z_m,nx,ny,nz and the columns of levelColumns(), a row for
-/// each transducer; numbers have 9 digits and a decimal point.
+/// Writes a drive.csv: x_m,y_m,z_m,nx,ny,nz and the columns of levelColumns(), one row per
+/// transducer; numbers have 9 digits and a decimal point.
 void writeDrive(std::ostream& out,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);

@@ -63,7 +63,7 @@ haptics::FieldSequence compose(const SolveTask& task)
     return composer.composeCycle(task.sets, task.places, task.array, task.medium);
 }
 
-/// Returns what holds fields to the cap of the arguments; without one, to the most that can be.
+/// Returns the cap of the task; without one, a cap at the highest possible pressure.
 PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& drive)
 {
     device::DriveAbility ability;
@@ -75,8 +75,8 @@ PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& d
             std::move(ability)};
 }
 
-/// Encodes the drives, unless a cap has proven them, and replaces the fields by those that the
-/// drives play.
+/// Encodes the drives, unless the cap did so already, and replaces the fields by those of the
+/// drives.
 void encodeFields(const SolveTask& task, SolvedFields& solved)
 {
     std::vector<Eigen::VectorXcf>& fields = solved.sequence.fields;
@@ -92,8 +92,8 @@ void encodeFields(const SolveTask& task, SolvedFields& solved)
     }
 }
 
-/// Returns |p| at the points of \a sequence (n), computed in double, each in the field made for it;
-/// of an evened one what is felt.
+/// Returns |p| at the points of \a sequence (n), computed in double, each in its own field; for an
+/// evened cycle as felt.
 Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask& task)
 {
     if (sequence.evened)
@@ -120,7 +120,7 @@ Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask
     return achieved_Pa;
 }
 
-/// Tells in the report what the cap has made of the fields \a before it, which sound.
+/// Reports how the cap changed the fields \a before it, which sound.
 void tellOfCap(const std::string& cap,
                const SolveTask& task,
                const haptics::FieldSequence& before,
@@ -137,17 +137,17 @@ void tellOfCap(const std::string& cap,
                            report.points,
                            100.0 * report.worstShortfall);
     else if (report.rms > std::max(task.settings.rmsTolerance, 1.5 * rmsBefore))
-        told = fmt::format("the amplitudes that {} leaves are coarse: the rms "
-                           "error is {:.2f} %, {:.2f} % before",
-                           cap,
-                           100.0 * report.rms,
-                           100.0 * rmsBefore);
+        told = fmt::format(
+            "{} leaves only coarse amplitudes: the rms error is {:.2f} %, {:.2f} % before",
+            cap,
+            100.0 * report.rms,
+            100.0 * rmsBefore);
     if (told.empty()) return;
     if (report.stop == haptics::StopReason::CONVERGED) report.stop = haptics::StopReason::STALLED;
     report.message += (report.message.empty() ? "" : "; ") + told;
 }
 
-/// Applies the cap, encodes, measures and rates: all figures are then of the written drives.
+/// Applies the cap, encodes, measures and rates, so that all figures belong to the written drives.
 void finish(const SolveTask& task, SolvedFields& solved)
 {
     haptics::SolveReport& report = solved.sequence.report;
@@ -168,8 +168,8 @@ void finish(const SolveTask& task, SolvedFields& solved)
     solved.signals = std::move(proven.drives);
     encodeFields(task, solved);
     solved.achieved_Pa = measured(solved.sequence, task);
-    // A solver rates its own field in float and in the levels that it planned with, and silence as
-    // without errors.
+    // A solver rates its own field in float and in its planned levels, and rates silence as free of
+    // errors.
     haptics::rateLevel(solved.points, solved.achieved_Pa.cast<float>(), report);
     if (isSilent(solved.sequence.fields))
         cap.tellOfSilence(where, before.fields, task.remedy, report);

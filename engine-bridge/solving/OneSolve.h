@@ -25,51 +25,51 @@
 namespace midair::bridge
 {
 
-/// What is to be solved once, for an array that nothing plays yet. The references outlive the call.
+/// Input of a single solve, for an array that isn't playing. The references outlive the call.
 struct SolveTask
 {
-    const haptics::TransducerArray& array; ///< its levels have passed keepToSignal()
+    const haptics::TransducerArray& array; ///< already limited by keepToSignal()
     const haptics::Medium& medium;
     const haptics::FieldSettings& settings;
     /// Control points in the array frame, a set for each field of a cycle.
     std::vector<haptics::ControlPoints> sets = {};
-    /// Modulation of the single points; of one set alone.
+    /// Modulation of the points; only with a single set.
     haptics::ModulationPlan plan = {};
-    /// Where the fields of a cycle are evened out; no points: only at those of the sets.
+    /// Places where the fields of a cycle are evened out; none: only at the points of the sets.
     haptics::ControlPoints places = {};
-    /// In place of the sets: outlines for one stationary field.
+    /// Outlines for one stationary field, instead of the sets.
     std::optional<std::vector<haptics::Outline>> outlines = std::nullopt;
-    /// There are outlines, and none is within reach: the field is silence. Else it is an error if
-    /// there are none.
+    /// Outlines exist, but none is within reach: the field is silence. Otherwise having none is an
+    /// error.
     bool outlinesOutOfReach = false;
     bool absolute = false;          ///< the outlines' targets are in Pa
-    double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of all that is played
+    double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of the whole output
     const EarBound* ears = nullptr; ///< null: no ear limit
     SilenceRemedy remedy = {};      ///< names of the settings in messages
-    /// Replacement for haptics::makeSolver; empty: that one.
+    /// Replacement for haptics::makeSolver; empty: the original.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
                                                            const haptics::SolverOptions&)>
         makeSolver = {};
     base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
 };
 
-/// The fields as their drives play them, and what they are for.
+/// Fields as their drives play them, with their points.
 struct SolvedFields
 {
     haptics::FieldSequence sequence;          ///< at least one field, maybe silent
     std::vector<device::DriveSignal> signals; ///< one per field
     haptics::ControlPoints points;            ///< points of the sequence
-    /// n, |p| computed in double from the encoded drive; each point in the field made for it, of an
-    /// evened cycle what is felt
+    /// n, |p| computed in double from the encoded drive; each point in its own field, for an evened
+    /// cycle as felt
     Eigen::VectorXd achieved_Pa;
-    Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
+    Eigen::VectorXd target_Pa; ///< n; relative targets at the level that was reached
 };
 
-/// Composes the fields, applies the caps, encodes the drives and measures and rates what these
-/// play. Throws base::InputError for what can't be solved for.
+/// Composes the fields, applies the caps, encodes the drives, and measures and rates their output.
+/// Throws base::InputError for a task that can't be solved.
 SolvedFields solveOnce(const SolveTask& task);
 
-/// How loud \a fields (K times m), played in turn without end, are at the loudest place of
+/// Returns the exposure of \a fields (K times m), played in turn forever, at the loudest place of
 /// \a exposure. \a limit_dB: the ear limit, for the figures.
 haptics::ExposureFigures steadyExposure(haptics::Exposure& exposure,
                                         const std::vector<Eigen::VectorXcf>& fields,

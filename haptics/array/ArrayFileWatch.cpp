@@ -31,7 +31,7 @@ ArrayFileWatch::State ArrayFileWatch::look() const
     const std::string path = TransducerArray::fileOf(_nameOrPath);
     struct stat about = {};
     if (path.empty() || ::stat(path.c_str(), &about) != 0) return {};
-    // The time of the state changes too where a tool keeps that of the content.
+    // The status time changes even if a tool preserves the content time.
     return {
         path, about.st_ino, about.st_size, nanoseconds(about.st_mtim), nanoseconds(about.st_ctim)};
 }

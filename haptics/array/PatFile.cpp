@@ -46,7 +46,7 @@ public:
     const std::string& line(int number, const std::string& what) const
     {
         if (number > static_cast<int>(_lines.size()))
-            fail(number, "isn't there; it must be " + what);
+            fail(number, "is missing; it must be " + what);
         return _lines[static_cast<std::size_t>(number - 1)];
     }
 
@@ -95,7 +95,7 @@ public:
     void requireEnd() const
     {
         if (_lines.size() > kLines)
-            fail(kLines + 1, "is more than there must be; the amplitudes in line 7 are the last");
+            fail(kLines + 1, "is one line too many; line 7, the amplitudes, is the last");
     }
 
 private:
@@ -199,7 +199,7 @@ PatBoard readPat(const std::string& text, const std::string& source)
         array.drive.amplitudeLevels.push_back(
             static_cast<float>(std::sin(base::kPi * width / kLevels)));
     // The driver subtracts the adjustment from the wanted delay and multiplies the amplitude by the
-    // other one. So the transducer itself is later by that delay, and weaker by the inverse factor.
+    // other one, so the transducer itself is later by that delay, and weaker by the inverse factor.
     for (std::size_t t = 0; t < kTransducers; ++t)
     {
         const Eigen::Index pin = pins[t];

@@ -7,12 +7,12 @@
 namespace midair::haptics
 {
 
-/// OpenMPD board as measured by its maker.
+/// OpenMPD board with the values measured by its maker.
 struct PatBoard
 {
     std::string serial;    ///< serial number of its FT232H
-    TransducerArray array; ///< in pin order, with the measured offsets and gains; P0 and
-                           ///< directivity are the transducer's data sheet's
+    TransducerArray array; ///< in pin order, with measured offsets and gains; P0 and directivity
+                           ///< from the data sheet
 };
 
 /// Reads the text of a `.pat` file (format: samples/guides/ARRAYS.md); \a source: its name in

@@ -101,7 +101,7 @@ DriveResolution paperDrive()
 // D is the paper's own, so P0 and D belong together.
 constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
 
-/// Returns true if the list of dead transducers is as setDead() leaves it.
+/// Returns true if the list of dead transducers is as left by setDead().
 bool areDead(const TransducerArray& array)
 {
     int before = -1;
@@ -117,7 +117,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostBytes = std::size_t(32) << 20;
 
-// The user's folders come first, so that a measured array can replace a shipped one of the same
+// The user's folders come first, so that a measured array can replace an installed one of the same
 // name.
 std::vector<fs::path> arrayFolders()
 {
@@ -128,7 +128,7 @@ std::vector<fs::path> arrayFolders()
         for (std::string folder; std::getline(list, folder, ':');)
             if (!folder.empty()) folders.emplace_back(folder);
     }
-    // Beside the library or the program, wherever the installed prefix has been moved to.
+    // Beside the library or program, so the installed prefix can be moved.
     if (const fs::path own = base::ownFolder(); !own.empty())
         for (const char* place : {MIDAIR_ARRAYS_FROM_LIBRARY, MIDAIR_ARRAYS_FROM_PROGRAM})
             folders.push_back((own / place).lexically_normal());

@@ -21,7 +21,7 @@ namespace
 using base::JsonValue;
 
 constexpr int kMostTransducers = 65536;
-constexpr double kFarthest_m = 10.0; // catches lengths that were written in millimetres
+constexpr double kFarthest_m = 10.0; // catches lengths in millimetres
 constexpr double kAboveZero = std::numeric_limits<double>::min();
 
 void readDead(const JsonValue& list, TransducerArray& array)
@@ -53,7 +53,7 @@ void readWeak(const JsonValue& list, TransducerArray& array)
         if (!item.isList() || item.size() != 2) item.wrong(right);
         const int i = item[0].integer(0, array.size() - 1, right);
         const double value = item[1].number(0.0, kMostGain, right);
-        if (!(value > 0.0)) item.wrong(right + "; what does nothing is dead");
+        if (!(value > 0.0)) item.wrong(right + "; list transducers of gain 0 in 'dead'");
         if (seen[static_cast<std::size_t>(i)]) item.wrong("there once");
         if (std::binary_search(array.dead.begin(), array.dead.end(), i))
             item.wrong("of a transducer that isn't dead");
@@ -63,7 +63,7 @@ void readWeak(const JsonValue& list, TransducerArray& array)
     array.setGains(weak);
 }
 
-// The bounds keep every product of these numbers within the range of a float.
+// The bounds keep all products of these numbers within the range of a float.
 double phaseOffset(const JsonValue& value)
 {
     return value.number(-1000.0, 1000.0, "an angle in radians, within -1000 .. 1000");
@@ -74,7 +74,7 @@ double gain(const JsonValue& value)
     return value.number(0.0, kMostGain, "a number from 0 to 1000");
 }
 
-/// Middle of a board, or place of a transducer; \a what it is.
+/// Middle of a board, or position of a transducer; \a what describes it.
 Eigen::Vector3d position(const JsonValue& item, const char* what)
 {
     return item.required("position_m", what)
@@ -86,7 +86,7 @@ Eigen::Vector3d normal(const JsonValue& item)
     return item.required("normal", "the direction of emission [x, y, z]").direction();
 }
 
-// Optional values of each transducer, stored in the array only if any transducer has them.
+// Optional values per transducer, stored in the array only if any transducer has them.
 struct Trimming
 {
     std::vector<double> phaseOffset_rad;
@@ -103,7 +103,7 @@ struct Trimming
     }
 };
 
-// Without the key transducers ring as their type does; of point sources nothing is known.
+// Without the key, ringing depends on the type of transducer; 0 for point sources.
 double readRinging(const JsonValue& root, Directivity type)
 {
     const auto found = root.find("ringing");

@@ -8,16 +8,14 @@
 namespace midair::base
 {
 
-/// Array of plain numbers, aligned to a cache line. It never shrinks, so that later updates
-/// allocate nothing.
+/// Cache-line aligned array of plain numbers. It never shrinks, so later updates don't allocate.
 template<typename T>
 class AlignedBuffer
 {
 public:
-    static constexpr std::size_t kAlignment = 64; ///< bytes; one AVX-512 register, one cache line
+    static constexpr std::size_t kAlignment = 64; ///< bytes; an AVX-512 register, a cache line
 
-    /// Makes room for \a count elements. When it has to grow, existing elements are lost and all
-    /// are zero.
+    /// Makes room for \a count elements. If it has to grow, all elements become zero.
     void reserve(std::size_t count)
     {
         if (count <= _capacity) return;

@@ -33,8 +33,8 @@ private:
     std::vector<std::uint8_t>& _out;
 };
 
-/// Reads what ByteWriter wrote. Reading past the end gives zeros and makes ok() false, so one check
-/// at the end is enough.
+/// Reads the output of ByteWriter. Reading past the end returns zeros and makes ok() false, so one
+/// check at the end is enough.
 class ByteReader
 {
 public:
@@ -79,8 +79,8 @@ private:
     bool _ok = true;
 };
 
-/// CRC-32C (Castagnoli, reflected polynomial 0x82F63B78, start and final xor 0xFFFFFFFF; RFC 3720,
-/// B.4). \a crc: result for the bytes before, to process data in pieces.
+/// CRC-32C (Castagnoli, reflected polynomial 0x82F63B78, initial and final xor 0xFFFFFFFF; RFC
+/// 3720, B.4). \a crc: result of the preceding bytes, for data in pieces.
 std::uint32_t crc32c(const std::uint8_t* bytes, std::size_t count, std::uint32_t crc = 0);
 
 } // namespace midair::base

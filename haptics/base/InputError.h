@@ -5,8 +5,8 @@
 namespace midair::base
 {
 
-/// Error in input from outside (files, options): what() names the item, its value and what is
-/// expected.
+/// Error in external input (files, options). what() names the item, its value and the expected
+/// value.
 class InputError : public std::runtime_error
 {
 public:

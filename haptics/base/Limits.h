@@ -5,36 +5,35 @@
 namespace midair::base
 {
 
-// Limits on what a scene or a caller may ask for. Input beyond a limit is refused with a message
-// that names the number and the limit. With these limits the largest array of the kit (3984
-// transducers) needs less than 1.5 GB, and no step that can't be interrupted takes more than some
-// 50 ms on one core.
+// Limits on requests of scenes and callers. Input beyond a limit is refused with a message that
+// names the number and the limit. Within these limits the largest array of the kit (3984
+// transducers) needs less than 1.5 GB, and no uninterruptible step takes more than about 50 ms on
+// one core.
 
-/// Control points of one field: G in single precision is then 160 MB.
+/// Control points of one field: 160 MB for G in single precision.
 constexpr int kMostControlPoints = 5000;
-/// Entries of G, points times transducers, for larger arrays than that.
+/// Entries of G, points times transducers, for larger arrays.
 constexpr std::size_t kMostEntries = 40000000;
-/// Control points for methods that need complex matrices of points times points in double
-/// precision, 16 MB each, and their inverse.
+/// Control points for methods with complex points x points matrices in double precision, 16 MB
+/// each, and their inverse.
 constexpr int kMostDensePoints = 1000;
-/// Control points that a certificate is made for: its relaxation stores some sqrt(n) numbers for
-/// each of n points.
+/// Control points of a certificate: its relaxation stores about sqrt(n) numbers for each of n
+/// points.
 constexpr int kMostCertifiedPoints = 1000;
-/// Control points of all fields together that are played in turn: each field keeps its own G for a
-/// warm start.
+/// Control points of all fields in turn together: each field keeps its own G for a warm start.
 constexpr int kMostPointsInTurn = 20000;
-/// Samples of all objects of a scene among which control points are selected.
+/// Samples of all objects of a scene, from which control points are selected.
 constexpr int kMostCandidates = 200000;
-/// Cached samples of all sets of all meshes, some 150 bytes each.
+/// Cached samples of all sets of all meshes, about 150 bytes each.
 constexpr int kMostCachedSamples = 2000000;
 /// Triangles of one mesh.
 constexpr int kMostTriangles = 4000000;
-/// Samples along outlines at which the pressure is measured.
+/// Samples along outlines for measuring the pressure.
 constexpr int kMostOutlineSamples = 50000;
 
-// Limits of ranges that several layers check.
+// Ranges checked by several layers.
 
-/// The air: range in which the formulas for sound hold.
+/// Air: range in which the sound formulas hold.
 constexpr double kLeastTemperature_C = -40.0;
 constexpr double kMostTemperature_C = 60.0;
 constexpr double kLeastAirPressure_Pa = 50e3;
@@ -44,22 +43,22 @@ constexpr double kMostLoudness = 2.0;
 constexpr int kMostThreads = 256;
 /// Largest pressure cap, peak Pa.
 constexpr double kMostPressure_Pa = 1e6;
-/// dB re 20 uPa, rms: limits of the level at ears. Below the least one a limit is a slip: 0 is
-/// none, and nearly silence are its neighbours.
+/// Range of the ear limit, dB re 20 uPa, rms. Values below the least are mistakes: 0 means no
+/// limit, while its neighbours would mean near silence.
 constexpr double kLeastEarLimit_dB = 20.0;
 constexpr double kMostEarLimit_dB = 200.0;
-/// Fields of a cycle, and subsets of the points, played in turn.
+/// Fields of a cycle, and subsets of the points, in turn.
 constexpr int kMostCycle = 64;
 constexpr int kMostSubsets = 64;
 /// Intermediate steps from one field of a cycle to the next.
 constexpr int kMostCycleSteps = 16;
-/// Passes that even a cycle out.
+/// Passes for evening out a cycle.
 constexpr int kMostEven = 1000;
-/// Hz; rate of fields played in turn: one per period of the 40 kHz carrier.
+/// Hz; rate of fields in turn: one per period of the 40 kHz carrier.
 constexpr double kMostFieldRate_Hz = 40e3;
-/// Hz; amplitude modulation: at higher frequencies the skin feels little and the ear hears more.
+/// Hz; amplitude modulation. Above it the skin feels little and the ear hears more.
 constexpr double kMostModulation_Hz = 500.0;
-/// s; between two fields that the monitor examines.
+/// s; between two measurements of the monitor.
 constexpr double kLeastMonitorInterval_s = 0.05;
 constexpr double kMostMonitorInterval_s = 1e6;
 

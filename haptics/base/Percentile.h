@@ -7,8 +7,8 @@
 namespace midair::base
 {
 
-/// Returns the percentile of \a values at \a fraction (0 .. 1): they are sorted, the k-th of n
-/// stands at (k - 1)/(n - 1), and it is interpolated linearly between two of them; 0 for none.
+/// Returns the percentile of \a values at \a fraction (0 .. 1), linearly interpolated: the k-th of
+/// n sorted values is at (k - 1)/(n - 1). 0 if there are none.
 inline double percentile(std::vector<double> values, double fraction)
 {
     if (values.empty()) return 0.0;

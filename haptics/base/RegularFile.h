@@ -8,8 +8,8 @@
 namespace midair::base
 {
 
-/// Error for a file that can't be read: what() gives the reason as a phrase to follow the file's
-/// name, or begins with what the caller gave.
+/// Error for a file that can't be read. what() gives the reason as a phrase to follow the file's
+/// name, or begins with the caller's prefix.
 class FileError : public InputError
 {
 public:
@@ -17,8 +17,8 @@ public:
 };
 
 /// Returns the content of a regular file of at most \a mostBytes. Follows links; never blocks, and
-/// never reads from a device, a pipe or a folder. Throws FileError, whose text begins with
-/// \a before: the file's name for a sentence of its own.
+/// never reads devices, pipes or folders. Throws FileError whose text begins with \a before,
+/// usually the file's name.
 std::string
 readRegularFile(const std::string& path, std::size_t mostBytes, const std::string& before = {});
 

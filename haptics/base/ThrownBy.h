@@ -6,8 +6,8 @@
 namespace midair::base
 {
 
-/// To be called in a handler of all exceptions: what was caught, in words. Code of an application
-/// may throw whatever it likes, and what no handler takes ends the program.
+/// Describes the exception being handled; call it in a catch-all handler. Application code may
+/// throw anything, and an unhandled exception ends the program.
 inline std::string whatWasThrown()
 {
     try
@@ -24,8 +24,8 @@ inline std::string whatWasThrown()
     }
 }
 
-/// Calls \a call, which runs code of an application, and catches whatever it throws. Returns that
-/// in words, with which a sentence goes on ("has thrown ..."); empty if it returned.
+/// Calls \a call, which runs application code, and catches every exception. Returns it as a phrase
+/// ("has thrown ..."), or an empty text if the call returned.
 template<typename Call>
 std::string thrownBy(const Call& call)
 {
@@ -40,7 +40,7 @@ std::string thrownBy(const Call& call)
     }
     catch (...)
     {
-        return "what is no std::exception";
+        return "an exception that is no std::exception";
     }
 }
 

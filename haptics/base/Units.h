@@ -1,6 +1,6 @@
 #pragma once
 
-/// Conversion of units.
+/// Unit conversions.
 namespace midair::base
 {
 

@@ -18,8 +18,7 @@ namespace
 
 std::atomic<bool> trusted{false};
 
-/// Reads the block of variables that the kernel wrote when the program began; setenv() does not
-/// change it.
+/// Reads the variables that the kernel stored at program start; setenv() does not change them.
 std::map<std::string, std::string> readBeginning()
 {
     std::map<std::string, std::string> all;
@@ -64,8 +63,8 @@ std::vector<std::string> variablesNow(const std::string& prefix)
     return names;
 }
 
-// Tests declare it themselves (tests/TrustedVariables.h): a program that called it would make what
-// a scene's files set its user's word.
+// Only tests declare and call it (tests/TrustedVariables.h): in a program it would treat variables
+// set by scene files as the user's.
 void trustVariablesOfProgram();
 void trustVariablesOfProgram()
 {

@@ -8,20 +8,20 @@
 namespace midair::base
 {
 
-/// Returns an environment variable as it was when the program began, or none. Files that libraries
-/// read (OSG's .p3d) can set variables, so later values do not come from the user. Where /proc is
-/// not readable there are none.
+/// Returns an environment variable as it was at program start, or none. Libraries can set variables
+/// from files (OSG's .p3d), so later values don't come from the user. Returns none if /proc is not
+/// readable.
 std::optional<std::string> userVariable(const std::string& name);
 
-/// Returns the current value of the variable, whoever set it, or none.
+/// Returns the variable's present value, whoever set it, or none.
 std::optional<std::string> variableNow(const std::string& name);
 
-/// Returns the names of all variables that are set now and begin with \a prefix, without it.
+/// Returns the names of all present variables that begin with \a prefix, without the prefix.
 std::vector<std::string> variablesNow(const std::string& prefix);
 
-/// Returns the folder of the program or shared library that this function is linked into, with
-/// symbolic links resolved; empty if it isn't known. What is installed beside it (arrays, OSG's
-/// plugins, models) is found from there, so that an installed prefix can be moved.
+/// Returns the folder of the program or shared library that contains this function, with symbolic
+/// links resolved; empty if unknown. Installed files (arrays, OSG's plugins, models) are found
+/// relative to it, so an installed prefix can be moved.
 std::filesystem::path ownFolder();
 
 } // namespace midair::base

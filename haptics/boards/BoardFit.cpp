@@ -24,7 +24,7 @@ namespace
 {
 
 constexpr double kOutlier = 4.0;      // sigmas
-constexpr double kInconsistent = 3.0; // noise over the sigma that was said
+constexpr double kInconsistent = 3.0; // noise over the given sigma
 constexpr double kMostLeftOut = 0.1;
 constexpr std::size_t kMostNamed = 8;
 
@@ -61,8 +61,8 @@ public:
         judgeNoise();
         if (!_report.problems.empty()) return _report;
         if (!_isAnchored)
-            _report.notes.push_back("distances are the same in a mirror: taken is the arrangement "
-                                    "like the array's, not its mirror image");
+            _report.notes.push_back("distances are the same in a mirror: the arrangement like the "
+                                    "array's is used, not its mirror image");
         for (const std::string& note : _solver.mirrorNotes(_used, _options.sigma_m, _state))
             _report.notes.push_back(note);
         _report.usable = true;
@@ -71,7 +71,7 @@ public:
     }
 
 private:
-    /// Returns true if known places say where the whole is. Throws if they say half of it.
+    /// Returns true if known places define the frame. Throws if they do so only in part.
     bool isAnchored() const
     {
         std::set<int> known;
@@ -88,8 +88,8 @@ private:
         Eigen::Vector3d normal;
         if (places.cols() >= 3 && flatness(places, normal)[1] > kFlat_m) return true;
         throw base::InputError(fmt::format(
-            "{} known {} measured to, which must be none (the whole then stays where it is) or at "
-            "least three that are not in one line; \"place NAME about x y z\" is fitted along",
+            "{} known {} measured to; use none (the array as a whole then stays in place) or at "
+            "least three that are not in one line; \"place NAME about x y z\" is fitted, too",
             known.size(),
             known.size() == 1 ? "place is" : "places in one line are"));
     }
@@ -101,7 +101,7 @@ private:
                 _report.problems.push_back(fmt::format("board {} has no measurement", b));
     }
 
-    // At most one in ten, and never so many that nothing is left to check the others.
+    // At most one in ten, and never so many that none remain to check the others.
     void leaveOutliers()
     {
         const Eigen::VectorXd r = _solver.residuals_m(_state).cwiseAbs();
@@ -135,7 +135,7 @@ private:
         return static_cast<int>(std::count(_used.begin(), _used.end(), 1)) - unknowns();
     }
 
-    // Moves everything so that the transducers are where the array has them, on average.
+    // Moves everything so that the mean motion of the transducers is zero.
     void align()
     {
         const Eigen::Isometry3d back(
@@ -163,8 +163,8 @@ private:
                 _report.places.push_back({_measurements.places[p].name, _state.places[p], false});
     }
 
-    // The covariance of the parameters for errors of sigma; of a whole that nothing holds, rigid
-    // motions have none.
+    // Covariance of the parameters for errors of sigma; without known places, without rigid
+    // motions.
     void describe()
     {
         Eigen::MatrixXd J = _solver.jacobian(_state) / _options.sigma_m;
@@ -214,7 +214,7 @@ private:
         return pose;
     }
 
-    // Names the board that moves most in each direction that nobody would see.
+    // Names the board that moves most in each undetermined direction.
     void tellUndetermined(const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors)
     {
         const double least = 1.0 / std::pow(_options.mostUncertain_m, 2);
@@ -238,7 +238,7 @@ private:
             if (most < 0.1) // a fitted place, or the delay
             {
                 told.insert(
-                    "a place that is known about, or the delay of times, is not determined");
+                    "a place given with \"about\", or the delay of times, is not determined");
                 continue;
             }
             Eigen::Vector3d d =
@@ -246,15 +246,14 @@ private:
             Eigen::Index axis = 0;
             d.cwiseAbs().maxCoeff(&axis);
             if (d[axis] < 0.0) d = -d;
-            told.insert(
-                fmt::format("board {} is not determined: it can {} ({:.1f}, {:.1f}, {:.1f}) "
-                            "without any measurement telling; measure it to something off "
-                            "to its side, of another direction",
-                            worst,
-                            isTurn ? "turn about" : "move along",
-                            d[0],
-                            d[1],
-                            d[2]));
+            told.insert(fmt::format(
+                "board {} is not determined: it can {} ({:.1f}, {:.1f}, {:.1f}) without changing a "
+                "measurement; measure it to a point at its side, in another direction",
+                worst,
+                isTurn ? "turn about" : "move along",
+                d[0],
+                d[1],
+                d[2]));
         }
         _report.problems.insert(_report.problems.end(), told.begin(), told.end());
     }
@@ -269,8 +268,8 @@ private:
         if (left <= 0)
         {
             if (_report.problems.empty())
-                _report.notes.push_back("there is no measurement more than unknowns: nothing would "
-                                        "tell of a wrong one");
+                _report.notes.push_back(
+                    "there are as many measurements as unknowns: a wrong one can't be found");
             return;
         }
         if (!(_report.noise_m > kInconsistent * _options.sigma_m)) return;
@@ -308,7 +307,7 @@ private:
 };
 
 constexpr double kShortest_m = 0.01;
-constexpr double kFree_m = 0.1;     // how far boards may be off before anything is measured
+constexpr double kFree_m = 0.1;     // assumed displacement of boards before the first measurement
 constexpr double kRedundancy = 1.5; // distances over unknowns
 
 void check(const TransducerArray& array, const BoardPlanOptions& options)
@@ -325,7 +324,7 @@ void check(const TransducerArray& array, const BoardPlanOptions& options)
                                "\" has one board: there is no other to measure it to");
 }
 
-/// All corner to corner distances between boards that a tape reaches.
+/// All corner to corner distances between boards within the tape's length.
 std::vector<PlannedDistance> candidates(const TransducerArray& array, double longest_m)
 {
     const BoardMarks marks(array);
@@ -390,7 +389,7 @@ BoardPlan planBoards(const TransducerArray& array, const BoardPlanOptions& optio
     const BoardSolver solver(array, measurements, 343.2);
     const BoardState state = solver.start();
     const Eigen::MatrixXd J = solver.jacobian(state) / options.sigma_m;
-    // Covariance of the parameters, of boards that may be anywhere at first.
+    // Covariance of the parameters, for boards that may initially be anywhere.
     const int P = solver.parameters();
     Eigen::MatrixXd C = Eigen::MatrixXd::Identity(P, P) * kFree_m * kFree_m;
     const auto wanted = static_cast<std::size_t>(
@@ -410,7 +409,7 @@ BoardPlan planBoards(const TransducerArray& array, const BoardPlanOptions& optio
             most = gain;
             best = k;
         }
-        // Sherman and Morrison: what one more measurement leaves of the covariance.
+        // Sherman and Morrison: covariance after one more measurement.
         const Eigen::VectorXd column = JC.row(best).transpose();
         C -= column * column.transpose() / (1.0 + most);
         taken[static_cast<std::size_t>(best)] = 1;

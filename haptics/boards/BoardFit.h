@@ -15,50 +15,51 @@ namespace midair::haptics
 /// Options of fitBoards(); isValid() names the first that is out of range.
 struct BoardFitOptions
 {
-    double sigma_m = 1e-3; ///< 1e-6 .. 0.1; standard deviation of a distance, and of a time's way
-    double soundSpeed_m_s = 343.2; ///< 200 .. 500; turns times into distances
-    double mostUncertain_m = 5e-3; ///< > 0; what is known worse counts as not determined
+    double sigma_m = 1e-3; ///< 1e-6 .. 0.1; standard deviation of a distance, also of one from a
+                           ///< time
+    double soundSpeed_m_s = 343.2; ///< 200 .. 500; converts times to distances
+    double mostUncertain_m = 5e-3; ///< > 0; poses with a larger uncertainty count as undetermined
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Where a board was found.
+/// Fitted pose of a board.
 struct BoardPose
 {
     int board = 0;
-    int measurements = 0; ///< that it is in, without those that were left out
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity(); ///< from where the array has it
-    double moved_m = 0.0;                                     ///< of its middle
+    int measurements = 0;                                     ///< used measurements of this board
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity(); ///< from its pose in the array
+    double moved_m = 0.0;                                     ///< displacement of its middle
     double turned_deg = 0.0;
-    double uncertain_m = 0.0;   ///< standard deviation of its middle, in the worst direction
+    double uncertain_m = 0.0;   ///< standard deviation of its middle in the worst direction
     double uncertain_deg = 0.0; ///< likewise of its direction
 };
 
-/// What fitBoards() has found.
+/// Result of fitBoards().
 struct BoardFitReport
 {
-    bool usable = false;   ///< false: array is as it was, and problems say why
-    TransducerArray array; ///< with the boards where they were found
+    bool usable = false;   ///< false: array is unchanged, and problems give the reasons
+    TransducerArray array; ///< with the boards at their fitted poses
     std::vector<BoardPose> boards;
-    std::vector<MeasuredPlace> places; ///< those known about, where they were found
-    double delay_s = 0.0;              ///< of all times
-    Eigen::VectorXd residuals_m;       ///< of each measurement: fitted minus measured
-    std::vector<char> leftOut;         ///< 1: contradicts the others
+    std::vector<MeasuredPlace> places; ///< approximately known places, at their fitted positions
+    double delay_s = 0.0;              ///< common to all times
+    Eigen::VectorXd residuals_m;       ///< fitted minus measured, for each measurement
+    std::vector<char> leftOut;         ///< 1: contradicts the others and was left out
     double noise_m = 0.0;              ///< sqrt(sum r^2 / (measurements - unknowns))
-    std::vector<std::string> problems; ///< what makes it unusable
-    std::vector<std::string> notes;    ///< what one should know: mirror images, what was left out
+    std::vector<std::string> problems; ///< reasons why it is not usable
+    std::vector<std::string> notes;    ///< hints: mirror images, measurements left out
 };
 
-/// Finds rigid motions of the boards of \a array, and of the places that are known about, from
-/// distances and times, by robust least squares from where the array has them. Without known places
-/// the whole stays where it is, on average over all transducers; with some, at least three not in
-/// one line, these say where it is.
+/// Fits rigid motions of the boards of \a array, and the positions of approximately known places,
+/// to distances and times by robust least squares from their present poses. Without known places,
+/// the mean motion over all transducers is zero; with at least three known places, not in one line,
+/// these define the frame.
 ///
-/// Refuses, with names: boards without measurements, and what the measurements don't determine to
-/// mostUncertain_m; measurements that contradict each other, unless it is at most one in ten, which
-/// are left out. Distances don't tell mirror images apart: what is nearer to the array is taken,
-/// and notes tell of a board that could as well be elsewhere. Throws base::InputError for options
-/// that are not valid, and for known places that are too few.
+/// Refuses, naming them: boards without measurements, poses not determined to mostUncertain_m, and
+/// contradicting measurements, unless they are at most one in ten, which are then left out.
+/// Distances can't distinguish mirror images: the one nearer to the array's pose is used, and notes
+/// name boards with a second solution. Throws base::InputError for invalid options and too few
+/// known places.
 BoardFitReport fitBoards(const TransducerArray& array,
                          const BoardMeasurements& measurements,
                          const BoardFitOptions& options);
@@ -66,30 +67,31 @@ BoardFitReport fitBoards(const TransducerArray& array,
 /// Options of planBoards().
 struct BoardPlanOptions
 {
-    double longest_m = 1.0; ///< 0.01 .. 10; of the tape
-    double sigma_m = 1e-3;  ///< 1e-6 .. 0.1; what a distance is measured to
-    /// 0 .. 10,000; number of distances; 0: one and a half times as many as there are unknowns
+    double longest_m = 1.0; ///< 0.01 .. 10; length of the tape
+    double sigma_m = 1e-3;  ///< 1e-6 .. 0.1; accuracy of a distance
+    /// 0 .. 10,000; number of distances; 0: 1.5 times the number of unknowns
     int count = 0;
 };
 
 /// A distance to measure.
 struct PlannedDistance
 {
-    std::string from, to; ///< corners, as BoardMarks names them
+    std::string from, to; ///< corners, named as by BoardMarks
     int fromTransducer = 0, toTransducer = 0;
-    double distance_m = 0.0; ///< where the boards are where the array has them
+    double distance_m = 0.0; ///< for the array's present poses
 };
 
-/// What to measure so that fitBoards() finds all boards.
+/// Distances to measure so that fitBoards() can find all boards.
 struct BoardPlan
 {
     std::vector<PlannedDistance> distances;
-    double uncertain_m = 0.0; ///< then, of the worst known board's middle; infinite: not determined
-    std::vector<std::string> problems; ///< what these distances leave undetermined, by board
+    double uncertain_m = 0.0;          ///< then of the middle of the least certain board; infinite:
+                                       ///< undetermined
+    std::vector<std::string> problems; ///< undetermined boards after these measurements
 };
 
 /// Chooses distances between corners of different boards, greedily: always the one whose length is
-/// known worst from those before it (D-optimal design), so that every board is held from all sides.
+/// least known from those before it (D-optimal design), so that each board is held from all sides.
 /// Throws base::InputError for an array of one board and options out of range.
 BoardPlan planBoards(const TransducerArray& array, const BoardPlanOptions& options);
 

@@ -21,7 +21,7 @@ namespace
 
 using base::InputError;
 
-constexpr double kMost_m = 10.0; // catches lengths that were written in millimetres
+constexpr double kMost_m = 10.0; // catches lengths in millimetres
 constexpr std::size_t kMostMeasurements = 10000;
 
 std::vector<std::string> wordsOf(const std::string& line)
@@ -189,11 +189,11 @@ int BoardMarks::find(const std::string& name) const
         if (name.size() > 1 && name.front() == 't' && base::parseWhole(name.substr(1), number) &&
             number >= 0 && number < size)
             return number;
-        throw InputError(fmt::format("\"{}\" names no place and no transducer, should be a place, "
-                                     "t0 to t{}, or a board and its corner or transducer: 0:a, "
-                                     "0:17",
-                                     name,
-                                     size - 1));
+        throw InputError(
+            fmt::format("\"{}\" is neither a place nor a transducer, should be a place, t0 to t{}, "
+                        "or a board and its corner or transducer: 0:a, 0:17",
+                        name,
+                        size - 1));
     }
     if (!base::parseWhole(name.substr(0, colon), board) || board < 0 || board >= boards())
         throw InputError(

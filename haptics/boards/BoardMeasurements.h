@@ -12,12 +12,12 @@
 namespace midair::haptics
 {
 
-/// A place that boards are measured to: a hook in the wall, or where a microphone was.
+/// A reference place for measurements: a hook in the wall, or a microphone position.
 struct MeasuredPlace
 {
     std::string name;
     Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< m, array frame
-    bool isKnown = true;                                ///< false: known about; it is fitted along
+    bool isKnown = true; ///< false: known approximately; it is fitted as well
 };
 
 /// One end of a measurement: a transducer, or a place.
@@ -28,19 +28,19 @@ struct MeasuredEnd
     int place = -1;      ///< index; -1: it is a transducer
 };
 
-/// The distance of two ends: by a tape, or by the time that sound takes.
+/// Distance between two ends, measured by tape or by the travel time of sound.
 struct BoardMeasurement
 {
     MeasuredEnd from, to;
-    double distance_m = 0.0; ///< if not by time
-    double time_s = 0.0;     ///< if by time
-    bool isTime = false;     ///< with a delay that is common to all times, and fitted along
+    double distance_m = 0.0; ///< for tapes
+    double time_s = 0.0;     ///< for times
+    bool isTime = false;     ///< with a delay common to all times, which is fitted as well
     int line = 0;            ///< of the file, from 1
 
     std::string name() const { return from.name + " - " + to.name; }
 };
 
-/// What was measured of an array's boards.
+/// Measurements of an array's boards.
 struct BoardMeasurements
 {
     std::vector<MeasuredPlace> places;
@@ -48,14 +48,14 @@ struct BoardMeasurements
 };
 
 /// Names of an array's transducers in measurements: "3:17" is transducer 17 of board 3, both from
-/// 0, "3:a" to "3:d" are the four at the corners of board 3, "t847" is transducer 847 of all.
+/// 0; "3:a" to "3:d" are the four at the corners of board 3; "t847" is transducer 847 of the array.
 class BoardMarks
 {
 public:
     explicit BoardMarks(const TransducerArray& array);
 
-    /// Returns the transducer's number; throws base::InputError, which says what would be right,
-    /// for names of nothing.
+    /// Returns the transducer's index. Throws base::InputError, with the valid names, for unknown
+    /// names.
     int find(const std::string& name) const;
     /// Returns the transducer at corner \a letter, 'a' to 'd', of \a board.
     int corner(int board, char letter) const;
@@ -68,13 +68,13 @@ private:
     std::vector<std::array<int, 4>> _corners;
 };
 
-/// Reads measurements, a line each, with blanks, commas, semicolons or tabs between the words:
+/// Parses measurements, one per line, with words separated by blanks, commas, semicolons or tabs:
 ///     place NAME x y z          a place that is known, metres or with a unit
 ///     place NAME about x y z    one that is known to some centimetres
 ///     END END DISTANCE          "0:a 1:b 151.2mm", metres without a unit
 ///     END END TIME              "t17 m1 683us": sound from the first to the second, or back
-/// # begins a comment. \a source: the text's name in messages. Throws base::InputError, which names
-/// the line.
+/// # begins a comment. \a source: name of the text in messages. Throws base::InputError, which
+/// names the line.
 BoardMeasurements readBoardMeasurements(const std::string& text,
                                         const std::string& source,
                                         const TransducerArray& array);

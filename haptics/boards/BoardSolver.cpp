@@ -20,10 +20,10 @@ namespace
 {
 
 constexpr int kMostSteps = 200;
-constexpr double kEnough_m = 1e-9; // a step that is shorter ends the fit
+constexpr double kEnough_m = 1e-9; // a shorter step ends the fit
 constexpr double kHuber = 1.5;     // sigmas
 
-constexpr double kApart_m = 5e-3; // mirror images that are nearer to each other are one
+constexpr double kApart_m = 5e-3; // closer mirror images count as one
 constexpr double kAsLikely = 2.0; // more of the cost: two standard deviations
 
 } // namespace
@@ -159,7 +159,7 @@ void BoardSolver::step(const Eigen::VectorXd& by, BoardState& state) const
         motion = Eigen::Translation3d(middle + shift) *
                  Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) *
                  Eigen::Translation3d(-middle) * motion;
-        // Rounding adds up over many products.
+        // Rounding accumulates over many products.
         motion.linear() = Eigen::Quaterniond(motion.linear()).normalized().toRotationMatrix();
     }
     for (std::size_t p = 0; p < state.places.size(); ++p)
@@ -172,7 +172,7 @@ void BoardSolver::fit(const std::vector<char>& used,
                       int freeBoard,
                       BoardState& state) const
 {
-    // Huber's cost: of large residuals in sigmas, their size.
+    // Huber's cost: linear for large residuals in sigmas.
     const auto costOf = [&](const BoardState& of)
     {
         const Eigen::ArrayXd size = sigmasOf(used, sigma_m, of).abs();
@@ -193,7 +193,7 @@ void BoardSolver::fit(const std::vector<char>& used,
         const Eigen::VectorXd w = kHuber / r.abs().max(kHuber);
         const Eigen::VectorXd slope = J.transpose() * (w.array() * r).matrix();
         Eigen::MatrixXd H = J.transpose() * w.asDiagonal() * J;
-        // Damped in metres, the same for all, so that what nothing determines stays where it is.
+        // Equal damping in metres, so that undetermined parameters stay where they are.
         H.diagonal().array() += damping / (sigma_m * sigma_m);
         const Eigen::VectorXd by = -H.ldlt().solve(slope);
         BoardState next = state;
@@ -243,8 +243,8 @@ BoardSolver::sigmasOf(const std::vector<char>& used, double sigma_m, const Board
     return (isUsed != 0).select(residuals_m(state).array() / sigma_m, 0.0);
 }
 
-/// Moves \a board so that its measured transducers are where a mirror at the plane of what they are
-/// measured to shows them. Returns false if that is no plane.
+/// Moves \a board to its mirror image at the plane of the points that it is measured to. Returns
+/// false if they don't lie in a plane.
 bool BoardSolver::reflect(int board, const std::vector<char>& used, BoardState& state) const
 {
     const std::vector<BoardMeasurement> of = measurementsOf(board, used);
@@ -287,13 +287,13 @@ std::vector<std::string> BoardSolver::mirrorNotes(const std::vector<char>& used,
                                 .angle();
         if (std::hypot(apart_m, kArm_m * turn) < kApart_m || costOf(other) > cost + kAsLikely)
             continue;
-        notes.push_back(fmt::format(
-            "board {} is measured to points in one plane: it could as well be {:.0f} mm away, "
-            "turned by {:.0f} degrees, mirrored at that plane; taken is what is nearer to the "
-            "array; measure it to a point off that plane",
-            b,
-            1e3 * apart_m,
-            base::toDegrees(turn)));
+        notes.push_back(
+            fmt::format("board {} is measured to points in one plane: its mirror image at that "
+                        "plane, {:.0f} mm away and turned by {:.0f} degrees, fits as well; the one "
+                        "nearer to the array's is used; measure it to a point off that plane",
+                        b,
+                        1e3 * apart_m,
+                        base::toDegrees(turn)));
     }
     return notes;
 }

@@ -11,49 +11,52 @@
 namespace midair::haptics
 {
 
-/// Where boards and fitted places are, and the delay of all times, as a length.
+/// Motions of boards, positions of fitted places, and the delay of all times as a length.
 struct BoardState
 {
-    std::vector<Eigen::Isometry3d> motion; ///< of each board, from where the array has it
+    std::vector<Eigen::Isometry3d> motion; ///< of each board, from its pose in the array
     std::vector<Eigen::Vector3d> places;   ///< of each place
     double delay_m = 0.0;                  ///< speed of sound times the delay
 };
 
-/// Least squares of distances: unknown are a rigid motion of each board, the places that are known
-/// about, and the delay of times. Parameters are metres: turns are in arcs at kArm_m.
+/// Least-squares fit of distances. Unknowns: a rigid motion per board, approximately known places,
+/// and the delay of times. Parameters are metres: rotations are arcs at kArm_m.
 ///     r_k = |x_from - x_to| + [time] delay - measured_k
-/// The fit's own loop damps all parameters alike, in metres, so that boards which were put up far
-/// off are found near where they are meant to be. Eigen's (unsupported) Levenberg-Marquardt, with
-/// Huber's cost as squares, ends in a mirror image or elsewhere for some of them (BoardFit.FarOff).
+/// This loop damps all parameters alike, in metres, so that boards mounted far off are found near
+/// their intended pose. Eigen's (unsupported) Levenberg-Marquardt, with Huber's cost as squares,
+/// ends in mirror images or elsewhere for some of them (BoardFit.FarOff).
 class BoardSolver
 {
 public:
     static constexpr double kArm_m = 0.1; ///< about half a board
 
-    /// References are kept. \a soundSpeed_m_s turns times into lengths.
+    /// Keeps the references. \a soundSpeed_m_s converts times to lengths.
     BoardSolver(const TransducerArray& array,
                 const BoardMeasurements& measurements,
                 double soundSpeed_m_s);
 
-    BoardState start() const; ///< as the array has them
+    BoardState start() const; ///< the array's poses
     int parameters() const { return _parameters; }
-    int parameterOf(int board) const { return 6 * board; } ///< of six: shift, then turn
+    int parameterOf(int board) const
+    {
+        return 6 * board;
+    } ///< first of six: translation, then
+      ///< rotation
 
-    /// Fits by Levenberg-Marquardt with Huber's weights beyond \a sigma_m, for the measurements in
-    /// \a used (0, 1), from \a state. \a freeBoard: only this one moves; -1: all.
+    /// Fits by Levenberg-Marquardt with Huber weights beyond \a sigma_m to the measurements in \a
+    /// used (0, 1), starting from \a state. \a freeBoard: only this board moves; -1: all.
     void fit(const std::vector<char>& used, double sigma_m, int freeBoard, BoardState& state) const;
 
-    /// Returns a sentence for each board that could as well be on the other side of a plane, since
-    /// what it is measured to is in one: it is reflected and fitted from there, and found to fit as
-    /// well.
+    /// Returns a sentence for each board with a mirrored solution, because its measured places lie
+    /// in a plane: the board is reflected and fitted again, and fits as well.
     std::vector<std::string>
     mirrorNotes(const std::vector<char>& used, double sigma_m, const BoardState& state) const;
 
-    /// Returns the measurements in \a used (0, 1) that \a board is in.
+    /// Returns the measurements in \a used (0, 1) of \a board.
     std::vector<BoardMeasurement> measurementsOf(int board, const std::vector<char>& used) const;
     Eigen::VectorXd residuals_m(const BoardState& state) const;
     Eigen::MatrixXd jacobian(const BoardState& state) const;
-    /// Rigid motions of everything, as orthonormal columns of parameters (P x 6).
+    /// Rigid motions of the whole, as orthonormal columns of parameters (P x 6).
     Eigen::MatrixXd rigidMotions(const BoardState& state) const;
     Eigen::Vector3d at(const MeasuredEnd& end, const BoardState& state) const;
     Eigen::Vector3d middleOf(int board, const BoardState& state) const;
@@ -76,15 +79,15 @@ private:
     const std::vector<BoardRange> _boards;
     std::vector<int> _boardOf;
     std::vector<int> _parameterOfPlace; // -1: it is known
-    int _parameterOfDelay = -1;         // -1: there are no times
+    int _parameterOfDelay = -1;         // -1: no times
     int _parameters = 0;
 };
 
-/// Points within this of a plane or a line don't tell its sides apart, m.
+/// Points within this of a plane or line can't distinguish its sides, m.
 constexpr double kFlat_m = 3e-3;
 
-/// Returns how far, rms, \a places are from their best plane (first) and from their best line, m,
-/// and the plane's normal.
+/// Returns the rms distances, m, of \a places from their best plane (first) and best line, and the
+/// plane's normal.
 Eigen::Vector2d flatness(const Eigen::Matrix3Xd& places, Eigen::Vector3d& normal);
 
 } // namespace midair::haptics

@@ -57,7 +57,7 @@ void spread(const std::vector<BudgetPoint>& points,
 /// Tolerance for the rounding of poses: points sampled exactly a spacing apart are not too near.
 constexpr double kSlack = 1.0 - 1e-6;
 
-/// Point that no stage has left out so far.
+/// Point that is still in the selection.
 struct Candidate
 {
     int source;
@@ -70,7 +70,7 @@ struct Candidate
     int merged = 1;
 };
 
-/// Passes the candidates through the stages of a selection, each of which leaves some out.
+/// Passes the candidates through the stages of a selection; each stage leaves some out.
 class Selector
 {
 public:
@@ -231,7 +231,7 @@ private:
         _report.crowdDropped += static_cast<int>(_candidates.size() - kept.size());
         _candidates = std::move(kept);
     }
-    /// Of points that are too near to one another keeps the first, in their order.
+    /// Keeps the first of points that are too close together, in their order.
     void thin(bool merge)
     {
         PointGrid points = grid();

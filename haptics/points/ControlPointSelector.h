@@ -21,16 +21,16 @@ namespace midair::haptics
 struct PosedObject
 {
     int object = 0;      ///< index for ControlPoints::object
-    int priority = 0;    ///< where points compete, those of larger priority stay
+    int priority = 0;    ///< points of higher priority win
     double target = 1.0; ///< > 0; multiplied by the intensity
-    /// > 0; least distance of points of other objects (of two objects the larger one counts)
+    /// > 0; minimum distance to points of other objects (the larger of both objects counts)
     double spacing_m = 8.5e-3;
     Eigen::Matrix3Xd positions;          ///< 3 x n, metres, array frame
     Eigen::Matrix3Xd normals;            ///< 3 x n
     Eigen::VectorXf intensity;           ///< n or empty: 1
     std::vector<std::uint64_t> identity; ///< n or empty, see ControlPoints::identity
 
-    /// Fills positions, normals and intensity from \a samples; allocates only if their number
+    /// Sets positions, normals and intensity from \a samples; allocates only if their number
     /// changes. Sample i gets the identity \a first + i.
     void pose(const SurfaceSamples& samples,
               const Eigen::Isometry3d& meshToArray,
@@ -39,29 +39,29 @@ struct PosedObject
     void keepIf(const std::function<bool(Eigen::Index)>& isKept);
 };
 
-/// Point that competes for a place in the budget.
+/// Point that competes for the budget.
 struct BudgetPoint
 {
     int priority;
-    int object; ///< decides between equal remainders
+    int object; ///< breaks ties of equal remainders
     int source; ///< the source whose share it uses
     int sample;
     Eigen::Vector3d position; ///< m
 };
 
-/// Returns a flag for each point: 1 for those that stay, at most \a maxPoints. The budget is given
+/// Returns a flag for each point: 1 for at most \a maxPoints points that stay. The budget is given
 /// out in order of priority. The first priority that does not fit as a whole is shared among its
-/// sources in proportion to their points (largest remainders), and the share of each source is
-/// spread over it. Throws Stopped if \a stop requests it.
+/// sources in proportion to their points (largest remainders), and each source's share is spread
+/// over it. Throws Stopped if \a stop requests it.
 std::vector<char> shareBudget(const std::vector<BudgetPoint>& points,
                               int maxPoints,
                               const base::StopToken& stop = {});
 
-/// What is done with crowded points, which are nearer to each other than a field can resolve.
+/// Treatment of crowded points, which are closer together than a field can resolve.
 enum class Crowding
 {
-    THIN,  ///< the later one, by priority, is left out
-    MERGE, ///< both are replaced by their mean, with the earlier one's object and the larger target
+    THIN,  ///< the later by priority is left out
+    MERGE, ///< both are replaced by their mean, with the first object and the larger target
     DROP   ///< both are left out
 };
 
@@ -69,30 +69,29 @@ enum class Crowding
 struct SelectorOptions
 {
     /// >= 1; the budget. Objects of higher priority get their points first; those of equal priority
-    /// share in proportion to their numbers of points.
+    /// share in proportion to their points.
     int maxPoints = 1000;
     Crowding crowding = Crowding::THIN;
-    /// 0 .. 1; points of one object that are nearer to each other than this (or than its spacing,
-    /// if that is less) are crowded.
+    /// 0 .. 1; points of one object closer than this (or than its spacing, if less) are crowded.
     double crowdingWavelengths = 1.0 / 3.0;
-    double minDistanceWavelengths = 1.0; ///< >= 0; least distance from the nearest transducer
-    /// >= 0; largest distance of a point from its nearest transducer. 0: twice the extent of the
-    /// array, at least 0.3 m.
+    double minDistanceWavelengths = 1.0; ///< >= 0; minimum distance from the nearest transducer
+    /// >= 0; maximum distance from the nearest transducer. 0: twice the extent of the array, at
+    /// least 0.3 m.
     double reach_m = 0.0;
-    base::StopToken stop; ///< the selection throws Stopped if it requests a stop
+    base::StopToken stop; ///< on its request the selection throws Stopped
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Points of one object that were left out, by reason.
+/// Points of an object that were left out, by reason.
 struct LeftOutPoints
 {
     int notFinite = 0;      ///< position, normal or target is NaN or infinite
     int noTarget = 0;       ///< target times intensity is not positive
     int outOfWorkspace = 0; ///< too close to a transducer, behind the array or out of reach
-    int tooClose = 0;       ///< of those: too close to a transducer
-    int behind = 0;         ///< of those: behind the array
+    int tooClose = 0;       ///< part of outOfWorkspace: too close to a transducer
+    int behind = 0;         ///< part of outOfWorkspace: behind the array
     int crowded = 0;        ///< too near another point, merged ones included
     int overBudget = 0;
 
@@ -102,7 +101,7 @@ struct LeftOutPoints
     std::string summary() const;
 };
 
-/// Numbers of points selected and left out, by reason; candidates is their sum.
+/// Numbers of selected and left out points, by reason; candidates is their sum.
 struct SelectionReport
 {
     int candidates = 0;
@@ -112,7 +111,7 @@ struct SelectionReport
     int tooClose = 0;  ///< too close to a transducer
     int behind = 0;    ///< behind the array
     int outOfReach = 0;
-    int spacedOut = 0; ///< too near a point of another object with precedence
+    int spacedOut = 0; ///< too near a point of another object of higher precedence
     int crowdThinned = 0;
     int crowdMerged = 0; ///< merged into another point
     int crowdDropped = 0;
@@ -125,7 +124,7 @@ struct SelectionReport
     std::string summary() const;
 };
 
-/// The selected points and where each came from, so that a solver can start from the last field.
+/// The selected points and their sources, so that a solver can start from the last field.
 struct Selection
 {
     ControlPoints points;    ///< in the order of the objects and their samples
@@ -134,12 +133,11 @@ struct Selection
     SelectionReport report;
 };
 
-/// Selects control points among the samples of several objects. Points that the array can't reach
-/// are left out, points of different objects keep their spacing, crowds are resolved and the budget
-/// is kept; all points left out are counted. Where points compete, priority decides, then the
-/// distance to the middle of the workspace (the nearer stays), then x, y and z, so that the order
-/// of objects and points does not matter. Throws InputError for members of unequal length and for
-/// spacings and options out of range.
+/// Selects control points among the samples of several objects. Leaves out points beyond the
+/// array's reach, keeps the spacing between objects, resolves crowds and keeps the budget; counts
+/// all points left out. Precedence is by priority, then by distance to the middle of the workspace
+/// (nearer first), then by x, y and z, so the order of objects and points does not matter. Throws
+/// InputError for members of unequal length and for spacings and options out of range.
 Selection selectControlPoints(const std::vector<PosedObject>& objects,
                               const Workspace& workspace,
                               const SelectorOptions& options);

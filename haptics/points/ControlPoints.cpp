@@ -6,7 +6,7 @@ namespace midair::haptics
 namespace
 {
 
-// Appends \a more to \a to if both are complete, and empties it if not.
+// Appends \a more to \a to if both are complete, otherwise empties it.
 template<typename T>
 void appendIfComplete(std::vector<T>& to, std::size_t n, const std::vector<T>& more, std::size_t m)
 {
@@ -47,7 +47,7 @@ void append(ControlPoints& to, const ControlPoints& more)
     to.positions.rightCols(m) = more.positions;
     const Eigen::Index known = to.normals.cols();
     to.normals.conservativeResize(3, n + m);
-    // Curves and tests have no normals: fill with zeros instead of uninitialised memory.
+    // Curves and tests have no normals: zeros instead of uninitialised memory.
     if (known != n) to.normals.leftCols(n).setZero();
     if (more.normals.cols() == m)
         to.normals.rightCols(m) = more.normals;

@@ -11,43 +11,43 @@
 namespace midair::haptics
 {
 
-/// Points where pressure is wanted, in the array frame; n points, all members of the same length.
+/// Control points in the array frame; n points, all members of the same length.
 struct ControlPoints
 {
     Eigen::Matrix3Xd positions; ///< 3 x n, metres
     Eigen::Matrix3Xd normals;   ///< 3 x n, unit length, pointing out of the object
-    /// n, >= 0: wanted peak pressure; 0: the point is left out.
+    /// n, >= 0: requested peak pressure; 0: the point is left out.
     Eigen::VectorXd targets;
-    /// True: targets are in Pa. False: only their ratios count, and the array plays as loud as it
-    /// can while it stays accurate.
+    /// True: targets are in Pa. False: only their ratios count, and the array plays as loud as the
+    /// field stays accurate.
     bool absolute = false;
     std::vector<int> object; ///< n or empty: index of the object each point belongs to
-    /// n or empty: the same number in each update for the same place of the same object, so that a
-    /// solver goes on where points come and go.
+    /// n or empty: stable number of a place on an object, so that a solver can continue when points
+    /// come and go.
     std::vector<std::uint64_t> identity;
 
     int size() const { return static_cast<int>(positions.cols()); }
 };
 
-/// The points with the indices \a chosen, in that order.
+/// Returns the points with the indices \a chosen, in that order.
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen);
 
-/// Appends \a more to \a to. Missing normals of one of them become zeros; objects and identities
-/// are kept only if both have them. `absolute` is that of the one that has points.
+/// Appends \a more to \a to. Missing normals become zeros; objects and identities are kept only if
+/// both have them. `absolute` comes from the one that has points.
 void append(ControlPoints& to, const ControlPoints& more);
 
-/// Spacings, in wavelengths, for samples of a surface whose pressure is evened out: the first that
-/// gives at most kMostPlaces. SOLVER.md, "Fields in turn".
+/// Spacings, in wavelengths, of surface samples for evening out: the first that gives at most
+/// kMostPlaces is used. SOLVER.md, "Fields in turn".
 constexpr std::array<double, 3> kPlaceSpacings{0.22, 0.27, 0.33};
 constexpr int kMostPlaces = 5000;
 
-/// In spacings of control points: the farthest that the sampler leaves a place of the surface from
-/// a point.
+/// In spacings of control points: the largest distance from a place of the surface to the nearest
+/// sampled point.
 constexpr double kFeltReach = 1.1;
 
 /// Returns those of \a samples (3 x n, metres) within \a reach_m of one of \a points, each with the
-/// target of the nearest: the part of a surface that should be felt, and how strong. Throws
-/// base::Stopped if \a stop requests it.
+/// target of the nearest point: the touchable part of a surface. Throws base::Stopped if \a stop
+/// requests it.
 ControlPoints feltPlaces(const Eigen::Matrix3Xd& samples,
                          const ControlPoints& points,
                          double reach_m,

@@ -5,17 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
-/// Functions that measure how well pressures y (n, Pa) fit targets a (n, in any unit, all above 0);
-/// all figures of the kit use them.
+/// Functions that measure how well pressures y (n, Pa) fit targets a (n, any unit, all above 0).
+/// All figures of the kit use them.
 namespace midair::haptics
 {
 
-/// Targets below this share of the largest count as it, in all figures too: what 8 bits of phase
-/// leave of a zero is about that (haptics/SOLVER.md, "Quiet points").
+/// Smaller targets count as this share of the largest, also in figures; the rounding of phases to 8
+/// bits leaves about as much at a zero (haptics/SOLVER.md, "Quiet points").
 constexpr double kLeastTarget = 1e-3;
 
-/// Raises targets that are too low; returns how many. Those that differ from the least by no more
-/// than single precision are not counted.
+/// Raises targets that are too low and returns how many, except those that differ from the minimum
+/// only by single-precision rounding.
 template<typename Targets>
 int raiseTargets(Eigen::PlainObjectBase<Targets>& a)
 {
@@ -27,8 +27,8 @@ int raiseTargets(Eigen::PlainObjectBase<Targets>& a)
     return static_cast<int>(raised);
 }
 
-/// Returns s = (y.a)/(a.a), the level at which s a fits y best in the least-squares sense; Pa at
-/// a_l = 1. Computed in the precision of the vectors. Not finite if all targets are 0.
+/// Returns s = (y.a)/(a.a), the least-squares level of a in y; Pa at a_l = 1. Computed in the
+/// precision of the vectors. Not finite if all targets are 0.
 template<typename Achieved, typename Targets>
 typename Achieved::Scalar fittedLevel(const Eigen::MatrixBase<Achieved>& y,
                                       const Eigen::MatrixBase<Targets>& a)
@@ -46,8 +46,7 @@ typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
     return std::sqrt((y.array() / (s * a.array()) - Scalar(1)).square().mean());
 }
 
-/// Returns s = (w.y)/(w.a), the level at which the residuals s a - y, weighted by \a w, sum up to
-/// 0.
+/// Returns s = (w.y)/(w.a), the level at which the residuals s a - y, weighted by \a w, sum to 0.
 template<typename Weights, typename Achieved, typename Targets>
 typename Achieved::Scalar weightedLevel(const Eigen::MatrixBase<Weights>& w,
                                         const Eigen::MatrixBase<Achieved>& y,
@@ -57,8 +56,8 @@ typename Achieved::Scalar weightedLevel(const Eigen::MatrixBase<Weights>& w,
 }
 
 /// Returns the loudness E = s |a| / mean_l(sum_i |G_li|) of a field at the level \a s, for targets
-/// of the norm \a norm; \a meanRowSum is the denominator, Pa. 1: the energy of one focus, shared
-/// among the points.
+/// of norm \a norm; \a meanRowSum is the denominator, Pa. 1: the energy of one focus, shared by all
+/// points.
 template<typename Scalar>
 Scalar loudnessOf(Scalar s, Scalar norm, Scalar meanRowSum)
 {
@@ -68,7 +67,20 @@ Scalar loudnessOf(Scalar s, Scalar norm, Scalar meanRowSum)
 /// A point falls short if it is below its target in Pa by more than this fraction.
 constexpr double kShortBy = 0.01;
 
-/// Relative errors e_l = y_l/(s a_l) - 1, and over the largest target g_l = e_l a_l/max(a).
+/// Targets below this share of the largest are near nothing: their errors are relative to the
+/// largest target, because relative to their own they are meaningless (haptics/SOLVER.md,
+/// `kFaint`).
+constexpr double kNearNothing = 0.01;
+
+/// Returns true if target \a a is near nothing compared with \a largest.
+inline bool isNearNothing(double a, double largest)
+{
+    constexpr double kSingle = 1.0 - 1e-6; // targets may be in single precision
+    return a < kSingle * kNearNothing * largest;
+}
+
+/// Errors of points: g_l = (y_l/s - a_l)/max(a), relative to the largest target, and e_l = y_l/(s
+/// a_l) - 1, but g_l if isNearNothing(a_l).
 struct RelativeErrors
 {
     double rms = 0.0;          ///< sqrt(mean(e_l^2))
@@ -87,18 +99,22 @@ struct RelativeErrors
     }
 };
 
-/// Returns the errors at the level \a s > 0. They are summed in double and in the points' order, so
-/// equal pressures give equal bits, whatever instruction set Eigen was compiled for.
+/// Returns the errors at the level \a s > 0, summed in double in the points' order, so that equal
+/// pressures give equal bits with any instruction set of Eigen. \a least: lower bound of the
+/// largest target.
 template<typename Achieved, typename Targets>
-RelativeErrors
-relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a, double s)
+RelativeErrors relativeErrors(const Eigen::MatrixBase<Achieved>& y,
+                              const Eigen::MatrixBase<Targets>& a,
+                              double s,
+                              double least = 0.0)
 {
     RelativeErrors errors;
     double squares = 0.0, squaresOfLargest = 0.0;
-    const double largest = a.maxCoeff();
+    const double largest = std::max(static_cast<double>(a.maxCoeff()), least);
     for (Eigen::Index l = 0; l < a.size(); ++l)
     {
-        const double error = y[l] / (s * a[l]) - 1.0, ofLargest = error * (a[l] / largest);
+        const double own = y[l] / (s * a[l]) - 1.0, ofLargest = own * (a[l] / largest);
+        const double error = isNearNothing(a[l], largest) ? ofLargest : own;
         squares += error * error;
         squaresOfLargest += ofLargest * ofLargest;
         errors.max = std::max(errors.max, std::fabs(error));
@@ -109,12 +125,12 @@ relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Tar
     return errors;
 }
 
-/// By how much pressures y stay below targets a, both in Pa.
+/// Shortfall of pressures y from targets a, both in Pa.
 struct Shortfall
 {
-    int points = 0;         ///< that are below their target by more than kShortBy
-    double worst = 0.0;     ///< the largest 1 - y_l/a_l; 0: no point is below
-    Eigen::Index which = 0; ///< the point that is
+    int points = 0;         ///< points below their target by more than kShortBy
+    double worst = 0.0;     ///< largest 1 - y_l/a_l; 0: no point is below its target
+    Eigen::Index which = 0; ///< index of that point
 };
 
 /// Returns the shortfall from the targets s a.

@@ -11,7 +11,7 @@ namespace midair::haptics
 namespace
 {
 
-/// Places that are tried in front of the middle of an array, from it to its reach.
+/// Number of tried places in front of the middle of an array, up to its reach.
 constexpr int kPlaces = 40;
 constexpr double kLeast_m = 1e-3;
 
@@ -48,7 +48,8 @@ ArrayFront::ArrayFront(const Eigen::Matrix3Xd& positions, const Eigen::Matrix3Xd
     middle(positions.rowwise().mean()),
     ahead(normals.rowwise().mean())
 {
-    constexpr double kLeast = 0.01; // of the mean of unit vectors: below it none prevails
+    constexpr double kLeast = 0.01; // of the mean of unit vectors: below it there is no common
+                                    // direction
     const double length = ahead.norm();
     ahead = length > kLeast ? Eigen::Vector3d(ahead / length) : Eigen::Vector3d::Zero();
 }
@@ -83,7 +84,7 @@ double fittingSize_m(const LargeModel& model,
 {
     const Eigen::Matrix3Xd placed = model.pose * model.mesh.vertices;
     const Eigen::Vector3d extent = placed.rowwise().maxCoeff() - placed.rowwise().minCoeff();
-    // About one point for each square of the spacing.
+    // About one point per square of the spacing.
     const double spacing2 = model.spacing_m * model.spacing_m;
     const double points = spacing2 > 0.0 ? areaOf(model.mesh) / spacing2 : 0.0;
     const double most_m = model.mayGrow ? 2.0 * workspace.reach_m() : model.width_m;
@@ -98,6 +99,11 @@ double fittingSize_m(const LargeModel& model,
             if (hasRoom(extent * scale, workspace, front)) return size;
         }
     return 0.0;
+}
+
+double proposedSize_m(double fitting_m)
+{
+    return std::min(fitting_m, kFeltBest_m);
 }
 
 bool isOneFocus(const TriangleMesh& mesh, double wavelength_m)

@@ -18,7 +18,7 @@ namespace midair::haptics
 namespace
 {
 
-// Spacing of the points at which an outline is checked; those that it is solved for are denser.
+// Spacing of the points at which an outline is checked; control points are denser.
 constexpr double kLook_wavelengths = 0.5;
 
 bool areInside(const Eigen::Matrix3Xd& points, const Workspace& workspace)
@@ -96,7 +96,7 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
     const double height = _normals.col(nearest).dot(point - _positions.col(nearest));
     if (height < 0.0)
     {
-        // Directly behind the nearest transducer its board hides the point from all others. Far to
+        // Directly behind the nearest transducer, its board hides the point from all others. Far to
         // its side others may still reach it.
         const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
         if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;

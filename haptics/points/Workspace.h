@@ -15,7 +15,7 @@ namespace midair::haptics
 
 struct SelectorOptions;
 
-/// Tells which places an array can reach; made once for an array and a wavelength.
+/// Decides which places an array can reach; made once per array and wavelength.
 class Workspace
 {
 public:
@@ -23,11 +23,11 @@ public:
     {
         INSIDE,
         TOO_CLOSE,
-        BEHIND, ///< every transducer faces away, or the board of the nearest one is in between
+        BEHIND, ///< every transducer faces away, or the nearest one's board is in between
         OUT_OF_REACH
     };
 
-    /// Throws InputError for an array without transducers, a wavelength that is not positive and
+    /// Throws InputError for an array without transducers, a wavelength that is not positive, and
     /// options out of range.
     Workspace(const TransducerArray& array, double wavelength_m, const SelectorOptions& options);
 
@@ -52,19 +52,19 @@ private:
     double _reach = 0.0;
 };
 
-/// The feature edges of a mesh in the array's frame, by whether the array reaches them. A field for
-/// outlines has no points to leave out, so one that is reached in part isn't reached.
+/// Feature edges of a mesh in the array frame, by reachability. A field for outlines can't leave
+/// out points, so a partly reached outline counts as not reached.
 struct ReachedOutlines
 {
-    std::vector<Outline> inside; ///< reached from one end to the other
+    std::vector<Outline> inside; ///< reached from end to end
     int outside = 0;             ///< number of the others
-    int apart = 0;               ///< number of the mesh's points, which are on no outline
-    double points = 0.0;         ///< half a wavelength apart along those inside
+    int apart = 0;               ///< mesh points that are on no outline
+    double points = 0.0;         ///< points half a wavelength apart along inside
 };
 
-/// Sorts the outlines of \a mesh, which \a pose takes to the array's frame and whose target is
-/// \a target, by \a workspace. Outlines of more than base::kMostControlPoints points half a
-/// wavelength apart count as outside. Throws as featureOutlines() does.
+/// Sorts the outlines of \a mesh by \a workspace; \a pose is mesh -> array, \a target their target.
+/// Outlines of more than base::kMostControlPoints points at half a wavelength count as outside.
+/// Throws as featureOutlines() does.
 ReachedOutlines reachedOutlines(const TriangleMesh& mesh,
                                 const Eigen::Isometry3d& pose,
                                 double target,

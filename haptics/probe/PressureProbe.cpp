@@ -42,7 +42,7 @@ using Complex = std::complex<double>;
 
 constexpr double kFarthest_s = 3600.0;
 constexpr double kMostSamples = 1e8;
-// After as many time constants nothing is left of a change, in double precision.
+// After this many time constants a change has vanished, in double precision.
 constexpr double kRungOut = 40.0;
 
 } // namespace
@@ -132,10 +132,10 @@ struct PressureProbe::Arrivals
     Eigen::RowVectorXcd G;       // in the array's order
     std::vector<int> order;      // transducer of each arrival
     std::vector<double> delay_s; // of each arrival, ascending
-    std::vector<double> left;    // what an arrival finds left of what rang at the one before
+    std::vector<double> left;    // remaining share of the ringing at the previous arrival
 };
 
-// The switches from one step to another within a time, and the step before the first of them.
+// The switches between steps within a time span, and the step before the first of them.
 struct PressureProbe::Course
 {
     struct Switch
@@ -189,7 +189,8 @@ PressureProbe::Arrivals PressureProbe::arrivalsAt(const Eigen::Vector3d& point) 
     return arrivals;
 }
 
-// Begin of a step; those of a schedule that repeats are numbered on, before it from -1 downwards.
+// Start of a step; steps of a repeating schedule have increasing numbers, from -1 downwards before
+// it.
 double PressureProbe::timeOf(std::int64_t step) const
 {
     const auto N = static_cast<std::int64_t>(_schedule.steps.size());
@@ -231,9 +232,9 @@ PressureProbe::Course PressureProbe::courseOf(double from_s, double to_s) const
     return course;
 }
 
-// Follows one switch after the other past a point. While a switch arrives, its share of the
-// pressure is S + E: S is what its arrivals make in the end, E, which decays, what they lack of
-// that. Shares add up, however many switches are on their way.
+// Follows the switches past a point. While a switch arrives, its share of the pressure is S + E: S
+// is the final value of its arrivals, E the decaying difference from it. Shares add up, for any
+// number of overlapping switches.
 class PressureProbe::Passage
 {
 public:
@@ -261,8 +262,8 @@ public:
     void begin(int step) { drive(step, _after); }
     const std::vector<Complex>& steadyOfDrives() const { return _steady; }
 
-    // Adds the share of a switch to the samples between its first and its last arrival, and returns
-    // what rings on after that.
+    // Adds the share of a switch to the samples between its first and last arrival, and returns
+    // what rings on afterwards.
     Complex arrive(const Course::Switch& now)
     {
         _before.swap(_after);
@@ -289,7 +290,7 @@ public:
         return _tau_s > 0.0 ? E : 0.0;
     }
 
-    // What is left of something that has decayed for \a time_s.
+    // Remaining share of a decaying value after \a time_s.
     double left(double time_s) const { return _tau_s > 0.0 ? std::exp(-time_s / _tau_s) : 0.0; }
 
     double timeOf(int sample) const
@@ -297,7 +298,7 @@ public:
         return _options.begin_s + static_cast<double>(sample) / _options.rate_Hz;
     }
 
-    // The steady field of a step: bit for bit that of its drive.
+    // The steady field of a step, bit for bit that of its drive.
     Complex steady(int step) const
     {
         if (step < 0) return 0.0;
@@ -306,7 +307,7 @@ public:
     }
 
 private:
-    // Not before the first sample; at or after \a time_s.
+    // Index of the first sample at or after \a time_s, at least 0.
     int firstSampleFrom(double time_s) const
     {
         const double sample = std::ceil((time_s - _options.begin_s) * _options.rate_Hz);
@@ -320,7 +321,7 @@ private:
         return first;
     }
 
-    // What each arrival of a step brings in the end.
+    // Final contribution of each arrival of a step.
     void drive(int step, std::vector<Complex>& brings) const
     {
         if (step < 0) return std::fill(brings.begin(), brings.end(), Complex(0.0));
@@ -360,7 +361,7 @@ Eigen::VectorXcd PressureProbe::at(const Eigen::Vector3d& point, const ProbeOpti
     Eigen::VectorXcd pressure_Pa = Eigen::VectorXcd::Zero(samples);
     Passage passage(*this, arrivals, options, pressure_Pa);
     passage.begin(course.before);
-    // What has arrived altogether is the steady field of the last such step, and what rings of all.
+    // The sum of all arrived shares is the steady field of the last such step, plus all ringing.
     Complex steady = passage.steady(course.before), rings = 0.0;
     double since_s = 0.0;
     int sample = 0;
@@ -426,7 +427,7 @@ Spectrum spectrumOf(const Eigen::VectorXd& values, double rate_Hz)
             fmt::format("spectrum: the rate is {:g} Hz; it must be above 0", rate_Hz));
 
     const Eigen::Index n = smoothLength(values.size());
-    // Without the mean, which would spread into the first frequencies with the window.
+    // Without the mean, which the window would spread into the first frequencies.
     const double mean = values.head(n).mean();
     std::vector<double> windowed;
     double sum = 0.0;

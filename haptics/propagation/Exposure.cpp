@@ -16,7 +16,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kFlat_m = 1e-3; // transducers that are off the plane by less are in it
+constexpr double kFlat_m = 1e-3; // largest distance of a transducer from its board's plane
 constexpr Eigen::Index kFewest = 4;
 constexpr double kTouching_m = 1e-6;
 
@@ -30,8 +30,8 @@ double sinc2(double x)
     return s * s;
 }
 
-// Returns 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar; beyond that the
-// rest is 1/(pi^2 x) on average.
+// Returns 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar; beyond it the rest
+// is 1/(pi^2 x) on average.
 double within(double x)
 {
     constexpr double kFar = 50.0;
@@ -48,7 +48,7 @@ double within(double x)
 constexpr double kRadius_m = 0.5;
 constexpr double kBeyond_m = 0.1; // of a sphere around a larger array
 constexpr int kCandidates = 256;
-constexpr Eigen::Index kSample = 48; // transducers by which candidates are judged
+constexpr Eigen::Index kSample = 48; // transducers for judging candidates
 
 // Corners of a regular tetrahedron of radius 1.
 const double kCorner = 1.0 / std::sqrt(3.0);
@@ -57,7 +57,7 @@ const Eigen::Vector3d kAround[] = {Eigen::Vector3d(kCorner, kCorner, kCorner),
                                    Eigen::Vector3d(-kCorner, kCorner, -kCorner),
                                    Eigen::Vector3d(-kCorner, -kCorner, kCorner)};
 
-// Places of a spiral with equal areas (Fibonacci).
+// Points of a spiral with equal areas (Fibonacci).
 Eigen::Vector3d onSphere(int k, int count)
 {
     const double y = 1.0 - (2.0 * k + 1.0) / count;
@@ -187,7 +187,7 @@ Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count)
         loudest = std::max(loudest, sum);
         heard.push_back(place);
     }
-    // Each next one is the farthest from all before it.
+    // Each next place is the farthest from all before it.
     Eigen::Matrix3Xd places(3,
                             std::min<Eigen::Index>(count, static_cast<Eigen::Index>(heard.size())));
     std::vector<double> apart2(heard.size(), 1e300);
@@ -393,7 +393,7 @@ void ExposureMeter::advance(State& state, double now_s)
     double left_s = std::max(0.0, now_s - state.now_s);
     state.now_s = std::max(state.now_s, now_s);
     state.sum += left_s * state.square_Pa2;
-    // After a second of the same sound each further one is like it.
+    // After a second of constant sound, further seconds are equal.
     constexpr double kSteady_s = 2.0 * kBins * kBin_s;
     if (left_s > 2.0 * kSteady_s) left_s = kSteady_s;
     while (left_s > 0.0)
@@ -447,7 +447,7 @@ ExposureFigures ExposureMeter::read(double now_s) const
     if (mean_Pa2 > 0.0) figures.eq_dB = soundLevel_dB(mean_Pa2);
     constexpr double kDay_s = 8.0 * 3600.0;
     figures.day_dB = soundLevel_dB(mean_Pa2 * figures.time_s / kDay_s);
-    // Before the first second is over, its mean so far is the highest.
+    // Before the first second is over, its mean so far is the maximum.
     if (figures.time_s < kBins * kBin_s && mean_Pa2 > state.most_Pa2)
     {
         state.most_Pa2 = mean_Pa2;
@@ -474,7 +474,7 @@ std::vector<PlaceExposure> ExposureMeter::readEach(double now_s) const
     for (Eigen::Index l = state.unnamed; l < state.places.cols(); ++l)
     {
         const double mean_Pa2 = time_s > 0.0 ? state.sum[l] / time_s : 0.0;
-        // As of all places: the first second's mean so far is the highest.
+        // As for all places: the first second's mean so far is the maximum.
         const double most_Pa2 = time_s < kBins * kBin_s ? std::max(mean_Pa2, state.mostEach_Pa2[l])
                                                         : state.mostEach_Pa2[l];
         each.push_back({state.places(0, l),

@@ -33,7 +33,7 @@ kernels::LatticeSources sourcesOf(const base::AlignedBuffer<float>& geometry,
 }
 
 /// Returns the largest number of samples of a tile along each axis: 8 x 8 for flat lattices, 4 x 5
-/// x 5 for others, since rows are summed four samples at a time.
+/// x 5 for others, because rows are summed four samples at a time.
 Eigen::Array3i largestTile(const Eigen::Array3i& count)
 {
     const Eigen::Array3i largest =

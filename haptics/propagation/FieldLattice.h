@@ -32,7 +32,7 @@ struct FieldLattice
 class LatticeField
 {
 public:
-    /// Largest phase error, rad: in the corner of a tile, for the transducer nearest to the tile.
+    /// Largest phase error, rad: in the corner of a tile, for its nearest transducer.
     static constexpr double kPhaseError = 0.03;
 
     /// Predicate called for each tile with its centre and radius (m); where it returns false, the
@@ -42,15 +42,14 @@ public:
     LatticeField(const TransducerArray& array, const Medium& medium);
 
     /// Computes the complex peak pressure, Pa, of each sample. The error is at most kPhaseError
-    /// times the pressure that all waves in phase would give there; far from the transducers and
-    /// with unrelated phases it is 2e-4 of that. Throws InputError if there is not one activation
-    /// per transducer.
+    /// times the pressure of all waves in phase; far from the transducers and with unrelated phases
+    /// 2e-4 of it. Throws InputError if there is not one activation per transducer.
     void evaluate(const FieldLattice& lattice,
                   const Eigen::VectorXcf& activations,
                   Eigen::VectorXcf& pressure,
                   const Wanted& wanted = {});
 
-    /// Numbers of samples that the last evaluation computed by tiles, and entry by entry.
+    /// Numbers of samples computed by tiles and entry by entry in the last evaluation.
     Eigen::Index tiled() const { return _tiled; }
     Eigen::Index exact() const { return _exact; }
 

@@ -12,15 +12,15 @@
 namespace midair::haptics
 {
 
-/// Hands out points in chunks to the threads that work on them.
+/// Distributes points in chunks to worker threads.
 class PointChunks
 {
 public:
-    static constexpr Eigen::Index kAtOnce = 8; ///< points in a chunk; the last has fewer
+    static constexpr Eigen::Index kAtOnce = 8; ///< points in a chunk; the last may have fewer
 
     PointChunks(Eigen::Index points, const base::StopToken& stop) : _points(points), _stop(stop) {}
 
-    /// Takes the next chunk: points \a begin .. \a begin + \a count - 1. Returns false once none is
+    /// Takes the next chunk: points \a begin .. \a begin + \a count - 1. Returns false if none is
     /// left or a stop is requested. Any thread.
     bool take(Eigen::Index& begin, Eigen::Index& count)
     {
@@ -30,8 +30,8 @@ public:
         return count > 0;
     }
 
-    /// Calls \a work, which takes chunks until there are none, on up to \a threads threads, this
-    /// one among them. Throws base::Stopped if a stop was requested.
+    /// Calls \a work, which takes chunks until none are left, on up to \a threads threads including
+    /// this one. Throws base::Stopped if a stop was requested.
     template<typename Work>
     void run(int threads, const Work& work)
     {

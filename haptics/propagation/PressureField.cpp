@@ -27,14 +27,14 @@ Eigen::Matrix3Xd FieldGrid::points() const
 namespace
 {
 
-// The fields of the transducers that any of them drives.
+// Fields restricted to the transducers that any of them drives.
 struct ActiveFields
 {
     TransducerArray array;
     std::vector<Eigen::VectorXcf> fields;
 };
 
-// The transducers that any of the fields drives.
+// Returns the transducers that any of the fields drives.
 std::vector<Eigen::Index> driven(const TransducerArray& array,
                                  const std::vector<Eigen::VectorXcf>& fields)
 {
@@ -49,7 +49,7 @@ std::vector<Eigen::Index> driven(const TransducerArray& array,
     return kept;
 }
 
-// Keeps only these, as most of the cost is one entry of G for each point and transducer.
+// Keeps only these, because most of the cost is one entry of G per point and transducer.
 ActiveFields activePart(const TransducerArray& array,
                         const std::vector<Eigen::VectorXcf>& fields,
                         const std::vector<Eigen::Index>& kept)
@@ -69,9 +69,9 @@ ActiveFields activePart(const TransducerArray& array,
     return active;
 }
 
-// A matrix of a few rows, bound to an array and its air. A thread keeps that of the last two: what
-// is asked for from update to update is of the same array, with and without shadows, and to bind it
-// takes as long as dozens of rows.
+// A matrix of a few rows, bound to an array and its air. Each thread keeps the last two:
+// consecutive requests use the same array, with and without shadows, and binding takes as long as
+// dozens of rows.
 PropagationMatrix& boundTo(const TransducerArray& array, const Medium& medium)
 {
     thread_local std::array<PropagationMatrix, 2> kept;
@@ -125,7 +125,7 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
     PointChunks chunks(n, stop);
     const auto work = [&]
     {
-        // Rows of one chunk of points; they are summed while they are still in the cache.
+        // Rows of one chunk of points, summed while they are still cached.
         PropagationMatrix& G = boundTo(used, medium);
         const auto padded = static_cast<std::size_t>(G.paddedTransducers());
         const base::AlignedBuffer<float> q = inLanes(G, usedFields);

@@ -14,7 +14,7 @@
 namespace midair::haptics
 {
 
-/// Throws InputError if \a activations aren't one for each transducer of \a array.
+/// Throws InputError unless \a activations has one entry per transducer of \a array.
 inline void checkActivations(const TransducerArray& array, const Eigen::VectorXcf& activations)
 {
     if (activations.size() != array.size())
@@ -38,9 +38,9 @@ struct FieldGrid
 };
 
 /// Returns the complex peak pressure in Pa at \a points (3 x n) for \a activations (m, |q| = 1 is
-/// full drive), computed on \a threads threads. Transducers with an activation of 0 cost nothing.
-/// The error is at most 1e-5 of the pressure that all transducers in phase would give there. Throws
-/// InputError if there is not one activation per transducer, Stopped if \a stop requests it.
+/// full drive), on \a threads threads. Transducers with an activation of 0 cost nothing. The error
+/// is at most 1e-5 of the pressure of all transducers in phase. Throws InputError if there is not
+/// one activation per transducer, Stopped if \a stop requests it.
 Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const TransducerArray& array,
                             const Medium& medium,
@@ -48,7 +48,7 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             int threads = 1,
                             const base::StopToken& stop = {});
 
-/// The same for each of \a fields (K times m activations), n x K; each row of G is computed once.
+/// The same for each of \a fields (K times m activations), n x K; computes each row of G once.
 Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                              const TransducerArray& array,
                              const Medium& medium,
@@ -57,7 +57,7 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                              const base::StopToken& stop = {});
 
 /// Returns |p|^2 in Pa^2 at \a points (3 x n), averaged over \a fields (>= 1 times m activations);
-/// each row of G is computed once. Throws as pressureAt() does, and InputError for no fields.
+/// computes each row of G once. Throws as pressureAt() does, and InputError for no fields.
 Eigen::VectorXd meanSquarePressure(const Eigen::Matrix3Xd& points,
                                    const TransducerArray& array,
                                    const Medium& medium,
@@ -67,11 +67,10 @@ Eigen::VectorXd meanSquarePressure(const Eigen::Matrix3Xd& points,
 
 /// Returns the time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2
 /// (Inoue, Makino, Shinoda 2015, equation 1, per area). \a pressure_Pa is a peak amplitude. alpha
-/// is 2 for a surface that reflects all sound, as skin nearly does.
+/// is 2 for total reflection, a good approximation for skin.
 double radiationPressure(double pressure_Pa, const Medium& medium, double alpha = 2.0);
 
-/// Returns the force in N: radiationPressure() times \a area_m2, for a pressure that is the same
-/// over the area.
+/// Returns the force in N: radiationPressure() times \a area_m2, for a uniform pressure.
 double radiationForce(double pressure_Pa, double area_m2, const Medium& medium, double alpha = 2.0);
 
 } // namespace midair::haptics

@@ -15,11 +15,11 @@ namespace midair::haptics
 namespace
 {
 
-// In wavelengths. Nearer to a transducer, R^2 - R0^2 in single precision has an error above 1e-5.
+// In wavelengths. Closer to a transducer, R^2 - R0^2 in single precision has an error above 1e-5.
 constexpr double kNearest = 0.25;
 
 constexpr double kPlanar = 1e-7;           // largest distance from the plane, wavelengths
-constexpr double kMostDecayInGroup = 0.02; // up to here a parabola for exp has an error of 1e-6
+constexpr double kMostDecayInGroup = 0.02; // up to here a parabola approximates exp to 1e-6
 constexpr double kLeastBeta = 1e-9;        // Np/m
 constexpr double kWithin = 0.999;          // of a bound, since radii are rounded to floats
 
@@ -32,7 +32,7 @@ bool sameEntries(const Matrix& a, const Matrix& b)
                 0);
 }
 
-// Returns true if all that G depends on is the same; name, boards and drive do not matter.
+// Returns true if everything that G depends on is equal; name, boards and drive do not matter.
 bool sameField(const TransducerArray& a, const TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
@@ -50,7 +50,7 @@ double unitOf(const TransducerArray& array)
     return isUsual || !(strength > 0.0) ? 1.0 : std::ldexp(1.0, std::ilogb(strength));
 }
 
-// Returns a bound on D: its largest value on a fine grid of cosines, with a margin.
+// Returns a bound on D: its maximum on a fine grid of cosines, with a margin.
 float largestOf(Directivity model)
 {
     double largest = 0.0;
@@ -376,7 +376,7 @@ bool PropagationMatrix::isBoundTo(const TransducerArray& array, const Medium& me
 bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
 {
     if (isBoundTo(array, medium)) return false;
-    // The order of all transducers depends on their positions alone.
+    // The order of all transducers depends only on their positions.
     const bool isOrdered =
         !_lanes.order.empty() && static_cast<int>(_lanes.order.size()) == array.size() &&
         _lanes.isFiller.empty() && sameEntries(array.positions, _array.positions) &&
@@ -403,7 +403,7 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     return true;
 }
 
-// Leaves out transducers of gain 0, whose columns would be 0: what reads G then reads less.
+// Leaves out transducers of gain 0, whose columns would be 0, so that readers of G read less.
 void PropagationMatrix::bindOrder()
 {
     std::vector<int> live;
@@ -417,15 +417,15 @@ void PropagationMatrix::bindOrder()
     for (int& i : _lanes.order)
         i = live[static_cast<std::size_t>(i)];
     _lanes.isFiller.clear();
-    // What is left may have gaps in other places than the array has; one group that spans one would
-    // have its block computed in double.
+    // The remaining transducers may have other gaps than the array; a single group that spans one
+    // would have its block computed in double.
     const double largest_m = kWithin * std::min(kernels::kLargestRadius * _wavelength_m,
                                                 kMostDecayInGroup / std::max(_beta, kLeastBeta));
     if (static_cast<int>(live.size()) < _array.size() &&
         !isCompact(_array.positions, _lanes.order, kernels::kGroup, largest_m))
     {
         PackedOrder other = packed(_array.positions, _lanes.order, kernels::kGroup, largest_m);
-        // Never more than with all transducers, whose groups are compact if the array is usual.
+        // Never more than with all transducers, whose groups are compact for usual arrays.
         if (other.order.size() <= static_cast<std::size_t>(_array.size()))
         {
             _lanes.order = std::move(other.order);

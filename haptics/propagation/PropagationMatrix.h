@@ -13,7 +13,7 @@
 namespace midair::haptics
 {
 
-/// How the entries of a PropagationMatrix are stored.
+/// Storage format of the entries of a PropagationMatrix.
 enum class Storage
 {
     FLOAT, ///< error below 1e-5 of P0/R_li
@@ -22,13 +22,13 @@ enum class Storage
     FIXED
 };
 
-/// The propagation matrix G as the solvers use it: the formula of ReferencePropagation.h in single
-/// precision, stored in blocks of transducers so that both products of an iteration read a block
-/// once. No method allocates after the first call with the same n and m.
+/// The propagation matrix G of the solvers: the formula of ReferencePropagation.h in single
+/// precision, stored in blocks of transducers so that both products of an iteration read each block
+/// once. Methods don't allocate after the first call with the same n and m.
 class PropagationMatrix
 {
 public:
-    /// Transducers in a block; an entry takes 4 or 8 bytes. Blocks are wide, since the kernels sum
+    /// Transducers in a block; an entry takes 4 or 8 bytes. Blocks are wide because the kernels sum
     /// over the transducers of a block; in FIXED a block of 400 points still fits a level-2 cache
     /// of 1 MiB.
     static constexpr int kBlockWidth = 512;
@@ -36,25 +36,25 @@ public:
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
     bool isFixed() const { return _storage == Storage::FIXED; }
 
-    /// Returns true if all that G depends on is as in the last bind().
+    /// Returns true if everything that G depends on is unchanged since the last bind().
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const;
-    /// Takes over array and medium unless it is already bound to them. Returns true if it did; all
-    /// rows are stale then.
+    /// Binds to array and medium, unless already bound to them. Returns true if it did; all rows
+    /// are then stale.
     bool bind(const TransducerArray& array, const Medium& medium);
-    /// Makes room for \a points rows. Returns true if existing rows are stale now.
+    /// Makes room for \a points rows. Returns true if existing rows became stale.
     bool resize(int points);
 
-    /// Unit of the entries, and so of the pressures of forward(), Pa: a power of two, chosen by
-    /// bind(). It is 1 but for arrays of which the strongest transducer has less than 2^-10 or more
-    /// than 2^10 Pa m: there it is about that, so that squares and sums of pressures, and their
-    /// squares, stay within the range of floats.
+    /// Unit of the entries and of the pressures of forward(), Pa: a power of two, chosen by bind().
+    /// It is 1 unless the array's strongest transducer is outside 2^-10 .. 2^10 Pa m: then it is
+    /// about that source strength, so that squares of pressures, their sums, and the squares of
+    /// these stay within the range of floats.
     double unit_Pa() const { return _unit_Pa; }
 
     int points() const { return _points; }
-    /// Columns: of the transducers of a gain other than 0, or of all where none has one, so that
-    /// dead ones cost nothing; and a few that are 0 where these leave gaps (isFiller()).
+    /// Number of columns: transducers with a gain other than 0 (all, if none has), so that dead
+    /// ones cost nothing, plus zero columns that fill gaps (isFiller()).
     int transducers() const { return _lanes.count; }
-    int arraySize() const { return _array.size(); } ///< all transducers, dead ones too
+    int arraySize() const { return _array.size(); } ///< all transducers, including dead ones
     int paddedTransducers() const
     {
         return _lanes.padded;
@@ -75,25 +75,25 @@ public:
     /// Computes all rows on one thread.
     void build(const Eigen::Matrix3Xd& points);
 
-    /// The matrix has its own order of transducers (compactOrder): column (lane) \a lane belongs to
+    /// The matrix orders transducers its own way (compactOrder): column (lane) \a lane belongs to
     /// transducer order()[lane]. Has transducers() entries.
     const std::vector<int>& order() const { return _lanes.order; }
-    /// Returns true if column \a lane is 0 and stands for no transducer; order() then repeats a
+    /// Returns true if column \a lane is 0 and belongs to no transducer; order() then repeats a
     /// neighbour.
     bool isFiller(int lane) const
     {
         return !_lanes.isFiller.empty() && _lanes.isFiller[static_cast<std::size_t>(lane)];
     }
-    /// True if some lanes are fillers, or transducers of gain 0.
+    /// Returns true if some lanes are fillers or transducers of gain 0.
     bool hasSilentLanes() const { return _lanes.hasSilent; }
-    /// Returns true if column \a lane is 0, whatever it stands for.
+    /// Returns true if column \a lane is 0, for any reason.
     bool isSilent(int lane) const
     {
         return isFiller(lane) || (_array.gain.size() > 0 &&
                                   _array.gain[_lanes.order[static_cast<std::size_t>(lane)]] == 0.0);
     }
 
-    /// z = G* w for one block; z and q point to the whole vectors of paddedTransducers() floats.
+    /// z = G* w for one block; z and q point to whole vectors of paddedTransducers() floats.
     void backward(int block, const float* wRe, const float* wIm, float* zRe, float* zIm) const;
     /// p += G q for one block.
     void forward(int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const;
@@ -121,8 +121,8 @@ public:
     double wavelength_m() const { return _wavelength_m; }
 
 private:
-    // Least and greatest distance of transducers from a centre (Shell) and from a point (Range), in
-    // wavelengths.
+    // Smallest and largest distance of transducers from a centre (Shell) and from a point (Range),
+    // in wavelengths.
     struct Shell
     {
         Eigen::Vector3d centre;
@@ -133,15 +133,15 @@ private:
         double nearest, farthest;
     };
 
-    // The columns.
+    // Columns of the matrix.
     struct Lanes
     {
         std::vector<int> order;
-        std::vector<char> isFiller; // for each lane; empty: none is
+        std::vector<char> isFiller; // for each lane; empty: no fillers
         bool hasSilent = false;
         int count = 0, padded = 0;
     };
-    // The array as the kernels have it.
+    // The array in the layout of the kernels.
     struct Geometry
     {
         Eigen::Matrix3Xd places;   // positions of the lanes, wavelengths
@@ -161,10 +161,10 @@ private:
         // For each row and block: 1 if the point is within the range of the float kernel.
         std::vector<unsigned char> inFloat;
     };
-    // G itself, by its storage.
+    // Entries of G, by storage format.
     struct Entries
     {
-        int capacity = 0; // rows that there is room for
+        int capacity = 0; // allocated rows
         base::AlignedBuffer<float> floats;
         base::AlignedBuffer<std::int32_t> fixed;
         base::AlignedBuffer<float> scale; // of the rows in fixed, block by block

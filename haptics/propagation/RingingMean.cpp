@@ -23,10 +23,10 @@ namespace
 
 using Complex = std::complex<double>;
 
-// Longest bin of delays: half of it is the largest error of one, 1 % of the T4010A1's ringing, and
-// the errors of thousands of transducers cancel.
+// Longest bin of delays: half of it is the largest error of a delay, 1 % of the T4010A1's ringing,
+// and the errors of thousands of transducers cancel.
 constexpr double kBin_s = 4e-6;
-// After as many time constants nothing of a step is left in single precision.
+// After this many time constants a step has vanished, in single precision.
 constexpr double kForgotten = 16.0;
 
 void checkStep(double step_s, double ringing_s)
@@ -45,7 +45,7 @@ Complex decayed(Complex rate, double T)
     return std::abs(rate) * T < 1e-9 ? Complex(T) : (1.0 - std::exp(-rate * T)) / rate;
 }
 
-// Sums the parts of W(t) = A + B e^{-t/tau} + C e^{-2t/tau} of one step after the other.
+// Sums the parts of W(t) = A + B e^{-t/tau} + C e^{-2t/tau} over the steps.
 class PowerSum
 {
 public:
@@ -59,7 +59,7 @@ public:
         for (std::size_t part = 0; part < _means.size(); ++part)
         {
             const double decay = static_cast<double>(part) * rate;
-            // Without ringing the second and third part are 0 at once.
+            // Without ringing the second and third part vanish immediately.
             const bool isThere = part == 0 || ringing_s > 0.0;
             _means[part] = isThere ? decayed(decay, step_s).real() : 0.0;
             _waves[part] = isThere ? decayed(decay + j, step_s) : 0.0;
@@ -95,7 +95,7 @@ private:
     Complex _steadySwing = 0.0, _ringingSwing = 0.0;
 };
 
-// Sums at one point by bins of delay, and from them the mean over the steps.
+// Sums at one point by bins of delay, and the mean over the steps from them.
 class BinnedPoint
 {
 public:
@@ -118,7 +118,7 @@ public:
         _im.assign(_re.size(), 0.0f);
     }
 
-    // Adds a transducer of entry \a g, \a delay_s after the first, with its activations in turn.
+    // Adds a transducer with entry \a g, \a delay_s after the first, with its activations in turn.
     void add(std::complex<float> g, double delay_s, const float* qRe, const float* qIm)
     {
         const auto at = static_cast<std::size_t>(delay_s / _bin_s + 0.5) * _fields;
@@ -131,10 +131,10 @@ public:
         }
     }
 
-    // The mean of |S + E|^2: S is the sum of what has arrived as if it were steady, E what rings.
+    // The mean of |S + E|^2: S is the steady sum of what has arrived, E the ringing.
     double meanSquare() const
     {
-        // Between a step's last arrival and the next step nothing changes.
+        // Nothing changes between a step's last arrival and the next step.
         const std::int64_t looked = std::min(_perStep, _bins);
         const double rest_s = static_cast<double>(_perStep - looked + 1) * _bin_s;
         const Interval one(_bin_s, _tau_s), last(rest_s, _tau_s);
@@ -183,8 +183,8 @@ private:
         return {static_cast<double>(_re[place]), static_cast<double>(_im[place])};
     }
 
-    // What changes j bins after the beginning of step k: this step's, and of earlier ones what is
-    // still on its way.
+    // Change j bins after the beginning of step k: by this step, and by earlier ones still in
+    // transit.
     Complex arriving(std::int64_t k, std::int64_t j) const
     {
         Complex change = 0.0;
@@ -210,7 +210,7 @@ private:
     std::vector<float> _re, _im; // bin by bin the fields in turn
 };
 
-// Fills in the mean of |p|^2 of some points, as one thread does.
+// Computes the mean of |p|^2 of some points, on one thread.
 class RingingWorker
 {
 public:
@@ -295,8 +295,8 @@ RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
         const PatternStep& step = steps[k];
         return fields[static_cast<std::size_t>(step.field)] * static_cast<float>(step.amplitude);
     };
-    // Brings the envelopes to what they are when the pattern has been played for long: from the
-    // last steps before it, or where these are all, from silence by the sum of the series.
+    // Sets the envelopes to those of a pattern that has played for long: from the last steps before
+    // it, or, if these are all, from silence by the sum of the series.
     const std::size_t N = steps.size();
     const double all = std::ceil(kForgotten * ringing_s / step_s);
     const bool isSeries = all >= static_cast<double>(N);
@@ -355,7 +355,7 @@ Eigen::VectorXd ringingMeanSquare(const Eigen::Matrix3Xd& points,
                                   const base::StopToken& stop)
 {
     checkStep(step_s, array.ringing_s);
-    // One field is steady, and what doesn't ring only comes later.
+    // A single field is steady, and without ringing sound is only delayed.
     if (fields.size() < 2 || array.ringing_s == 0.0 || points.cols() == 0)
         return meanSquarePressure(points, array, medium, fields, threads, stop);
     for (const Eigen::VectorXcf& q : fields)

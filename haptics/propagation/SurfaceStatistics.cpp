@@ -17,13 +17,13 @@ namespace
 {
 
 // Returns places spread evenly in the ball around the samples' middle, at least \a distance_m from
-// every sample. Makes its own uniform numbers, so that a seed gives the same places with every
+// every sample. Generates its own uniform numbers, so that a seed gives the same places with every
 // standard library.
 Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
                            double distance_m,
                            const SurfaceStatisticsOptions& options)
 {
-    // Limits the search: a ball that the surface fills has few such places or none.
+    // Bounds the search: a ball filled by the surface has few such places or none.
     constexpr int kTriesPerPlace = 20;
     const Eigen::Vector3d middle = surface.rowwise().mean();
     std::mt19937_64 random(options.seed);
@@ -46,7 +46,7 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
     return places.leftCols(found);
 }
 
-// Takes the figures with ringing from \a ringing, which has them as its own.
+// Copies the figures with ringing from \a ringing, where they are the ordinary ones.
 void ringAs(const SurfaceStatistics& ringing, SurfaceStatistics& statistics)
 {
     statistics.ringingMean_Pa = ringing.mean_Pa;

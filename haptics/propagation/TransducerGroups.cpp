@@ -91,7 +91,7 @@ PackedOrder
 packed(const Eigen::Matrix3Xd& positions, const std::vector<int>& order, int size, double largest_m)
 {
     PackedOrder all;
-    std::size_t first = 0; // of the group that is being filled
+    std::size_t first = 0; // of the present group
     const auto endGroup = [&]
     {
         while (all.order.size() % static_cast<std::size_t>(size) != 0)

@@ -7,12 +7,12 @@
 namespace midair::haptics
 {
 
-/// Returns an order of an array's transducers for the propagation matrix, in which each \a size
-/// consecutive ones, counted from a multiple of \a size, form a compact group (k-d tree). Index:
-/// position in the order; value: transducer.
+/// Returns an order of an array's transducers for the propagation matrix, in which each aligned run
+/// of \a size transducers is a compact group (k-d tree). Index: position in the order; value:
+/// transducer.
 std::vector<int> compactOrder(const Eigen::Matrix3Xd& positions, int size);
 
-/// An order in which some places are empty, so that no group spans a gap.
+/// An order with empty places, so that no group spans a gap.
 struct PackedOrder
 {
     std::vector<int> order;     ///< an empty place repeats a transducer of its group
@@ -26,7 +26,7 @@ bool isCompact(const Eigen::Matrix3Xd& positions,
                int size,
                double largest_m);
 
-/// Returns \a order with empty places in it where a group would else not be compact.
+/// Returns \a order with empty places inserted where a group would otherwise not be compact.
 PackedOrder packed(const Eigen::Matrix3Xd& positions,
                    const std::vector<int>& order,
                    int size,

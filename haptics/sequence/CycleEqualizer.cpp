@@ -19,11 +19,11 @@ namespace
 
 // Explained in haptics/SOLVER.md, "Fields in turn".
 constexpr float kFirstTurn = 0.1f;       // rad, rms; the first step of steepest descent
-constexpr double kLeastShare = 1e-3;     // of a step, at which the search along it ends
-constexpr double kArmijo = 1e-4;         // share of the slope that a step must gain
-constexpr double kEven = 1e-4;           // f at which the fields are even enough
-constexpr int kLookEvery = 5;            // passes between two looks at the mean
-constexpr double kMostRaise = 1.1;       // largest factor on the goal at such a look
+constexpr double kLeastStepShare = 1e-3; // of a step, at which the line search ends
+constexpr double kArmijo = 1e-4;         // required gain, as a share of the slope
+constexpr double kEven = 1e-4;           // value of f at which the fields are even enough
+constexpr int kLookEvery = 5;            // passes between two checks of the mean
+constexpr double kMostRaise = 1.1;       // largest factor on the goal per check
 constexpr int kRowsAtOnce = 128;         // with the block's width a quarter of a level-2 cache
 constexpr std::size_t kFieldsAtOnce = 8; // of a slice
 
@@ -85,7 +85,7 @@ bool CycleEqualizer::begin(const ControlPoints& places,
         _matrix.setPoint(static_cast<int>(l), places.positions.col(row));
         row = static_cast<int>(l);
     }
-    // Only their ratios count, and squares of Pa would leave the range of floats behind.
+    // Only their ratios count, and squares of Pa would exceed the range of floats.
     _places.targets2 /= _places.targets2.maxCoeff();
     _sounding.resize(sounding.size());
     for (std::size_t k = 0; k < sounding.size(); ++k)
@@ -147,7 +147,8 @@ bool CycleEqualizer::step()
     _pool->run(
         [&](int thread)
         {
-            // Each field belongs to one thread, so that its sums don't depend on their number.
+            // Each field belongs to one thread, so that its sums don't depend on the number of
+            // threads.
             const auto share = [&](int t)
             { return first + (last - first) * std::size_t(t) / std::size_t(_pool->threads()); };
             if (_at.slice == Slice::FORWARD)
@@ -249,7 +250,7 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
         }
 }
 
-// After p = G q: the step is taken, or tried again shorter.
+// After p = G q: accepts the step, or retries a shorter one.
 void CycleEqualizer::judge()
 {
     const double mean = _evenness.mean, variation = _evenness.variation;
@@ -266,9 +267,9 @@ void CycleEqualizer::judge()
     {
         _evenness.mean = mean;
         _evenness.variation = variation;
-        if (_descent.share < kLeastShare)
+        if (_descent.share < kLeastStepShare)
         {
-            turn(0.0); // stays where it was
+            turn(0.0); // stays at the last step
             return end();
         }
         turn(0.5 * _descent.share);
@@ -281,18 +282,18 @@ void CycleEqualizer::judge()
     beginBackward();
 }
 
-// Where the array can't have both, pressure comes first.
+// If the array can't have both, pressure has precedence over evenness.
 void CycleEqualizer::keepUp()
 {
     if (_evenness.mean >= _evenness.given) return;
     _evenness.goal *= std::min(kMostRaise, _evenness.given / _evenness.mean);
     _descent.f = evaluate();
     _descent.newton.forget();
-    _descent.share = 0.0; // nor is the last step remembered: its gradients are of different goals
+    _descent.share = 0.0; // the last step isn't stored: its gradients are of different goals
 }
 
-// After z = G* (r p): with df/dphi_i^k = -(4 / (K g sum a^2)) Im(conj(z_i) q_i), the next direction
-// and its first step.
+// After z = G* (r p): computes, with df/dphi_i^k = -(4 / (K g sum a^2)) Im(conj(z_i) q_i), the next
+// direction and its first step.
 void CycleEqualizer::direct()
 {
     const auto m = static_cast<std::size_t>(_matrix.paddedTransducers());
@@ -329,7 +330,7 @@ void CycleEqualizer::direct()
     beginForward();
 }
 
-// Turns the kept phases by \a share of the direction: multiplied by (1 + j d/2)/(1 - j d/2), which
+// Turns the kept phases by \a share of the direction: multiplies by (1 + j d/2)/(1 - j d/2), which
 // has modulus 1 without a sine; its angle is d for small d and never reaches half a turn.
 void CycleEqualizer::turn(double share)
 {
@@ -351,7 +352,7 @@ void CycleEqualizer::turn(double share)
     }
 }
 
-// A trial may be under way; what was accepted is kept then.
+// During a trial the accepted phases are in the kept ones.
 std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
 {
     std::vector<Eigen::VectorXcf> fields = _fields;
@@ -433,7 +434,8 @@ double CycleEqualizer::evaluate()
     if (!_descent.isStarted)
         _evenness.goal =
             (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _evenness.mean;
-    // About the mean, as the two parts are known apart: ratio/goal - 1 = (ratio - mean)/goal + ..
+    // About the mean, because the two parts are known separately: ratio/goal - 1 = (ratio -
+    // mean)/goal + ..
     const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
                  off = _evenness.mean / _evenness.goal - 1.0;
     return spread * spread + off * off;
@@ -459,7 +461,7 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
     std::vector<Eigen::VectorXcf> fields;
     for (std::size_t k = 0; k < cycle.fields.size(); k += stride)
         fields.push_back(cycle.fields[k]);
-    // Steps between them leave next to nothing that rings.
+    // With steps between the fields almost nothing rings.
     const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
     if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
     _cycle = cycle;
@@ -475,7 +477,7 @@ std::optional<FieldSequence> EvenedCycle::step()
     if (!hasWork()) return std::nullopt;
     _equalizer.step();
     const double now = _equalizer.variation();
-    if (_equalizer.passes() == 0) _handedOut = now; // that of the given cycle, once it is known
+    if (_equalizer.passes() == 0) _handedOut = now; // that of the given cycle, when known
     if (_equalizer.passes() == _seen && hasWork()) return std::nullopt;
     _seen = _equalizer.passes();
     if (_seen == 0 || _equalizer.gain() < kLeastGain) return std::nullopt;
@@ -487,7 +489,7 @@ std::optional<FieldSequence> EvenedCycle::step()
 FieldSequence EvenedCycle::made() const
 {
     FieldSequence cycle = _cycle;
-    // Not aligned anew: that would gain 5 % of driveChange at most, and turn fields that play.
+    // Not aligned again: that would gain at most 5 % of driveChange, and turn fields that play.
     cycle.fields = smoothedFields(_equalizer.fields(), _steps, _drive);
     cycle.evened = true;
     rateSteps(cycle);

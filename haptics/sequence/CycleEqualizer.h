@@ -24,49 +24,49 @@ namespace midair::haptics
 /// Options of a CycleEqualizer.
 struct CycleEqualizerOptions
 {
-    int passes = 25; ///< >= 0; most accepted steps of all fields together
-    /// > 0; wanted mean of |p|^2 at the places, over that of the given fields. Above 1, since an
-    /// even cycle wastes less: SOLVER.md, "Fields in turn"
+    int passes = 25; ///< >= 0; maximum number of accepted steps, all fields together
+    /// > 0; goal for the mean of |p|^2 at the places, over that of the given fields. Above 1,
+    /// because an even cycle wastes less: SOLVER.md, "Fields in turn"
     double raise = 1.2;
-    /// > 0; the same where ringing counts: fields that overlap more waste less as well
+    /// > 0; the same with ringing: fields that overlap more waste less as well
     double ringingRaise = 1.25;
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Makes the pressure on the skin, averaged over K fields in turn, even over a surface. It
-/// minimises, over the phases of all fields together,
+/// Evens out the pressure on a surface, averaged over K fields in turn. It minimises, over the
+/// phases of all fields together,
 ///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2,   r_l = I_l / (g a_l^2) - 1,   I_l = mean_k |p_l^k|^2
 /// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
-/// stay as they are. Where the array rings and the fields last for a known time, I_l is the mean of
-/// what rings, by ringingOverlaps(): sound counts as if all of it came at once. It works in slices
-/// of a millisecond or so, so that it can give way between two of them.
+/// stay unchanged. If the array rings and the duration of fields is known, I_l is the mean with
+/// ringing, by ringingOverlaps(), assuming equal travel times. It works in slices of about a
+/// millisecond, so that it can yield between them.
 class CycleEqualizer
 {
 public:
-    /// Takes threads, pool and stop token from \a solver; results don't depend on the threads.
-    /// Throws base::InputError for options that are not valid.
+    /// Takes threads, pool and stop token from \a solver; results don't depend on the number of
+    /// threads. Throws base::InputError for invalid options.
     CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver);
 
-    /// Starts with \a fields (K of m activations; silent ones stay silent), which even out over
-    /// \a places (positions and targets; ideally 0.22 wavelengths apart). Each is played for
-    /// \a step_s; 0: so long that nothing rings for a part of it. Returns false, with
-    /// nothing to do, if there are no places with a target, too many for base::kMostEntries, fewer
-    /// than two fields, or all fields are silent there.
+    /// Starts with \a fields (K of m activations; silent ones stay silent) and \a places (positions
+    /// and targets; ideally 0.22 wavelengths apart). Each field plays for \a step_s; 0: long enough
+    /// that ringing doesn't matter. Returns false, without work, if no place has a target, the
+    /// places exceed base::kMostEntries, there are fewer than two fields, or all fields are silent
+    /// there.
     bool begin(const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium,
                std::vector<Eigen::VectorXcf> fields,
                double step_s = 0.0);
-    /// Does the next slice; returns hasWork(). Throws base::Stopped, to be called again, if the
-    /// solver options' token requests it.
+    /// Does the next slice; returns hasWork(). Throws base::Stopped on a request of the solver
+    /// options' token; it may then be called again.
     bool step();
     bool hasWork() const { return _at.slice != Slice::DONE; }
-    void end() { _at.slice = Slice::DONE; } ///< drops the work that is left; the memory is kept
+    void end() { _at.slice = Slice::DONE; } ///< drops the remaining work; keeps the memory
 
     int passes() const { return _descent.passes; } ///< accepted steps since begin()
-    /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last of them.
+    /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last step.
     double variation() const { return _evenness.variation; }
     /// Mean of I_l, relative to that of the given fields; 1 before the first evaluation.
     double gain() const { return _evenness.given > 0.0 ? _evenness.mean / _evenness.given : 1.0; }
@@ -81,14 +81,14 @@ private:
         BACKWARD, ///< z = G* (r p) of a block, for some of the fields
         DONE
     };
-    /// One field that sounds.
+    /// A field that is not silent.
     struct Field
     {
         std::size_t index; // in _fields
         SplitVector q, kept, z, p, w;
     };
 
-    /// The places over which the fields even out; n each.
+    /// Places over which the fields are evened out; n each.
     struct Places
     {
         Eigen::VectorXf targets2;  // a_l^2
@@ -96,12 +96,12 @@ private:
         std::vector<int> rows;
         std::vector<double> rowSums;
     };
-    /// Where the work is.
+    /// Progress of the work.
     struct Cursor
     {
-        Slice slice = Slice::DONE; // the next one
+        Slice slice = Slice::DONE; // next slice
         int block = 0;
-        std::size_t field = 0; // the first of the slice
+        std::size_t field = 0; // first field of the slice
     };
     struct Descent
     {
@@ -137,7 +137,7 @@ private:
     DriveResolution _drive;
     std::vector<Eigen::VectorXcf> _fields; // as given
     std::vector<Field> _sounding;
-    std::vector<SplitVector> _sum; // one per thread, of a block
+    std::vector<SplitVector> _sum; // one per thread, for a block
     Eigen::VectorXf _overlaps;     // K, ringingOverlaps(); empty: fields are steady
     Places _places;
     Cursor _at;
@@ -145,9 +145,8 @@ private:
     Evenness _evenness;
 };
 
-/// Evens a cycle out in slices and hands out each cycle on the way that is worth playing. Its
-/// fields keep their order and their phases, so that one cycle can replace the other while it
-/// plays.
+/// Evens out a cycle in slices and returns each intermediate cycle worth playing. Its fields keep
+/// their order and common phases, so one cycle can replace another while it plays.
 class EvenedCycle
 {
 public:
@@ -155,21 +154,21 @@ public:
     /// each field of the cycle. Takes threads, pool and stop token from \a solver.
     EvenedCycle(int passes, int steps, const SolverOptions& solver);
 
-    /// Starts with \a cycle: one field for each of its parts, with the steps between them, as
-    /// SequenceComposer::join() makes it. Returns false, with nothing to do, as
-    /// CycleEqualizer::begin() does, without passes, and for targets in Pa: points then are to have
-    /// their pressure in the field that is for them.
+    /// Starts with \a cycle: one field for each part, with the steps between them, as
+    /// SequenceComposer::join() makes it. Returns false, without work, as CycleEqualizer::begin()
+    /// does, without passes, and for targets in Pa, because each point then needs its pressure in
+    /// its own field.
     bool begin(const FieldSequence& cycle,
                const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium);
-    /// Does the next slice. Returns a cycle once it is more even than the last one by kWorthIt, or
-    /// the last one of all; it is `evened`, and its report has the figures of the steps between its
-    /// fields, but not yet those of what is felt. A cycle weaker than the given one by over
-    /// 1 - kLeastGain is not handed out. Throws base::Stopped, to be called again.
+    /// Does the next slice. Returns a cycle that is more even than the last by kWorthIt, or the
+    /// final one; it is `evened`, and its report has the figures of the steps between its fields,
+    /// but not yet those of the average field. Cycles more than 1 - kLeastGain weaker than the
+    /// given one are not returned. Throws base::Stopped; it may then be called again.
     std::optional<FieldSequence> step();
     bool hasWork() const { return _equalizer.hasWork(); }
-    void end() { _equalizer.end(); } ///< drops the work that is left
+    void end() { _equalizer.end(); } ///< drops the remaining work
     const CycleEqualizer& equalizer() const { return _equalizer; }
 
     static constexpr double kWorthIt = 0.7;    ///< factor on the coefficient of variation
@@ -184,8 +183,8 @@ private:
     FieldSequence _cycle; // as given
     DriveResolution _drive;
     double _ringing_s = 0.0;
-    double _handedOut = 0.0; // variation of the last cycle that was, at first of the given one
-    int _seen = 0;           // passes of the equaliser that were looked at
+    double _handedOut = 0.0; // variation of the last cycle returned, at first of the given one
+    int _seen = 0;           // checked passes of the equaliser
 };
 
 } // namespace midair::haptics

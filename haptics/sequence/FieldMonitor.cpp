@@ -33,15 +33,15 @@ constexpr std::size_t kMostMeshes = 16;
 void takeLowestPriority()
 {
 #ifdef __linux__
-    // The thread then runs only on cores that no other thread wants; this needs no rights. If it
-    // fails, the thread runs at its normal priority.
+    // The thread then runs only on otherwise idle cores; this needs no privileges. If it fails, the
+    // thread runs at its normal priority.
     const sched_param none{};
     pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
 #endif
 }
 
-// Restores the normal priority, if the rights allow it, so that a caller that waits for the thread
-// to end does not wait for everything else on a busy machine.
+// Restores the normal priority, if permitted, so that a caller waiting for the thread to end does
+// not wait for everything else on a busy machine.
 void giveBackPriority(std::thread& thread)
 {
 #ifdef __linux__
@@ -143,7 +143,8 @@ void FieldMonitor::run()
 
 void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
 {
-    // The caller notifies without the mutex, so a notification can be missed; hence it polls, too.
+    // The caller notifies without the mutex, so a notification can be missed; therefore it also
+    // polls.
     constexpr std::chrono::milliseconds kLookAgain(50);
     base::Lock lock(_sleepMutex);
     while (!_stop && !(orField && !_field.isEmpty()) && Clock::now() < end)
@@ -170,7 +171,7 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
 }
 
 // Returns the samples of all surfaces that are near a control point; the others belong to parts
-// that the selection left out.
+// left out by the selection.
 Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
 {
     const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);

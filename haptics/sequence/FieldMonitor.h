@@ -25,17 +25,17 @@
 namespace midair::haptics
 {
 
-/// What is left of a field in air that is 1 K warmer than it was solved for: sound is faster by
-/// 0.17 %, so that waves from near and far transducers no longer arrive in step.
+/// Effect on a field of air 1 K warmer than it was solved for: sound is faster by 0.17 %, so waves
+/// from near and far transducers no longer arrive in phase.
 struct KelvinCost
 {
     double rms = 0.0;   ///< relative, at the points; 0: not measured
     double level = 0.0; ///< fitted level over that in \a medium; 0: not measured
 };
 
-/// Plays \a q (m) in \a medium and in air 1 K warmer, or colder where the medium can't be warmer,
-/// and compares |p| at those of \a points that have a target. Takes as long as two matrices for
-/// them. Nothing is measured without such points, and for silence. Throws base::Stopped.
+/// Compares |p| at those of \a points that have a target for \a q (m) in \a medium and in air 1 K
+/// warmer, or colder if the medium can't be warmer. Takes as long as two matrices for the points.
+/// Returns 0 without such points, and for silence. Throws base::Stopped.
 KelvinCost kelvinCost(const ControlPoints& points,
                       const Eigen::VectorXcf& q,
                       const TransducerArray& array,
@@ -43,7 +43,7 @@ KelvinCost kelvinCost(const ControlPoints& points,
                       int threads,
                       const base::StopToken& stop = {});
 
-/// What a hand should feel: the surface, edges or vertices of a mesh, and its pose.
+/// A touchable object: the surface, edges or vertices of a mesh, and its pose.
 struct FeltSurface
 {
     std::shared_ptr<const TriangleMesh> mesh;
@@ -52,24 +52,24 @@ struct FeltSurface
     double reach_m = 0.0; ///< only parts within this distance of a control point count; 0: all
 };
 
-/// A field that was played, as input to FieldMonitor; immutable once submitted.
+/// A played field, the input of FieldMonitor; immutable once submitted.
 struct PlayedField
 {
-    ControlPoints points; ///< certified; none: no certificate
+    ControlPoints points; ///< for the certificate; empty: no certificate
     std::shared_ptr<const TransducerArray> array;
     Medium medium;
-    Eigen::VectorXcf q;                  ///< m activations for points, as the device plays them
+    Eigen::VectorXcf q;                  ///< m activations for points, as played by the device
     std::vector<Eigen::VectorXcf> cycle; ///< all fields played in turn; empty: only q
-    double fieldRate_Hz = 0.0; ///< >= 0; of the cycle's fields; 0: figures with ringing are without
+    double fieldRate_Hz = 0.0; ///< >= 0; of the cycle's fields; 0: ringing figures without ringing
     std::vector<FeltSurface> surfaces; ///< empty: no surface figures
     ControlPoints others;              ///< points of the cycle's other fields
-    std::uint64_t number = 0;          ///< any number of the caller, such as that of the frame
+    std::uint64_t number = 0;          ///< any number of the caller, such as the frame's
 };
 
-/// Measures, in the background of a live solver, how far its fields are from the optimum and how
+/// Measures in the background how far the fields of a live solver are from the optimum and how
 /// uniform they are over the surface. A thread of the lowest priority takes the newest field from
 /// time to time, certifies it and measures it. The solver's thread never waits for it: submit()
-/// exchanges a pointer, without a lock.
+/// exchanges a pointer without a lock.
 class FieldMonitor
 {
 public:
@@ -85,7 +85,7 @@ public:
         SurfaceStatistics surface; ///< samples == 0: none
         KelvinCost kelvin;         ///< of q at points; level == 0: none
         std::uint64_t number = 0;  ///< PlayedField::number
-        std::string error;         ///< why a field could not be certified or measured
+        std::string error;         ///< reason if a field could not be certified or measured
     };
 
     /// Throws InputError for options that are not valid.
@@ -95,17 +95,17 @@ public:
     FieldMonitor(const FieldMonitor&) = delete;
     FieldMonitor& operator=(const FieldMonitor&) = delete;
 
-    /// Returns true if a field submitted now would be measured without delay; otherwise the caller
+    /// Returns true if a field submitted now would be measured without delay; otherwise callers
     /// need not make one.
     bool isWaiting() const { return _waiting && _field.isEmpty(); }
-    /// Submits a field, which replaces one that was not measured yet. Any thread.
+    /// Submits a field, which replaces an unmeasured one. Any thread.
     void submit(std::shared_ptr<const PlayedField> field);
     /// Returns the last result, or null before the first. Any thread.
     std::shared_ptr<const Result> latest() const;
 
 private:
-    // Slot for one value, of which the newest wins. It has no lock, since a thread of the lowest
-    // priority may be suspended for long while it holds one.
+    // Slot for one value; the newest wins. It has no lock, because a thread of the lowest priority
+    // may be suspended for long while holding one.
     template<typename T>
     class Slot
     {
@@ -147,17 +147,17 @@ private:
 
     Options _options;
     base::StopSource _stopWork;
-    Certifier _certifier;          // used by the thread only
-    std::vector<Sampled> _sampled; // likewise
+    Certifier _certifier;          // used only by the thread
+    std::vector<Sampled> _sampled; // used only by the thread
     Slot<const PlayedField> _field;
     mutable Slot<const Result> _published;
     mutable base::Mutex _latestMutex; // for callers of latest(); the thread never locks it
     mutable std::shared_ptr<const Result> _latest MIDAIR_GUARDED_BY(_latestMutex);
-    base::Mutex _sleepMutex; // used by the thread only, for _wake
+    base::Mutex _sleepMutex; // used only by the thread, for _wake
     base::Condition _wake;
     std::atomic<bool> _waiting{false};
     std::atomic<bool> _stop{false};
-    std::thread _thread; // last member, so that it starts after all others are made
+    std::thread _thread; // last member, so that it starts after all others are constructed
 };
 
 } // namespace midair::haptics

@@ -51,7 +51,7 @@ std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields)
     const std::size_t K = fields.size();
     std::vector<int> way(K);
     std::iota(way.begin(), way.end(), 0);
-    if (K < 4) return way; // up to three fields make the same cycle in every order
+    if (K < 4) return way; // up to three fields form the same cycle in any order
     Eigen::MatrixXd near(K, K);
     for (std::size_t k = 0; k < K; ++k)
         for (std::size_t l = 0; l < K; ++l)
@@ -96,7 +96,7 @@ void alignFields(std::vector<Eigen::VectorXcf>& fields, const DriveResolution& d
     if (K < 2) return;
     for (std::size_t k = 1; k < K; ++k)
         alignField(fields[k], fields[k - 1], drive);
-    // Phase by which the last is ahead of the first.
+    // Phase of the last relative to the first.
     const float left = std::arg(fields[0].dot(fields[K - 1]));
     for (std::size_t k = 1; k < K; ++k)
     {

@@ -9,8 +9,8 @@
 namespace midair::haptics
 {
 
-/// Size of the steps of a cycle, including that from the last field to the first. The cycle has K
-/// >= 1 fields of equal length.
+/// Sizes of the steps of a cycle of K >= 1 fields of equal length, including that from the last
+/// field to the first.
 struct CycleSteps
 {
     double meanPhaseStep_rad = 0.0; ///< mean |change of phase| of a transducer in a step
@@ -21,7 +21,7 @@ struct CycleSteps
 CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle);
 
 /// Sorts \a fields so that each differs little from the next; the first stays first. Nearest
-/// neighbour, then 2-opt (Croes 1958), both by |<q_k, q_l>|, which does not depend on a common
+/// neighbour, then 2-opt (Croes 1958), both by |<q_k, q_l>|, which is independent of a common
 /// phase. Returns the former index of each.
 std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields);
 
@@ -29,13 +29,13 @@ std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields);
 /// whole levels of \a drive, so that it stays playable. Does nothing if their lengths differ.
 void alignField(Eigen::VectorXcf& q, const Eigen::VectorXcf& last, const DriveResolution& drive);
 
-/// Aligns each field of a cycle with the one before it, and spreads the remaining difference
+/// Aligns each field of a cycle with the one before it, and distributes the remaining difference
 /// between the last and the first over all.
 void alignFields(std::vector<Eigen::VectorXcf>& fields, const DriveResolution& drive);
 
-/// Returns \a fields with \a steps >= 0 intermediate fields between one and the next, in which each
-/// transducer's phase turns by the shorter angle, rounded to the levels of \a drive. Throws
-/// InputError for less than 0 steps.
+/// Returns \a fields with \a steps >= 0 intermediate fields after each, in which each transducer's
+/// phase turns by the shorter angle, rounded to the levels of \a drive. Throws InputError for
+/// negative steps.
 std::vector<Eigen::VectorXcf> smoothedFields(const std::vector<Eigen::VectorXcf>& fields,
                                              int steps,
                                              const DriveResolution& drive);

@@ -77,10 +77,10 @@ void fillIn(const CycleSteps& steps, double rate_Hz, SolveReport& report)
     report.audibleChange = steps.driveChange * audibleShare(rate_Hz);
 }
 
-// What looks at all transducers in each step looks at no more steps.
+// Maximum number of steps for computations over all transducers per step.
 constexpr int kMostSteps = 512;
 
-// The pattern of \a fields, or as many whole periods of the modulation as are not too many.
+// Returns the pattern of \a fields, or as many whole periods of the modulation as fit.
 std::vector<PatternStep> patternFor(const Modulator& modulator, int fields)
 {
     std::vector<PatternStep> steps = modulator.pattern(fields, kMostSteps);
@@ -139,7 +139,7 @@ void rateRinging(FieldSequence& sequence, double ringing_s)
     const double step_s = 1.0 / sequence.modulation.fieldRate_Hz;
     if (sequence.modulation.amplitudeRate_Hz > 0.0)
     {
-        // All transducers follow it alike, so that one stands for all.
+        // All transducers follow it alike, so one represents all.
         const RadiatedPower one = radiatedPower({Eigen::VectorXcf::Ones(1)},
                                                 patternFor(modulator, 1),
                                                 step_s,
@@ -149,7 +149,7 @@ void rateRinging(FieldSequence& sequence, double ringing_s)
         report.ringingShare = shareOf(one.ringing_mean, one.steady_mean);
     }
     if (sequence.isHeld()) return;
-    // A modulation slower than these steps takes no power by itself.
+    // A modulation slower than these steps loses no power to ringing.
     const int fields = static_cast<int>(sequence.fields.size());
     std::vector<PatternStep> steps = patternFor(modulator, fields);
     if (steps.size() > kMostSteps)
@@ -201,14 +201,17 @@ void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& seque
     CycleSteps step;
     step.meanPhaseStep_rad =
         static_cast<double>(difference.phaseSteps) / static_cast<double>(last.size());
-    // In a cycle the change is relative to both fields, as each follows the other.
+    // In a cycle the change is relative to both fields, because each follows the other.
     const Eigen::VectorXcf& field = sequence.fields.front();
     const float power = field.squaredNorm();
     step.driveChange = power > 0.0f ? (field - last).squaredNorm() / power : 0.0;
     fillIn(step, rate_Hz, sequence.report);
 }
 
-void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
+void rateLevel(const ControlPoints& points,
+               const Eigen::VectorXf& achieved_Pa,
+               SolveReport& report,
+               double least_Pa)
 {
     Eigen::VectorXd y = achieved_Pa.cast<double>(), a = points.targets;
     Eigen::Index wanted = 0; // points whose target is not 0
@@ -222,7 +225,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     a.conservativeResize(wanted);
     if (wanted == 0)
     {
-        // There are no points or all targets are 0: no errors.
+        // No points, or all targets are 0: no errors.
         RelativeErrors().tell(report);
         report.loudness = report.level_Pa = report.worstShortfall = 0.0;
         report.shortPoints = 0;
@@ -233,9 +236,10 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
-    // Of silence no level is fitted. Every point misses all of its target, as for targets in Pa.
+    // Silence has no fitted level. Every point misses its whole target, as for targets in Pa.
     RelativeErrors errors{1.0, 1.0, std::sqrt(a.squaredNorm() / wanted) / a.maxCoeff(), 1.0};
-    if (s > 0.0) errors = relativeErrors(y, a, points.absolute ? 1.0 : s);
+    if (s > 0.0)
+        errors = points.absolute ? relativeErrors(y, a, 1.0, least_Pa) : relativeErrors(y, a, s);
     errors.tell(report);
     if (!points.absolute) return;
     const Shortfall shortfall = shortfallOf(y, a, 1.0);

@@ -14,24 +14,24 @@
 namespace midair::haptics
 {
 
-/// What is played: one field that is held, or several that are played in turn and repeated.
+/// Fields to play: one field that is held, or several in turn, repeated.
 struct FieldSequence
 {
-    /// K fields of m activations each, |q_i| <= 1, in playing order; none: they could not be made,
-    /// and the report says why.
+    /// K fields of m activations each, |q_i| <= 1, in playing order; empty: they could not be made,
+    /// and the report gives the reason.
     std::vector<Eigen::VectorXcf> fields;
     /// parts[k]: the points that fields[k] was made for, with their full targets. Not more than
-    /// fields; a field without a part, or with an empty one, is a step between others.
+    /// fields; a field without a part, or with an empty one, is an intermediate step.
     std::vector<ControlPoints> parts;
     /// Amplitude modulation of the whole sequence, and the rate of its fields.
     ModulatorOptions modulation;
-    /// True: the fields are evened out together, so that only their average is as wanted. Figures
-    /// are then of what is felt: of the root of the mean of |p|^2 over all fields.
+    /// True: the fields are evened out together, so that only their average meets the targets.
+    /// Figures then refer to the root of the mean of |p|^2 over all fields.
     bool evened = false;
-    /// |p| of a held field at points() as its solver found it (HologramSolver::achieved_Pa()), Pa
-    /// (n); empty: not known. Whoever changes the field clears it.
+    /// |p| of a held field at points() from its solver (HologramSolver::achieved_Pa()), Pa (n);
+    /// empty: unknown. Code that changes the field clears it.
     Eigen::VectorXf achieved_Pa;
-    /// Report on all fields together, each at its own points; or on what is felt, if evened.
+    /// Report on all fields together, each at its own points; if evened, on their average.
     SolveReport report;
 
     bool isHeld() const { return fields.size() == 1; }
@@ -42,14 +42,14 @@ struct FieldSequence
     ControlPoints points() const;
 };
 
-/// Scales \a fields down together, so that their ratios stay, until no amplitude exceeds \a cap (0
-/// .. 1), nor the next level of a drive signal below it, from which rounding would go up again.
-/// Returns true if that changes them.
+/// Scales \a fields down by a common factor, until no amplitude exceeds \a cap (0 .. 1) or the next
+/// drive level below it, because rounding could raise it above the cap again. Returns true if that
+/// changed them.
 bool keepAmplitudes(double cap, std::vector<Eigen::VectorXcf>& fields);
 
 /// Returns |p| at the points of \a sequence (n, in the order of points()), each in the field made
-/// for it; of an evened one the root of the mean of |p|^2 over all fields. Throws base::Stopped if
-/// \a stop requests it.
+/// for it; for an evened sequence the root of the mean of |p|^2 over all fields. Throws
+/// base::Stopped if \a stop requests it.
 Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const TransducerArray& array,
                                  const Medium& medium,
@@ -57,24 +57,26 @@ Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const base::StopToken& stop = {});
 
 /// Updates \a report (rms, max, level, loudness, points that fall short) for a field that was
-/// scaled after its solve. \a achieved_Pa: |p| at \a points (n). The errors of silence are 1.
+/// scaled after its solve. \a achieved_Pa: |p| at \a points (n). The errors of silence are 1. \a
+/// least_Pa: lower bound of the largest target, for targets in Pa.
 void rateLevel(const ControlPoints& points,
                const Eigen::VectorXf& achieved_Pa,
-               SolveReport& report);
+               SolveReport& report,
+               double least_Pa = 0.0);
 
 /// Updates the report's figures of the steps between the fields of \a sequence, including that from
 /// the last to the first: meanPhaseStep_rad, driveChange, and audibleChange at the field rate. All
 /// are 0 for a single field.
 void rateSteps(FieldSequence& sequence);
 
-/// Updates the report's figures of what the transducers make of \a sequence, as they ring with \a
-/// ringing_s (0 .. kMostRinging_s): ringingShare and ringingModulation. Where fields and modulation
-/// don't repeat together within 512 steps, the share is that of about as many.
+/// Updates ringingShare and ringingModulation in the report of \a sequence for transducers that
+/// ring with \a ringing_s (0 .. kMostRinging_s). If fields and modulation don't repeat together
+/// within 512 steps, the share is that of about as many.
 void rateRinging(FieldSequence& sequence, double ringing_s);
 
-/// Updates ringingShare in the report of a held \a sequence whose field has replaced \a last, which
-/// had long settled: the power of the first 1/\a rate_Hz. Does nothing if it is not held, if the
-/// lengths differ, and if \a last or the field is silent.
+/// Updates ringingShare in the report of a held \a sequence whose field replaces the settled field
+/// \a last: the power of the first 1/\a rate_Hz. Does nothing if it is not held, if the lengths
+/// differ, and if \a last or the field is silent.
 void rateSwitch(const Eigen::VectorXcf& last,
                 double rate_Hz,
                 double ringing_s,
@@ -88,9 +90,9 @@ void continueFrom(const Eigen::VectorXcf& last,
                   const DriveResolution& drive,
                   FieldSequence& sequence);
 
-/// Updates the report of a held \a sequence for the step from \a last to its field as they are, at
-/// \a rate_Hz: meanPhaseStep_rad, driveChange and audibleChange. Does nothing if the sequence is
-/// not held or the lengths differ.
+/// Updates the report of a held \a sequence for the step from \a last to its field, without turning
+/// either, at \a rate_Hz: meanPhaseStep_rad, driveChange and audibleChange. Does nothing if the
+/// sequence is not held or the lengths differ.
 void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& sequence);
 
 } // namespace midair::haptics

@@ -34,7 +34,7 @@ std::vector<Setting<S>> air()
 {
     return {Row<S>("temperature", &S::temperature, "temperature of the air")
                 .range(kLeastTemperature_C, kMostTemperature_C, "C")
-                .effect(Effect::NOTHING), // the air is followed
+                .effect(Effect::NOTHING), // playing fields follow the air
             Row<S>("humidity", &S::humidity, "relative humidity of the air").range(0.0, 1.0),
             Row<S>("airPressure", &S::airPressure, "pressure of the air")
                 .range(kLeastAirPressure_Pa, kMostAirPressure_Pa, "Pa")};
@@ -104,10 +104,10 @@ std::vector<Setting<S>> playing()
             .range(0.0, 1.0)
             .variable("MAX_AMPLITUDE")
             .safety()
-            .use(Use::PLAYED), // devices keep it
+            .use(Use::PLAYED), // devices enforce it
         Row<S>("even",
                &S::even,
-               "passes that even a cycle's fields out together where objects rest; 0: none")
+               "passes for evening out a cycle's fields together while objects rest; 0: none")
             .range(0, kMostEven)
             .use(Use::STILL),
         Row<S>(
@@ -123,7 +123,18 @@ std::vector<Setting<S>> playing()
             .use(Use::STILL)};
 }
 
-/// Returns what the InputError of \a read says, or an empty text.
+std::vector<Setting<S>> feeling()
+{
+    return {Row<S>("feelThreshold",
+                   &S::feelThreshold,
+                   "least force on a fingertip that is felt, for the words of how strong it is; 0: "
+                   "as published")
+                .range(1e-6, 1.0, "N")
+                .orZero()
+                .use(Use::STILL)};
+}
+
+/// Returns the text of \a read's InputError, or an empty text.
 template<typename Read>
 std::string refusalOf(const Read& read)
 {
@@ -169,6 +180,7 @@ const SettingTable<FieldSettings>& fieldSettings()
                                                   inherited<S>(solverSettings().rows()),
                                                   points(),
                                                   playing(),
+                                                  feeling(),
                                                   transducers()}));
     return table;
 }

@@ -8,10 +8,10 @@
 namespace midair::haptics
 {
 
-/// All settings of what is played, those of the solver too, with their ranges.
+/// All settings of fields, including the solver's, with their ranges.
 const base::SettingTable<FieldSettings>& fieldSettings();
 
-/// The air that \a settings describe.
+/// Returns the air described by \a settings.
 Medium mediumOf(const FieldSettings& settings);
 
 } // namespace midair::haptics

@@ -21,13 +21,13 @@ namespace
 // Keeps the times of far later steps within the range of the clock.
 constexpr double kLeastFieldRate_Hz = 0.01;
 
-// Rounds down, so that a text never promises more than there is.
+// Rounds down, so that a text never promises too much.
 double downToTenth(double value)
 {
     return std::floor(10.0 * value) / 10.0;
 }
 
-// Boards count the ticks of their clock that a step lasts in a byte.
+// Boards store the ticks per step in a byte.
 constexpr double kMostTicks = 255.0;
 
 } // namespace
@@ -52,8 +52,8 @@ Modulator::Step Modulator::at(double time_s, int fields) const
     Step step;
     if (fields > 1)
     {
-        // The margin keeps rounding from putting the start of a field, computed as k / rate, into
-        // the field before.
+        // The margin keeps rounding from assigning the start of a field, computed as k / rate, to
+        // the previous field.
         const double played = std::floor(time_s * _options.fieldRate_Hz + 1e-6);
         const double in = std::fmod(played, fields);
         step.field = static_cast<int>(in < 0.0 ? in + fields : in);
@@ -79,7 +79,7 @@ Modulator::steps(std::int64_t first, std::int64_t count, int fields) const
 
 std::vector<Modulator::Step> Modulator::pattern(int fields, int most) const
 {
-    // A modulation that is off by this share of a period each period takes days to drift by one.
+    // A modulation off by this share of a period each period takes days to drift by one.
     constexpr double kWhole = 1e-9;
     std::int64_t period = 1;
     if (_options.amplitudeRate_Hz > 0.0)
@@ -102,7 +102,7 @@ std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
     std::vector<std::vector<int>> subsets(
         static_cast<std::size_t>(std::max(1, std::min(count, n))));
     std::vector<unsigned char> taken(static_cast<std::size_t>(n), 0);
-    // The subsets take turns; each takes the point that is farthest from those it has.
+    // The subsets take turns; each takes the point farthest from its own.
     Eigen::MatrixXd nearest2 = Eigen::MatrixXd::Constant(
         n, static_cast<Eigen::Index>(subsets.size()), std::numeric_limits<double>::max());
     for (int given = 0; given < n; ++given)
@@ -153,8 +153,8 @@ modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int s
     return result;
 }
 
-// Returns the frequency that is played; 0: it can't be stored. Of the numbers of steps to a period
-// that fit, the one whose frequency is nearest, and of those the largest.
+// Returns the played frequency; 0: it can't be stored. Among the possible numbers of steps per
+// period, takes the one with the nearest frequency, and of those the largest.
 double LineRate::store(ModulatorOptions& modulation, double frequency_Hz, int fields) const
 {
     double best_Hz = 0.0;

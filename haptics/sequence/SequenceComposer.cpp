@@ -26,7 +26,7 @@ bool isField(const SolveReport& report)
            report.stop != StopReason::STOPPED;
 }
 
-/// Says for how long something is at work.
+/// Reports since when something is busy.
 class AtWork
 {
 public:
@@ -82,7 +82,7 @@ void matchLevels(const std::vector<std::size_t>& sizes,
     }
 }
 
-// Evens out to the end, and rates what is felt then.
+// Evens out completely, and rates the average.
 void evenOut(const ControlPoints& places,
              const TransducerArray& array,
              const Medium& medium,
@@ -100,7 +100,7 @@ void evenOut(const ControlPoints& places,
               cycle.report);
 }
 
-// haptics/SOLVER.md, "From below": of outlines, whose targets in Pa coarse levels may exceed.
+// haptics/SOLVER.md, "From below": for outlines, whose targets in Pa coarse levels may exceed.
 constexpr int kOutlinePasses = 8;
 constexpr double kBelowTarget = 0.98;
 constexpr double kMostOverTarget = 1.1;
@@ -137,7 +137,7 @@ void fitLevel(double loudness,
         if (level <= 1.0 + kShortBy) return;
         share *= kBelowTarget / level;
     }
-    if (level > kMostOverTarget) q.setZero(); // no number of transducers is quiet enough
+    if (level > kMostOverTarget) q.setZero(); // even one transducer is too loud
 }
 
 } // namespace
@@ -174,7 +174,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
         if (all.message.empty() && isField(r)) all.message = r.message;
-        // The stop reason of the first field that did not converge; a refusal takes precedence.
+        // The stop reason of the first field that did not converge; a refusal has precedence.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
         const bool isEnd = r.stop == StopReason::REFUSED || r.stop == StopReason::STOPPED;
         if (isEnd || isReason)
@@ -397,7 +397,7 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
         if (_options.reorder) order = orderFields(cycle.fields);
         steps = _options.cycleSteps;
     }
-    // Not reordered, as the order of subsets and instants matters.
+    // Not reordered, because the order of subsets and instants matters.
     alignFields(cycle.fields, array.drive);
     cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
     placeParts(order, steps, cycle);
@@ -446,7 +446,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
         for (Outline& outline : relative)
             outline.target /= largest;
     else
-        largest = 1.0; // the solver reports what is wrong
+        largest = 1.0; // the solver reports the error
     const OutlineReport found = _outlines->solve(relative, array, medium, sequence.fields.front());
     sequence.parts = {_outlines->points()};
     sequence.parts.front().targets *= largest;

@@ -18,9 +18,9 @@
 namespace midair::haptics
 {
 
-/// Solves fields that are played in turn, each for a part of the points or an instant of their
-/// modulation. They are solved one by one and then brought to a common level, so that targets are
-/// comparable across fields.
+/// Solves fields in turn, each for a part of the points or an instant of their modulation. They are
+/// solved one by one and then scaled to a common level, so that targets are comparable across
+/// fields.
 class TimeMultiplexer
 {
 public:
@@ -33,9 +33,9 @@ public:
     /// each, on the array's levels). With relative targets all play at the level of the weakest
     /// field; with absolute targets each at its own. A part without points gives a silent field.
     /// The report covers all fields: rms and max over all points, sums of times and counts,
-    /// level_Pa where the target is largest. It is REFUSED if a part is, and STOPPED, with all
-    /// fields zero, if a part is. Throws InputError for no parts and for more than
-    /// kMostPointsInTurn points.
+    /// level_Pa where the target is largest. If a part is REFUSED, so is the report; if a part is
+    /// STOPPED, so is the report, with all fields zero. Throws InputError for no parts and for more
+    /// than kMostPointsInTurn points.
     SolveReport solve(const std::vector<ControlPoints>& parts,
                       const TransducerArray& array,
                       const Medium& medium,
@@ -44,7 +44,7 @@ public:
     /// HologramSolver::achieved_Pa() of the last solve(); empty for several fields.
     Eigen::VectorXf achieved_Pa() const;
 
-    /// Replaces the options of all solvers so far; returns false if one of them can't.
+    /// Replaces the options of all existing solvers; returns false if one of them can't.
     bool setOptions(const SolverOptions& options);
 
 private:
@@ -53,11 +53,11 @@ private:
     std::vector<SolveReport> _reports;
 };
 
-/// Returns the level, Pa per unit of target, that a field with \a report plays at its \a points; 0
-/// if nothing is played.
+/// Returns the level, Pa per unit of target, of a field with \a report at its \a points; 0 if
+/// nothing is played.
 double unitLevel(const SolveReport& report, const ControlPoints& points);
 
-/// Returns the common report of fields that are played in turn, from their \a reports (>= 1).
+/// Returns the common report of fields in turn, from their \a reports (>= 1).
 SolveReport together(const std::vector<SolveReport>& reports);
 
 /// Options of a SequenceComposer.
@@ -66,18 +66,18 @@ struct ComposerOptions : SequenceSettings
     /// Makes a solver; called for each field that is kept for a warm start. Empty: makeSolver()'s
     /// default with solverOptions.
     std::function<std::unique_ptr<HologramSolver>()> makeSolver;
-    /// Options of the solvers. Outlines and an EvenedCycle take threads, pool, seed, stop token
-    /// and loudness from them.
+    /// Options of the solvers. Outlines and an EvenedCycle use their threads, pool, seed, stop
+    /// token and loudness.
     SolverOptions solverOptions;
-    ModulatorOptions modulation; ///< of everything; rate 0: none; its fieldRate_Hz isn't read
+    ModulatorOptions modulation; ///< of all points; rate 0: none; its fieldRate_Hz is not used
     LineRate line;               ///< line to the device; limits field rates and modulations
     bool reorder = true; ///< true: a cycle's fields are sorted so that neighbours differ least
 };
 
-/// Modulation of the single points of a set.
+/// Modulation of individual points of a set.
 struct ModulationPlan
 {
-    /// >= 0; common to all points, as the array plays one field at a time; 0: not modulated
+    /// >= 0; common to all points, because the array plays one field at a time; 0: not modulated
     double rate_Hz = 0.0;
     /// n, 0 .. 1; the pressure on the skin drops to 1 - depth of its maximum
     Eigen::VectorXd depth;
@@ -90,36 +90,35 @@ struct ModulationPlan
 /// points; one for each instant of a modulation that differs between points; a cycle of fields for
 /// shifted sets of points on the same surface; or one stationary field for outlines.
 ///
-/// Each set starts from its own last fields. One thread at a time.
+/// Each set starts from its last fields. One thread at a time.
 class SequenceComposer
 {
 public:
-    /// A period of a modulation is played in as many fields as the field rate allows, but at most
-    /// this many.
+    /// Maximum number of fields in a period of a modulation; fewer if the field rate requires it.
     static constexpr int kMostInstants = 16;
 
     SequenceComposer(ComposerOptions options, base::MessageLog& messages);
 
-    /// Returns the sequence for \a points, which are set number \a set (>= 0) of the scene. If all
-    /// points have the same modulation, the whole field is modulated; otherwise there is one field
-    /// per instant with the targets of that instant, and no subsets. The options' modulation of
-    /// everything overrides \a plan, with a message. If a solver refuses, the report says REFUSED
-    /// and there are no fields. Throws base::Stopped if a solver was stopped, base::InputError for
-    /// no points and for a modulation that the line can't carry. If all sets together have more
-    /// than base::kMostPointsInTurn points, some of them start cold.
+    /// Returns the sequence for \a points, set number \a set (>= 0) of the scene. If all points
+    /// have the same modulation, the whole field is modulated; otherwise there is one field per
+    /// instant with the targets of that instant, and no subsets. The options' modulation of all
+    /// points overrides \a plan, with a message. If a solver refuses, the report is REFUSED and
+    /// there are no fields. Throws base::Stopped if a solver was stopped, base::InputError for no
+    /// points and for a modulation too fast for the line. If all sets together have more than
+    /// base::kMostPointsInTurn points, some of them start cold.
     FieldSequence compose(int set,
                           const ControlPoints& points,
                           const ModulationPlan& plan,
                           const TransducerArray& array,
                           const Medium& medium);
 
-    /// When the compose() that runs has begun, s on the steady clock; 0: none runs. Any thread.
+    /// Start of the running compose(), s on the steady clock; 0: none is running. Any thread.
     double busySince_s() const { return _busySince_s; }
 
-    /// Returns \a sets (>= 1) as one cycle that is played in turn. If each set has one field, the
-    /// fields are sorted so that neighbours differ least, evened out over \a places (see
-    /// EvenedCycle; none: skipped), and joined with the options' steps. Throws base::InputError if
-    /// a set is empty or was refused.
+    /// Returns \a sets (>= 1) as one cycle of fields in turn. If each set has one field, the fields
+    /// are sorted so that neighbours differ least, evened out over \a places (see EvenedCycle;
+    /// empty: skipped), and joined with the options' steps. Throws base::InputError if a set is
+    /// empty or was refused.
     FieldSequence join(std::vector<FieldSequence> sets,
                        const ControlPoints& places,
                        const TransducerArray& array,
@@ -140,8 +139,8 @@ public:
                                   const TransducerArray& array,
                                   const Medium& medium);
 
-    /// Replaces the options between two compositions. Each set still starts from its own last
-    /// fields, unless \a otherSolver, or if a solver can't change its options.
+    /// Replaces the options between two compositions. Each set still starts from its last fields,
+    /// unless \a otherSolver, or if a solver can't change its options.
     void setOptions(ComposerOptions options, bool otherSolver);
 
     /// Sets the token; call it before the first solve. If \a stop requests it, a running
@@ -150,12 +149,12 @@ public:
     const ComposerOptions& options() const { return _options; }
 
 private:
-    /// Solvers and fields kept for one set of points.
+    /// Solvers and fields of one set of points.
     struct Kept
     {
         TimeMultiplexer solvers;
-        std::vector<Eigen::VectorXcf> fields; // their last fields
-        int points = 0;                       // number of points for which they keep matrices
+        std::vector<Eigen::VectorXcf> fields; // last fields
+        int points = 0;                       // number of points in their matrices
     };
 
     Kept& keptFor(int set, int points);

@@ -21,8 +21,8 @@ float playableAmplitude(const std::vector<float>& levels, float amplitude)
 namespace
 {
 
-/// The playable amplitudes next to one that is wanted. Below the lowest level is silence, which
-/// every array plays.
+/// The playable amplitudes below and above a wanted one. Below the lowest level is silence, which
+/// every array can play.
 struct Between
 {
     float low, high, share; ///< share of the way from low to high, 0 .. 1
@@ -37,7 +37,7 @@ Between betweenLevels(const std::vector<float>& levels, float wanted)
     return {low, high, high > low ? (wanted - low) / (high - low) : 1.0f};
 }
 
-// Multiples of the golden ratio are spread evenly, and a larger mean raises some transducers and
+// Multiples of the golden ratio are evenly spread, and a larger mean raises some transducers and
 // lowers none.
 template<typename Choose>
 void inEvenMix(int m, const Choose& choose)
@@ -162,8 +162,8 @@ void FieldProblem::reserve()
 
 void FieldProblem::buildBlock(int block)
 {
-    // Rows between two checks for a stop request (SOLVER.md, "Limits"): with thousands of points
-    // a block takes up to a tenth of a second if its entries are computed in double.
+    // Rows between two checks for a stop request (SOLVER.md, "Limits"): with thousands of points a
+    // block takes up to a tenth of a second if its entries are computed in double.
     constexpr int kRows = 512;
     std::fill_n(rowSums(block), n(), 0.0);
     const int count = static_cast<int>(_stale.size());
@@ -316,7 +316,8 @@ void FieldProblem::phasesOf(const SplitVector& field)
 
 void FieldProblem::toLanes(const Eigen::VectorXcf& from, SplitVector& lanes) const
 {
-    lanes.reserve(static_cast<std::size_t>(G.paddedTransducers())); // of another array it had fewer
+    lanes.reserve(static_cast<std::size_t>(G.paddedTransducers())); // it may be shorter, for
+                                                                    // another array
     for (int lane = 0; lane < m(); ++lane)
         lanes.set(static_cast<std::size_t>(lane), from[G.order()[static_cast<std::size_t>(lane)]]);
     clearSilent(lanes);

@@ -22,7 +22,7 @@ namespace midair::haptics
 {
 
 /// Pressures below this, in PropagationMatrix::unit_Pa(), have no phase; divisions by them use this
-/// value, so that the result stays finite.
+/// value, so the result stays finite.
 constexpr float kLeastPressure = 1e-30f;
 
 /// A complex vector as two aligned arrays of floats.
@@ -50,9 +50,9 @@ inline void copy(const SplitVector& from, SplitVector& to, std::size_t count)
     std::copy_n(from.im.data(), count, to.im.data());
 }
 
-/// The points that are solved for, their matrix and the vectors of a solve, as all solvers use
-/// them. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of
-/// p. Pressures are in unit_Pa().
+/// The active points, their matrix and the vectors of a solve, shared by all solvers. Symbols as in
+/// the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of p. Pressures are in
+/// unit_Pa().
 class FieldProblem
 {
 public:
@@ -71,14 +71,15 @@ public:
     {
     }
 
-    /// Returns true if array and medium equal those of the last assign() in all that G depends on.
+    /// Returns true if array and medium equal those of the last assign() in everything that G
+    /// depends on.
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const
     {
         return G.isBoundTo(array, medium);
     }
-    /// Assigns a valid problem. \a active: indices of the points to be solved for. Rows of points
-    /// that moved by no more than \a tolerance_m are kept. \a isBound: result of isBoundTo().
-    /// Returns the number of stale rows, which build() computes.
+    /// Assigns a valid problem. \a active: indices of the points to solve for. Rows of points that
+    /// moved by at most \a tolerance_m are kept. \a isBound: result of isBoundTo(). Returns the
+    /// number of stale rows, which build() computes.
     int assign(const ControlPoints& points,
                const std::vector<int>& active,
                const TransducerArray& array,
@@ -87,24 +88,24 @@ public:
                bool isBound = false);
     void build(); ///< computes the stale rows of G
     int staleRows() const { return static_cast<int>(_stale.size()); } ///< of the last assign()
-    /// build() and projectRound() in one pass, which uses each block of G while it is in the cache.
+    /// build() and projectRound() in one pass, which uses each block of G while it is cached.
     void buildAndProject(const SplitVector& w, SplitVector& p);
-    /// Returns the time that the last build took on the calling thread.
+    /// Returns the duration of the last build on the calling thread.
     double build_ms() const { return _build_ms; }
-    /// Makes the next assign() keep no rows.
+    /// Makes the next assign() discard all rows.
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
     int n() const { return G.points(); }
-    /// Columns that are solved for: dead transducers are left out, see PropagationMatrix.
+    /// Number of columns; dead transducers are left out, see PropagationMatrix.
     int m() const { return G.transducers(); }
-    int arraySize() const { return G.arraySize(); } ///< all transducers, dead ones too
+    int arraySize() const { return G.arraySize(); } ///< all transducers, including dead ones
     const DriveResolution& drive() const { return _drive; }
-    /// Returns true if more than half of the points have another one nearer than \a spacing
+    /// Returns true if more than half of the points have a neighbour nearer than \a spacing
     /// wavelengths.
     bool crowds(double spacing) const;
     /// Unit of G, p, y and of the row sums, Pa; 1 for usual arrays (PropagationMatrix::unit_Pa()).
     double unit_Pa() const { return G.unit_Pa(); }
-    /// Returns mean_l sum_i |G_li|, in unit_Pa(): the pressure that a single focus would have.
+    /// Returns mean_l sum_i |G_li|, in unit_Pa(): the mean pressure of a single focus.
     double meanRowSum() const;
     /// Returns sum_i |G_li|, in unit_Pa().
     double rowSum(int l) const { return _rowSums[static_cast<std::size_t>(l)]; }
@@ -115,18 +116,18 @@ public:
     void forward(const SplitVector& q, SplitVector& p);
     /// One round, G read once: z = G* w, q = z/|z|, p = G q.
     void projectRound(const SplitVector& w, SplitVector& p);
-    /// From now on, q takes the device's levels of phase in rounds if \a onLevels, so that their
-    /// fields can be played as they are.
+    /// If \a onLevels, later rounds set q to the device's phase levels, so that their fields are
+    /// playable as they are.
     void endRoundsOnLevels(bool onLevels) { _roundsEndOnLevels = onLevels; }
     /// y_l = |p_l|, u_l = p_l/|p_l|; u_l is kept where |p_l| is at most kLeastPressure.
     void phasesOf(const SplitVector& p);
     /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
     void clearPadding(SplitVector& v) const; ///< v_i = 0 for i >= m
-    /// v_i = 0 for columns of G that are 0: what they are driven with does nothing.
+    /// v_i = 0 for zero columns of G, whose drive has no effect.
     void clearSilent(SplitVector& v) const;
-    /// Makes q playable by the device: amplitudes times \a scale, clipped to 1 and rounded to the
-    /// nearest level, and phases rounded to the nearest level.
+    /// Makes q playable: amplitudes times \a scale, clipped to 1 and rounded to the nearest level,
+    /// and phases rounded to the nearest level.
     void quantise(float scale);
 
     Eigen::MatrixXcf dense() const; ///< G (n x m) as one matrix, for methods that need columns
@@ -137,7 +138,7 @@ public:
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 
     double elapsed_ms() const; ///< time since start()
-    /// Begins a solve: the pool's threads wake up while the caller prepares it.
+    /// Begins a solve: wakes the pool's threads while the caller prepares it.
     void start()
     {
         _start = std::chrono::steady_clock::now();
@@ -153,9 +154,9 @@ public:
 
     int threads() const { return _pool->threads(); }
     const base::StopToken& stop() const { return _stop; }
-    /// Calls inBlock(thread, block) for each block, on all threads. Each has its own blocks, which
-    /// are in its core's cache from one call to the next; a thread that is done helps those that
-    /// woke up late. Throws Stopped on a stop request; some blocks are then not visited.
+    /// Calls inBlock(thread, block) for each block, on all threads. Each thread has its own blocks,
+    /// which stay in its core's cache between calls; a thread that is done helps those that woke up
+    /// late. Throws Stopped on a stop request; some blocks are then not visited.
     template<typename InBlock>
     void eachBlock(const InBlock& inBlock)
     {
@@ -173,13 +174,13 @@ public:
         _stop.throwIfRequested();
     }
     /// Returns the partial sums over the transducers of block \a block, 2 x n floats (re, im). Sums
-    /// are made for each block and then added in the order of the blocks, so that they don't depend
-    /// on the number of threads.
+    /// are made per block and then added in block order, so they don't depend on the number of
+    /// threads.
     float* partial(int block)
     {
         return _partial.data() + static_cast<std::size_t>(block) * _partialStride;
     }
-    /// partial = G q over one block, from its lane \a first on (Storage::FIXED only, if not 0).
+    /// partial = G q over one block, from its lane \a first on (only Storage::FIXED, if not 0).
     void forwardBlock(int block, const SplitVector& q, int first = 0);
     void sumPartials(SplitVector& p); ///< p = sum of the partial sums of all blocks
     void addPartials(SplitVector& p); ///< p += sum of the partial sums of all blocks
@@ -206,7 +207,8 @@ private:
     DriveResolution _drive;
     bool _roundsEndOnLevels = false;
     Eigen::Matrix3Xd _positions;                   // positions for which the rows were built
-    std::unique_ptr<std::atomic<bool>[]> _isTaken; // for each block, by a thread of eachBlock()
+    std::unique_ptr<std::atomic<bool>[]> _isTaken; // for each block: taken by a thread of
+                                                   // eachBlock()
     int _takenBlocks = 0;                          // length of _isTaken
     std::vector<unsigned char> _fresh;             // 1: the row is built
     std::vector<int> _stale;                       // rows that build() computes
@@ -218,18 +220,18 @@ private:
     std::chrono::steady_clock::time_point _start;
 };
 
-/// Returns the level nearest to \a amplitude among the ascending \a levels; without levels,
-/// \a amplitude limited to 0 .. 1.
+/// Returns the level nearest to \a amplitude among the ascending \a levels; without levels, \a
+/// amplitude limited to 0 .. 1.
 float playableAmplitude(const std::vector<float>& levels, float amplitude);
-/// Sets \a m amplitudes with the mean \a mean: some at the next of the ascending \a levels below
-/// it (0 below the first), some at the next above, evenly distributed.
+/// Sets \a m amplitudes with the mean \a mean: some at the next of the ascending \a levels below it
+/// (0 below the first), some at the next above, evenly distributed.
 void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes);
-/// What roundAmplitudes() may change of the sum of all amplitudes (SOLVER.md, "Amplitudes").
+/// Largest change by roundAmplitudes() of the sum of all amplitudes (SOLVER.md, "Amplitudes").
 constexpr double kCoarseSum = 0.01;
-constexpr double kCoarseTarget = 1e-3; ///< of targets in Pa
-/// Rounds \a m amplitudes of 0 .. 1 to playable ones: each to the nearest of the ascending
-/// \a levels, or where these are so coarse that this changes the sum of all by more than the share
-/// \a most, to the next one below or above, in an even mix that keeps the sum.
+constexpr double kCoarseTarget = 1e-3; ///< for targets in Pa
+/// Rounds \a m amplitudes of 0 .. 1 to playable ones: each to the nearest of the ascending \a
+/// levels; if that would change the sum of all by more than the share \a most, to the next level
+/// below or above, in an even mix that keeps the sum.
 void roundAmplitudes(const std::vector<float>& levels,
                      int m,
                      float* amplitudes,

@@ -23,25 +23,24 @@ class ThreadPool;
 namespace midair::haptics
 {
 
-/// Settings of a solver, and what else it is told; isValid() names the first that is out of range.
-/// With targets in Pa, a loudness above 1 counts as 1, and the report's message says so.
+/// Options of a solver; isValid() names the first that is out of range. With targets in Pa, a
+/// loudness above 1 counts as 1, and the report's message says so.
 struct SolverOptions : SolverSettings
 {
-    /// Threads to run on. Solvers that never run at the same time can share one pool. Null: the
-    /// solver makes a pool of \a threads.
+    /// Thread pool. Solvers that never run at the same time can share one. Null: the solver makes a
+    /// pool of \a threads.
     std::shared_ptr<base::ThreadPool> pool;
-    std::uint64_t seed = 1; ///< seed of random phases; the same seed gives the same fields
+    std::uint64_t seed = 1; ///< seed of random phases; equal seeds give equal fields
     bool warmStart = true;  ///< start from the last field
-    /// true: gauss-newton rounds every field as thoroughly as one that starts from nothing, which
-    /// takes some more time; for fields that nobody waits for
+    /// true: gauss-newton rounds every field as thoroughly as a cold start, which takes longer; for
+    /// offline fields
     bool thorough = false;
-    /// >= 0, in wavelengths. Points that moved by no more than this, since their rows of G were
-    /// built, keep these. If no point moved farther, nothing else changed and the last field was
-    /// finished, it stays and the solve is SKIPPED. Reports leave out what that costs, see
-    /// SOLVER.md, "Skipping". 0: every call solves.
+    /// >= 0, in wavelengths. Points that moved by at most this since their rows of G were built
+    /// keep them. If no point moved farther, nothing else changed and the last field was finished,
+    /// it stays and the solve is SKIPPED. Reports ignore the resulting error, see SOLVER.md,
+    /// "Skipping". 0: every call solves.
     double skipTolerance = 1e-5;
-    /// > 0; fields per second. Used only for the audible part of a change
-    /// (SolveReport::audibleChange).
+    /// > 0; fields per second, only for the audible part of a change (SolveReport::audibleChange).
     double updateRate_Hz = 1000.0;
     /// Checked at each deadline check and between blocks of the matrix. After a stop request the
     /// solve returns within milliseconds with StopReason::STOPPED.
@@ -52,7 +51,7 @@ struct SolverOptions : SolverSettings
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Computes activations for control points; keeps its buffers and the last field between calls.
+/// Computes activations for control points; keeps buffers and the last field between calls.
 class HologramSolver
 {
 public:
@@ -60,7 +59,7 @@ public:
 
     /// Solves for \a points and sets \a q to m activations, |q_i| <= 1, on the levels of
     /// array.drive. They are never NaN: problems that can't be solved, or that exceed Limits.h, are
-    /// REFUSED with zero activations. Throws nothing of its own. One call at a time; another thread
+    /// REFUSED with zero activations. Doesn't throw by itself. One call at a time; another thread
     /// can end it through SolverOptions::stop.
     virtual SolveReport solve(const ControlPoints& points,
                               const TransducerArray& array,
@@ -69,24 +68,24 @@ public:
 
     virtual const SolverOptions& options() const = 0;
 
-    /// Returns |p| that the last solve() found for its q, Pa (n), within kAchievedError of
-    /// sqrt(m) |q| P0 g / R at the nearest transducer's R and the largest gain g, and within 0.5 %
-    /// of itself; empty: not known so closely for each point. By default it is empty.
+    /// Returns |p| of the last solve()'s q, Pa (n), within kAchievedError of sqrt(m) |q| P0 g / R,
+    /// with the R of the nearest transducer and the largest gain g, and within 0.5 % of itself.
+    /// Empty (the default) if not known that accurately for each point.
     virtual const Eigen::VectorXf& achieved_Pa() const;
-    /// More than rounding the entries of G to 16 bits can make (3.5e-5).
+    /// Above the error of rounding the entries of G to 16 bits (3.5e-5).
     static constexpr float kAchievedError = 5e-5f;
 
-    /// Replaces the options between two calls of solve(); the last field stays the start of the
-    /// next one. Returns false, and changes nothing, if this solver can't: another one is then to
-    /// be made. Pool and stop token must be those that it was made with.
+    /// Replaces the options between two calls of solve(); the next solve still starts from the last
+    /// field. Returns false, and changes nothing, if this solver can't; callers then make a new
+    /// one. Pool and stop token must be those of its construction.
     virtual bool setOptions(const SolverOptions& /*options*/) { return false; }
 };
 
 /// Returns the names that makeSolver() knows, the default first.
 std::vector<std::string> solverNames();
 
-/// Makes the solver with the name \a name. Throws InputError for an unknown name (with a list of
-/// the known ones) and for options that are not valid.
+/// Makes the solver named \a name. Throws InputError for an unknown name (with the known ones) and
+/// for invalid options.
 std::unique_ptr<HologramSolver> makeSolver(const std::string& name,
                                            const SolverOptions& options = {});
 

@@ -14,9 +14,9 @@ namespace midair::haptics
 namespace
 {
 
-// Largest matrix that is not worked on in steps: a factorisation takes 1 ms, a decomposition 20 ms.
+// Largest matrix handled in a single step: a factorisation takes 1 ms, a decomposition 20 ms.
 constexpr Eigen::Index kSmall = 128;
-// Columns between two checks for a stop request: with 1000 rows they take some 30 ms.
+// Columns between two checks for a stop request: with 1000 rows they take about 30 ms.
 constexpr Eigen::Index kStep = 32;
 constexpr Eigen::Index kLanczosSteps = 60;
 constexpr int kRestarts = 60;
@@ -35,8 +35,8 @@ Eigen::VectorXcd startingVector(Eigen::Index n)
     return v.normalized();
 }
 
-/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), making every
-/// vector orthogonal to all previous ones.
+/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), orthogonalising
+/// every vector against all previous ones.
 void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
 {
     const Eigen::Index most = std::min(kLanczosSteps, A.cols());
@@ -66,7 +66,7 @@ void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken
     pair.residual = (w - pair.value * pair.vector).norm();
 }
 
-// Below this share of trace(K)/n eigenvalues of K are noise, as its products are in float.
+// Below this share of trace(K)/n eigenvalues of K are noise, because its products are in float.
 constexpr double kSmallestLambdaRel = 1e-6;
 // Above this lambda, G^- is proportional to G*.
 constexpr double kLargestLambdaRel = 1e6;

@@ -9,7 +9,7 @@ namespace midair::haptics
 {
 
 /// Cholesky factor L of a Hermitian positive definite matrix A = L L*. Large matrices are factored
-/// and inverted in steps; between these Stopped is thrown on a stop request. Small ones take a few
+/// and inverted in steps, with Stopped thrown between them on a stop request. Small ones take a few
 /// milliseconds in one step.
 class BlockCholesky
 {
@@ -20,8 +20,8 @@ public:
         compute(A, stop);
     }
 
-    /// Factors \a A, of which only the lower triangle is read. Returns false if it is not positive
-    /// definite, as isPositive() does from then on.
+    /// Factors \a A, reading its lower triangle. Returns false if it is not positive definite, as
+    /// does isPositive() afterwards.
     bool compute(Eigen::MatrixXcd A, const base::StopToken& stop = {});
     bool isPositive() const { return _positive; }
     /// Returns true if no entry of L is NaN or infinite.
@@ -35,20 +35,20 @@ private:
     bool _positive = false;
 };
 
-/// All of a Hermitian matrix: eigenvalues, ascending, and the eigenvectors to them as columns.
+/// Complete decomposition of a Hermitian matrix: ascending eigenvalues, and eigenvectors as
+/// columns.
 struct HermitianAxes
 {
     Eigen::VectorXd values;
     Eigen::MatrixXcd vectors;
 };
 
-/// Of \a A, of which the lower half is read. It takes time with the cube of its size, and isn't to
-/// be stopped.
+/// Decomposes \a A, reading its lower half. Takes cubic time in its size, and can't be stopped.
 HermitianAxes hermitianAxes(const Eigen::MatrixXcd& A);
-/// The values alone, which takes less.
+/// Returns only the eigenvalues, which is faster.
 Eigen::VectorXd hermitianValues(const Eigen::MatrixXcd& A);
 
-/// The largest eigenvalue of a Hermitian matrix, and its eigenvector.
+/// Largest eigenvalue of a Hermitian matrix, and its eigenvector.
 struct LeadingPair
 {
     double value = 0.0;
@@ -58,7 +58,7 @@ struct LeadingPair
 
 /// Returns the leading pair of \a A (n x n, Hermitian). Small matrices are decomposed; for large
 /// ones restarted Lanczos with full orthogonalisation runs until residual is at most \a tolerance
-/// times |A|, or the limit of restarts is reached. Throws Stopped on a stop request.
+/// times |A|, or until the limit of restarts. Throws Stopped on a stop request.
 LeadingPair
 leadingPair(const Eigen::MatrixXcd& A, double tolerance = 1e-10, const base::StopToken& stop = {});
 
@@ -73,8 +73,7 @@ public:
 
     double lambda() const { return _lambda; }
     const Eigen::MatrixXcd& inverse() const { return _inverse; } ///< (K + lambda I)^-1
-    /// Returns G G^- = I - lambda (K + lambda I)^-1, which maps requested pressures at the points
-    /// to those reached.
+    /// Returns G G^- = I - lambda (K + lambda I)^-1, which maps requested to achieved pressures.
     Eigen::MatrixXcd projector() const;
     /// Returns M = lambda diag(a) (K + lambda I)^-1 diag(a); u* M u is the misfit plus lambda times
     /// the power.

@@ -10,7 +10,7 @@ ManyStarts::ManyStarts(Make make, const SolverOptions& options, int starts) :
     _make(std::move(make)),
     _options(options),
     _starts(std::max(1, starts)),
-    _first(this->make(0)) // so that a method that there isn't throws here
+    _first(this->make(0)) // so that an unknown method throws here
 {
 }
 
@@ -28,7 +28,7 @@ bool ManyStarts::isBetter(const SolveReport& a, const SolveReport& b, double tol
     return aError != bError ? aError < bError : a.loudness > b.loudness;
 }
 
-// Where points crowd, a solve may end at the limit of its iterations, and the next one goes on.
+// With crowded points a solve may end at its iteration limit, and the next one continues.
 SolveReport ManyStarts::settle(HologramSolver& solver,
                                const ControlPoints& points,
                                const TransducerArray& array,
@@ -69,7 +69,7 @@ SolveReport ManyStarts::solve(const ControlPoints& points,
         SolveReport report = settle(*solver, points, array, medium, field);
         matrix_ms += report.matrix_ms;
         solve_ms += report.solve_ms;
-        // No start is better than another where there is nothing to solve for.
+        // Without anything to solve no start is better than another.
         const bool isOver = report.stop == StopReason::NOTHING_TO_DO ||
                             report.stop == StopReason::REFUSED ||
                             report.stop == StopReason::STOPPED;

@@ -10,20 +10,20 @@
 namespace midair::haptics
 {
 
-/// Solves its first field with several solvers of one method, whose random phases have different
-/// seeds, and goes on with the one whose field is best; the following fields start from its last.
-/// A field that could become better is solved for again, until it doesn't.
-/// For sequences of fields that nobody waits for. The same input gives the same fields.
+/// Solves the first field with several solvers of one method, with different seeds of random
+/// phases, and continues with the best; later fields start from its last. A field that may improve
+/// is solved again until it doesn't. For offline sequences of fields. Equal input gives equal
+/// fields.
 class ManyStarts final : public HologramSolver
 {
 public:
     using Make = std::function<std::unique_ptr<HologramSolver>(const SolverOptions&)>;
 
-    /// \a make is called \a starts (>= 1) times, with \a options and the seeds options.seed + 0, 1,
-    /// .., one after the other; what it throws gets through.
+    /// Calls \a make \a starts (>= 1) times, with \a options and the seeds options.seed + 0, 1, ..,
+    /// one after the other; passes on its exceptions.
     ManyStarts(Make make, const SolverOptions& options, int starts);
 
-    /// The report is that of the field that was chosen; its times are those of all starts.
+    /// The report is that of the chosen field; its times are those of all starts.
     SolveReport solve(const ControlPoints& points,
                       const TransducerArray& array,
                       const Medium& medium,
@@ -31,11 +31,11 @@ public:
 
     const SolverOptions& options() const override { return _options; }
 
-    /// Returns true if a field with the figures of \a a is better than one with those of \a b: its
-    /// rms error is less, where one exceeds \a tolerance, else it is louder.
+    /// Returns true if the figures \a a are better than \a b: a smaller rms error if one exceeds \a
+    /// tolerance, otherwise louder.
     static bool isBetter(const SolveReport& a, const SolveReport& b, double tolerance);
 
-    /// Most times that a field is solved for again.
+    /// Maximum number of repeated solves of a field.
     static constexpr int kMostAgain = 8;
 
 private:
@@ -49,8 +49,8 @@ private:
     const Make _make;
     const SolverOptions _options;
     const int _starts;
-    std::unique_ptr<HologramSolver> _first;  ///< of the first start; null: it was used
-    std::unique_ptr<HologramSolver> _chosen; ///< null: no field was solved for yet
+    std::unique_ptr<HologramSolver> _first;  ///< of the first start; null: already used
+    std::unique_ptr<HologramSolver> _chosen; ///< null: no field was solved yet
 };
 
 } // namespace midair::haptics

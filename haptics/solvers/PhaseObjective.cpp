@@ -49,8 +49,8 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
             "phase objective: K is not finite or zero; no transducer reaches a control point");
 }
 
-// Returns at least |I - X A| in Frobenius' norm. A sum of n complex products is right to 8 (n + 4)
-// eps of the sum of their moduli, which is at most |x_k| |a_l| for entry kl.
+// Returns an upper bound of |I - X A| in Frobenius norm. A sum of n complex products is exact to 8
+// (n + 4) eps of the sum of their moduli, which is at most |x_k| |a_l| for entry kl.
 double
 errorOfInverse(const Eigen::MatrixXcd& X, const Eigen::MatrixXcd& A, const base::StopToken& stop)
 {

@@ -17,14 +17,15 @@ Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G, const base::StopToken& s
 /// Returns K = G G*, all in double.
 Eigen::MatrixXcd gramMatrix(const Eigen::MatrixXcd& G);
 
-/// The phase-retrieval problem for a set of control points: to minimise the Hermitian form u* M u
-/// over |u_l| = 1, with
+/// The phase-retrieval problem for a set of control points: minimise the Hermitian form u* M u over
+/// |u_l| = 1, with
 ///     K = G G*,  lambda = lambdaRel trace(K) / n,  M = lambda diag(a) (K + lambda I)^-1 diag(a).
 /// Its value is the least misfit plus power for pressures with the phases u (the paper's equation 7
 /// in closed form):
 ///     u* M u = min over q of |G q - diag(a) u|^2 + lambda |q|^2,
 /// reached by q = G* (K + lambda I)^-1 diag(a) u.
-/// Needs one Cholesky factorisation and no singular values. Unit: that of the targets, squared.
+/// Needs one Cholesky factorisation and no singular values. Its unit is that of the targets,
+/// squared.
 class PhaseObjective
 {
 public:
@@ -32,8 +33,8 @@ public:
 
     PhaseObjective() = default;
 
-    /// \a K: n x n, Hermitian, positive semidefinite. \a targets: n, finite, >= 0, not all 0.
-    /// \a lambdaRel: kSmallestLambdaRel .. 1e9; below that the rounding of K would show. Throws
+    /// \a K: n x n, Hermitian, positive semidefinite. \a targets: n, finite, >= 0, not all 0. \a
+    /// lambdaRel: kSmallestLambdaRel .. 1e9; below it the rounding of K would matter. Throws
     /// InputError for other input, and Stopped on a stop request.
     PhaseObjective(Eigen::MatrixXcd K,
                    const Eigen::VectorXd& targets,
@@ -49,8 +50,8 @@ public:
     /// M n / trace(M), whose diagonal has the mean 1
     kernels::HermitianView<float> fastView() const;
 
-    /// At least |I - X (K + lambda I)| in Frobenius' norm, X being the inverse in M as it was
-    /// computed: how wrong that may be.
+    /// Upper bound of |I - X (K + lambda I)| in Frobenius norm, where X is the computed inverse in
+    /// M: the error of that inverse.
     double inverseError() const { return _inverseError; }
 
     /// Returns u* M u; \a u: n, of modulus 1.
@@ -58,15 +59,15 @@ public:
     /// Returns d(u* M u) / d phi_l = 2 Im(conj(u_l) (M u)_l) for u_l = exp(j phi_l).
     Eigen::VectorXd gradient(const Eigen::VectorXcd& u) const;
     /// Coordinate descent: each phase in turn moves to its minimum, the phase of minus its row's
-    /// sum over the others, and beyond (over-relaxation). Ends once a round lowers u* M u by no
-    /// more than \a tolerance * trace(), or after \a maxRounds; returns u* M u. Throws Stopped
-    /// between rounds on a request of \a stop.
+    /// sum over the others, and beyond (over-relaxation). Ends once a round lowers u* M u by at
+    /// most \a tolerance * trace(), or after \a maxRounds; returns u* M u. Throws Stopped between
+    /// rounds on a request of \a stop.
     double descend(Eigen::VectorXcd& u,
                    int maxRounds = 1000,
                    double tolerance = 1e-9,
                    const base::StopToken& stop = {}) const;
-    /// The same in float, several times faster; \a tolerance: at least 1e-6, or 0 to go on
-    /// while rounds lower the value.
+    /// The same in float, several times faster; \a tolerance: at least 1e-6, or 0 to continue while
+    /// rounds lower the value.
     double descendFast(Eigen::VectorXcd& u,
                        int maxRounds,
                        double tolerance,

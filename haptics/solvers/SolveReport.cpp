@@ -38,7 +38,7 @@ namespace
 
 const std::string kSurface = "surface.";
 
-// A figure of that name as its row has it, so that whole numbers are written without a point.
+// A figure by name with the type of its row, so that whole numbers are written without a point.
 template<typename Rows>
 nlohmann::ordered_json asIts(const Rows& rows, const std::string& name, double value)
 {

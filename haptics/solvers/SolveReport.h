@@ -12,29 +12,29 @@
 namespace midair::haptics
 {
 
-/// Why a solve ended.
+/// Reason for the end of a solve.
 enum class StopReason
 {
-    NOTHING_TO_DO,  ///< there are no points with a target above 0 in reach; activations are zero
+    NOTHING_TO_DO,  ///< no point in reach has a target above 0; activations are zero
     CONVERGED,      ///< the error is at most the options' tolerance
-    STALLED,        ///< the error no longer falls, or all of it comes from rounding
+    STALLED,        ///< the error no longer falls, or is entirely due to rounding
     MAX_ITERATIONS, ///< the options' or the method's limit of iterations is reached
     DEADLINE,       ///< the options' deadline has passed
     SKIPPED,        ///< no point moved by more than the options' tolerance; the last field stays
-    REFUSED,        ///< the input can't be solved; message says why; activations are zero
+    REFUSED,        ///< the input can't be solved, for the reason in message; activations are zero
     STOPPED,        ///< stopped on request; activations are zero, and the next solve starts cold
-    SILENCED ///< solved, but not played: the array has no level as low as a cap or a target asks
+    SILENCED ///< solved but not played: the array's levels are not low enough for a cap or a target
 };
 
 /// Returns a reason as text: "nothing to do", "converged", "iteration limit" and so on.
 const char* stopReasonName(StopReason reason);
 
-/// What was solved, how, and how well. The surface is measured by the caller, surfaceStatistics().
+/// Input, method and quality of a solve. Callers measure the surface with surfaceStatistics().
 struct SolveReport : FieldFigures
 {
     std::string solver; ///< the method's name
     StopReason stop = StopReason::NOTHING_TO_DO;
-    std::string message; ///< what the user should know; empty: nothing
+    std::string message; ///< message for the user; may be empty
     int rowsBuilt = 0;   ///< rows of G that were computed; the others were kept
 };
 
@@ -52,8 +52,8 @@ inline const std::vector<FigureRow<SolveReport>> kFigures = []
 /// "surface.NAME".
 std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report);
 
-/// Returns figures as figuresOf() gives them as JSON: {NAME: value, .., "surface": {NAME: value,
-/// ..}}, the latter if there are any. All files get the figures from here.
+/// Returns figures of figuresOf() as JSON: {NAME: value, .., "surface": {NAME: value, ..}}, the
+/// latter if measured. All files get their figures from here.
 nlohmann::ordered_json toJson(const std::vector<std::pair<std::string, double>>& figures);
 
 /// Returns solver, stop and message, followed by the figures.

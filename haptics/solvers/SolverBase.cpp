@@ -21,9 +21,9 @@ namespace
 constexpr int kLouderRounds = 3;           // rounds that show which points are cheap
 constexpr double kDeadlineMargin = 1.2;    // a deadline counts as kept within this factor
 constexpr double kDeadlineMargin_ms = 0.1; // or this much
-constexpr double kProgress = 0.99;   // ratio of errors below which an unfinished field gets on
-constexpr int kMisses = 3;           // in a row, before they are told
-constexpr float kLeastShare = 1e-3f; // least share of its target that a point counts as having
+constexpr double kProgress = 0.99; // ratio of errors below which an unfinished field makes progress
+constexpr int kMisses = 3;         // in a row, before a report
+constexpr float kLeastShare = 1e-3f; // smallest assumed share of its target that a point has
 
 std::string pointRefusal(const ControlPoints& points)
 {
@@ -71,7 +71,7 @@ std::string arrayRefusal(const TransducerArray& array)
 }
 
 constexpr double kReach = 1e-3; // SOLVER.md, "Points out of reach": least row sum, over the largest
-/// Least share of points that were in the last field too for its phases to be gone on from.
+/// Smallest share of points in the last field for continuing from its phases.
 constexpr double kLeastKnown = 0.5;
 
 } // namespace
@@ -98,11 +98,11 @@ bool SolverBase::setOptions(const SolverOptions& options)
     if (options.pool != _options.pool || (!options.pool && options.threads != _options.threads))
         return false;
     take(options);
-    _last.goesOn = true; // or the next solve could be skipped
+    _last.goesOn = true; // otherwise the next solve could be skipped
     return true;
 }
 
-// Returns why the problem is too large; empty if it is not.
+// Returns the reason if the problem is too large; otherwise empty.
 std::string SolverBase::tooLarge(int points, int transducers) const
 {
     if (points > mostPoints())
@@ -216,7 +216,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const bool isKnown = _field.isBoundTo(array, medium);
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
-    // A field for targets of the other kind is no warm start: its level means something else.
+    // A field for targets of the other kind is no warm start: its level has another meaning.
     if (points.size() > 0 && points.absolute != _targets.isAbsolute) _last.good = false;
     if (points.size() > 0) _targets.isAbsolute = points.absolute;
     _loudness.now = _targets.isAbsolute ? 0.0 : _loudness.wanted;
@@ -245,7 +245,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     return solveAssigned(points, array, medium, stale, result, q);
 }
 
-// Solves for the points that are assigned, of which \a stale still need their rows of G.
+// Solves for the assigned points, of which \a stale still need their rows of G.
 SolveReport SolverBase::solveAssigned(const ControlPoints& points,
                                       const TransducerArray& array,
                                       const Medium& medium,
@@ -298,7 +298,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
     return result;
 }
 
-// What to say where all amplitudes rounded to 0.
+// Message for the case that all amplitudes were rounded to 0.
 std::string SolverBase::tooQuiet() const
 {
     if (_targets.isAbsolute)
@@ -311,7 +311,8 @@ std::string SolverBase::tooQuiet() const
         _options.loudness);
 }
 
-// One miss may be the machine's; several are not. The text holds no time, so that it is told once.
+// One miss may be due to the machine; several are not. The text contains no time, so that it is
+// reported once.
 void SolverBase::tellDeadline(SolveReport& result)
 {
     const double deadline_ms = _options.deadline_ms;
@@ -354,8 +355,8 @@ void SolverBase::chooseActive(const ControlPoints& points)
     }
 }
 
-// Leaves out points that no transducer reaches. Returns true if there were any: the field then has
-// to be assigned and built again.
+// Leaves out points that no transducer reaches. Returns true if there were any: the field must then
+// be assigned and built again.
 bool SolverBase::dropUnreachable()
 {
     double best = 0.0;
@@ -392,7 +393,7 @@ bool SolverBase::isContinued(const TransducerArray& array) const
     return _options.warmStart && _last.good && _last.q.size() == array.size() && areLastPoints();
 }
 
-// Finds each point in the last field. Returns true if enough of them were there.
+// Finds each point in the last field. Returns true if enough of them were in it.
 bool SolverBase::findLastPoints()
 {
     if (_points.identity.empty() || _last.identity.empty()) return false;
@@ -411,8 +412,8 @@ bool SolverBase::findLastPoints()
     return known >= kLeastKnown * static_cast<double>(_points.identity.size());
 }
 
-// Goes on from the phases of the points that were in the last field; new ones take the phases that
-// a field of the others has there. Returns false if the method can't.
+// Continues from the phases of the points in the last field; new points take the phase that the
+// others' field has there. Returns false if the method can't.
 bool SolverBase::goOn()
 {
     if (!findLastPoints() || !carryOver(_field, _points.lastOf)) return false;
@@ -433,7 +434,7 @@ bool SolverBase::goOn()
     return true;
 }
 
-// Sets the starting phases: those of the last field, which are computed at the points if these have
+// Sets the starting phases: those of the last field, recomputed at the points if these have
 // changed; without a last field all are 1. Returns true if the points correspond to the last
 // field's.
 bool SolverBase::prepareStart(const TransducerArray& array)

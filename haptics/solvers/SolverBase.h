@@ -10,9 +10,9 @@
 namespace midair::haptics
 {
 
-/// Common part of all methods: checks the input, skips a solve if nothing has moved, builds the
-/// matrix, provides a warm start, rounds the activations to the device's levels and makes the
-/// report. A method finds the phases (and amplitudes).
+/// Base of all methods: checks the input, skips a solve if nothing has moved, builds the matrix,
+/// provides a warm start, rounds the activations to the device's levels and makes the report. A
+/// method finds the phases (and amplitudes).
 class SolverBase : public HologramSolver
 {
 public:
@@ -22,9 +22,9 @@ public:
                       const TransducerArray& array,
                       const Medium& medium,
                       Eigen::VectorXcf& q) final;
-    /// The options as given, with loudness limited to 1; more is handled here.
+    /// Returns the given options with loudness limited to 1; this class handles more.
     const SolverOptions& options() const final { return _options; }
-    /// Any options with the pool that it was made with, or none.
+    /// Accepts any options with its own pool, or without one.
     bool setOptions(const SolverOptions& options) final;
     const Eigen::VectorXf& achieved_Pa() const final { return _last.achieved_Pa; }
 
@@ -33,59 +33,59 @@ protected:
     {
         int iterations = 0;
         StopReason stop = StopReason::MAX_ITERATIONS;
-        bool unfinished = false; ///< solving for the same points again makes it better
+        bool unfinished = false; ///< solving again for the same points improves it
         bool playable = false;   ///< field.q is already on the device's levels
         bool measured = false;   ///< field.y belongs to field.q as the device plays it
     };
 
     /// Finds q for the targets field.a, starting from field.u; \a warm: the points correspond to
-    /// the last field's. Leaves the result in field.q: with phaseOnly only its phases count; else
-    /// rms |q| = 1 means full use of the array, and amplitudes above 1 are clipped.
+    /// the last field's. Leaves the result in field.q: with phaseOnly only its phases count;
+    /// otherwise rms |q| = 1 means full use of the array, and amplitudes above 1 are clipped.
     virtual Outcome iterate(FieldProblem& field, bool warm) = 0;
 
-    /// Called in place of field.build() if the points correspond to the last field's, so that a
+    /// Called instead of field.build() if the points correspond to the last field's, so that a
     /// method can combine the build with its first round. iterate() follows; if points were out of
-    /// reach, field.build() is called for the others before it.
+    /// reach, field.build() is called for the others first.
     virtual void build(FieldProblem& field) { field.build(); }
 
-    /// Called before a warm iterate() where points have come or gone: point l is the last field's
-    /// point \a lastOf[l], or a new one (-1). A method that keeps something for each point assigns
-    /// it anew and returns true; by default it returns false, and starts from the phases of the
-    /// last field at the points.
+    /// Called before a warm iterate() if points have come or gone: point l is the last field's
+    /// point \a lastOf[l], or new (-1). A method that keeps data per point reassigns it and returns
+    /// true; by default it returns false and starts from the phases of the last field at the
+    /// points.
     virtual bool carryOver(const FieldProblem& /*field*/, const std::vector<int>& /*lastOf*/)
     {
         return false;
     }
 
-    /// Returns true once the options' deadline has passed; methods call it in every iteration.
-    /// Throws Stopped on a stop request.
+    /// Returns true if the options' deadline has passed; methods call it in every iteration. Throws
+    /// Stopped on a stop request.
     bool outOfTime(const FieldProblem& field) const
     {
         _options.stop.throwIfRequested();
         return _options.deadline_ms > 0.0 && field.elapsed_ms() >= _options.deadline_ms;
     }
-    /// Returns the options' limit of iterations, or \a methodsOwn if they set none.
+    /// Returns the options' limit of iterations, or \a methodsOwn if there is none.
     int iterationLimit(int methodsOwn) const
     {
         return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
     }
 
-    /// Returns the largest number of control points that the method has time and memory for; more
-    /// are REFUSED.
+    /// Returns the maximum number of control points for the method's time and memory; more are
+    /// REFUSED.
     virtual int mostPoints() const { return base::kMostControlPoints; }
 
     /// Turns field.q and field.u by the common phase that brings q nearest to the last field.
-    /// Returns the factor, of modulus 1. \a levels over 0: q is on that many levels of phase, and
-    /// stays on them.
+    /// Returns the factor, of modulus 1. \a levels over 0: q is on that many phase levels and stays
+    /// on them.
     std::complex<float> alignToLast(FieldProblem& field, int levels = 0);
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.arraySize(); }
     /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _targets.isAbsolute; }
-    /// Returns true if the targets of this solve are shifted for the sake of loudness, by how loud
-    /// each point happens to be.
+    /// Returns true if the targets of this solve are shifted for loudness, towards the pressures
+    /// that the points have anyway.
     bool isShifted() const { return _loudness.now > 0.0; }
-    /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if
-    /// the targets are in Pa.
+    /// Returns the largest target, the divisor of all targets; in FieldProblem::unit_Pa() if the
+    /// targets are in Pa.
     float largestTarget() const { return static_cast<float>(_targets.largest / _field.unit_Pa()); }
 
 private:
@@ -94,15 +94,15 @@ private:
     struct LastField
     {
         bool good = false;
-        bool goesOn = false;                 // unfinished, and the last solve made it better
-        std::vector<int> active;             // indices of the points that it was solved for
+        bool goesOn = false;                 // unfinished, and improved by the last solve
+        std::vector<int> active;             // indices of its points
         std::vector<std::uint64_t> identity; // of these, or empty
         Eigen::VectorXd targets;             // their targets, as given
-        Eigen::VectorXcf q; // m, as the device played it, in the array's order; empty: none yet
+        Eigen::VectorXcf q; // m, as played by the device, in the array's order; empty: none yet
         SplitVector lanes;  // the same in the matrix's order, padded with zeros
         SplitVector u;      // phases at the points
         SolveReport report;
-        Eigen::VectorXf achieved_Pa; // at all points of this solve; empty: not known well
+        Eigen::VectorXf achieved_Pa; // at all points of this solve; empty: not accurately known
     };
 
     /// Loudness above 1: share of the way to the loudest field.
@@ -110,7 +110,7 @@ private:
     {
         double wanted = 0.0; // 0 .. 1
         double now = 0.0;    // in this solve; 0 if the targets are in Pa
-        SplitVector u;       // n, phases that its way began with
+        SplitVector u;       // n, phases at the start of the way
         Eigen::VectorXf a;   // n, targets as given
     };
     /// The targets of this solve.
@@ -118,11 +118,11 @@ private:
     {
         bool isAbsolute = false; // in Pa
         float largest = 1.0f;    // divisor of the targets, as given
-        int raised = 0;          // targets too far below it
+        int raised = 0;          // number of targets raised to the minimum
         float quieter = 0.0f;    // level of a quieter field that is farther from targets in Pa
-        bool isGrown = false;    // the field is of growFromBelow()
+        bool isGrown = false;    // the field comes from growFromBelow()
     };
-    /// The points that are solved for.
+    /// The points of this solve.
     struct Points
     {
         std::vector<int> active;             // their indices
@@ -182,7 +182,7 @@ private:
     FieldProblem _field;
     Targets _targets;
     Points _points;
-    int _misses = 0; // solves in a row that took longer than the deadline
+    int _misses = 0; // consecutive solves that exceeded the deadline
     LastField _last;
 };
 

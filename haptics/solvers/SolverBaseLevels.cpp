@@ -1,5 +1,5 @@
-// Second part of SolverBase: brings a method's field to the device's levels, targets in Pa no
-// louder than they are, and makes its report.
+// Second part of SolverBase: converts a method's field to the device's levels, keeps targets in Pa
+// from being exceeded, and makes the report.
 
 #include "haptics/base/Units.h"
 #include "haptics/points/FittedLevel.h"
@@ -18,17 +18,17 @@ namespace
 {
 
 // SOLVER.md, "From below".
-constexpr float kMostOver = 1.1f;     // times the target; above it any quieter field is nearer
-constexpr double kNearEnough = 0.999; // of the target, where nothing more is added
-constexpr int kLevelPasses = 3;       // that bring the level to the targets
-constexpr float kLevelMargin = 1e-4f; // less than that is no other pass worth
-constexpr float kSameLevel = 0.9999f; // an amplitude that is on a level is above this much of it
+constexpr float kMostOver = 1.1f;     // times the target; above it any quieter field is closer
+constexpr double kNearEnough = 0.999; // of the target, at which nothing more is added
+constexpr int kLevelPasses = 3;       // passes that adjust the level to the targets
+constexpr float kLevelMargin = 1e-4f; // smaller errors are not worth another pass
+constexpr float kSameLevel = 0.9999f; // an amplitude on a level is above this share of it
 
 // A field that grows from silence, transducer by transducer.
 class FromBelow
 {
 public:
-    // Begins with silence, or on top of the field that is measured.
+    // Begins with silence, or with the measured field.
     FromBelow(const FieldProblem& field, double most, bool onTop = false) :
         _field(field),
         _most(most),
@@ -44,8 +44,8 @@ public:
     double level() const { return _level; }
     bool isThere() const { return _level >= kNearEnough * _most; }
 
-    // Adds transducer \a lane with the activation \a q, if the level rises by it and stays at most
-    // what is wanted.
+    // Adds transducer \a lane with the activation \a q, if that raises the level and keeps it at or
+    // below the target.
     bool add(int lane, std::complex<float> q)
     {
         const std::complex<double> drive(q);
@@ -69,11 +69,11 @@ private:
     Eigen::VectorXcd _p; // n
 };
 
-// Replaces field.q, which is playable and too loud, by the drive of some of its transducers, some
-// of them at lower levels, that comes up to the level \a most. Returns its level; 0: the quietest
-// transducer is too loud. In a fixed order, each takes the highest of its levels that fits, so that
+// Replaces field.q, which is playable and too loud, by a drive with fewer transducers, some of them
+// at lower levels, that approaches the level \a most. Returns its level; 0: even the quietest
+// transducer is too loud. In a fixed order each takes the highest of its levels that fits, so that
 // a higher target never gets a lower level: where a transducer first takes more than for the lower
-// target, the sum is above that target already.
+// target, the sum already exceeds that target.
 float growFromBelow(FieldProblem& field, float most)
 {
     const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -97,9 +97,9 @@ float growFromBelow(FieldProblem& field, float most)
     return static_cast<float>(grown.level());
 }
 
-// Adds transducers that are off to field.q, which is too quiet, each at the highest of the device's
-// levels that fits, up to \a loudest, and in the phase that is best for all points. Returns true if
-// there is one; field.p and y are not changed.
+// Adds unused transducers to field.q, which is too quiet, each at the highest device level that
+// fits, up to \a loudest, and in the best phase for all points. Returns true if any was added;
+// field.p and y are not changed.
 bool fillFromBelow(FieldProblem& field, float most, float loudest)
 {
     std::vector<int> off;
@@ -132,13 +132,13 @@ bool fillFromBelow(FieldProblem& field, float most, float loudest)
     return isAny;
 }
 
-// Least pressure, relative to the largest, that 16 bits of G give to half a percent.
+// Smallest pressure, relative to the largest, that 16 bits of G resolve to half a percent.
 constexpr float kLeastClear = 0.02f;
 
 // |<q, last>| below which no common phase is chosen (SOLVER.md, "Common phase").
 constexpr float kLeastProduct = 1e-6f;
 
-// Adds \a what to the message, after what it says already.
+// Appends \a what to the message.
 void add(SolveReport& result, const std::string& what)
 {
     result.message += (result.message.empty() ? "" : "; ") + what;
@@ -146,7 +146,7 @@ void add(SolveReport& result, const std::string& what)
 
 } // namespace
 
-// Scales field.q to the level asked for, as far as the array is loud enough, then clips it and
+// Scales field.q to the requested level, as far as the array is loud enough, then clips it and
 // rounds it to the device's levels.
 void SolverBase::makePlayable()
 {
@@ -164,7 +164,7 @@ void SolverBase::makePlayable()
     double power = 0.0;
     for (int i = 0; i < _field.m(); ++i)
         power += std::norm(_field.q.at(static_cast<std::size_t>(i)));
-    // To full use: rms |q| = 1 before clipping.
+    // Full use: rms |q| = 1 before clipping.
     const double full = power > 0.0 ? std::sqrt(_field.m() / power) : 0.0;
     const auto scale = static_cast<float>(full * _options.loudness);
     for (int i = 0; i < _field.m(); ++i)
@@ -176,15 +176,15 @@ void SolverBase::makePlayable()
     _field.quantise(1.0f);
 }
 
-// The amplitudes are in proportion to those of field.q, or with phaseOnly all alike, and rounded in
-// an even mix where levels are coarse. Their factor is found by repeating, since phases are rounded
-// and amplitudes clipped.
+// The amplitudes are proportional to those of field.q, or equal with phaseOnly, and rounded in an
+// even mix if levels are coarse. Their factor is found iteratively, because phases are rounded and
+// amplitudes clipped.
 void SolverBase::playTargets()
 {
     const int width = _field.G.paddedTransducers();
     const auto m = static_cast<std::size_t>(_field.m());
     std::vector<float> shape(m, 1.0f);
-    base::AlignedBuffer<float> amplitudes; // as the kernels need it
+    base::AlignedBuffer<float> amplitudes; // for the kernels
     amplitudes.reserve(static_cast<std::size_t>(width));
     std::fill_n(amplitudes.data(), width, 0.0f);
     double power = 0.0;
@@ -222,8 +222,8 @@ void SolverBase::playTargets()
     }
 }
 
-// Targets in Pa are not exceeded where something quieter is nearer to them, and nothing that still
-// fits is left off.
+// Targets in Pa are not exceeded if a quieter field is closer to them, and every fitting transducer
+// is used.
 void SolverBase::keepToTargets(Outcome& outcome)
 {
     _targets.isGrown = false;
@@ -237,7 +237,7 @@ void SolverBase::keepToTargets(Outcome& outcome)
     outcome.measured = true;
     const float wanted = largestTarget(), level = fittedLevel(_field);
     const auto margin = static_cast<float>(kShortBy);
-    // A share of the loudness is a limit of its own.
+    // A reduced loudness is itself a limit.
     if (level < (1.0f - margin) * wanted && _options.loudness >= 1.0)
     {
         const std::vector<float>& levels = _field.drive().amplitudeLevels;
@@ -258,8 +258,7 @@ void SolverBase::keepToTargets(Outcome& outcome)
     if (outcome.stop == StopReason::CONVERGED) outcome.stop = StopReason::STALLED;
 }
 
-// A common phase of all transducers can't be felt, so it is chosen such that the drive changes
-// least.
+// A common phase of all transducers can't be felt, so it is chosen to minimise the drive's change.
 std::complex<float> SolverBase::alignToLast(FieldProblem& field, int levels)
 {
     if (!hasLast(field)) return 1.0f;
@@ -283,14 +282,14 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field, int levels)
     return turn;
 }
 
-// Finds field.y of field.q as it is played: from G, and at points that are too quiet for its 16
-// bits from the model itself.
+// Computes field.y of field.q as played: from G, and from the model itself at points too quiet for
+// its 16 bits.
 void SolverBase::measure(const Outcome& outcome,
                          const ControlPoints& points,
                          const TransducerArray& array,
                          const Medium& medium)
 {
-    _field.clearSilent(_field.q); // no change of these is one of the drive
+    _field.clearSilent(_field.q); // changes of these don't change the drive
     if (!outcome.measured)
     {
         _field.forward(_field.q, _field.p);
@@ -320,7 +319,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
         relativeErrors(_field.y, _field.a, _targets.isAbsolute ? largestTarget() : level);
-    // A method that ended before its phases were rounded does not know what is played of them.
+    // A method that ended before rounding its phases does not know the result.
     const bool isRight = errors.rms <= _options.rmsTolerance;
     result.stop =
         outcome.stop == StopReason::CONVERGED && !isRight ? StopReason::STALLED : outcome.stop;
@@ -349,7 +348,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     if (hasLast(_field)) reportChange(result);
 }
 
-// Targets in Pa that are missed.
+// Reports missed targets in Pa.
 void SolverBase::reportTargets(SolveReport& result) const
 {
     const Shortfall shortfall = shortfallOf(_field.y, _field.a, largestTarget());
@@ -412,7 +411,7 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     keepAchieved(result);
 }
 
-// Rows that were kept are of where points were.
+// Kept rows belong to earlier positions.
 void SolverBase::keepAchieved(const SolveReport& result)
 {
     if (_field.n() == result.points && result.rowsBuilt >= result.points)

@@ -44,8 +44,8 @@ const base::SettingTable<SolverSettings>& solverSettings()
              .range(0.0, base::kNoEnd),
          Row<S>("loudness",
                 &S::loudness,
-                "how loud; 1: as loud as the field stays accurate; below: quieter; above: louder, "
-                "less accurate")
+                "loudness; 1: the loudest accurate field; below: quieter; above: louder, less "
+                "accurate")
              .range(1e-6, base::kMostLoudness)
              .safety(),
          Row<S>("phaseOnly", &S::phaseOnly, "play all transducers at one amplitude"),

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-/// One function for each method; makeSolver() chooses among them by name.
+/// One function per method; makeSolver() selects by name.
 namespace midair::haptics
 {
 

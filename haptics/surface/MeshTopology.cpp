@@ -28,7 +28,7 @@ Edge edgeOf(int a, int b)
     return {std::min(a, b), std::max(a, b)};
 }
 
-/// What the triangles with an area have in common with those without.
+/// Vertices and edges shared by triangles with and without an area.
 struct SurfaceParts
 {
     std::vector<char> corner; ///< for each welded vertex: 1 if a triangle with an area uses it
@@ -58,10 +58,10 @@ surfaceParts(const TriangleMesh& mesh, const std::vector<int>& flat, const MeshT
     return parts;
 }
 
-/// Adds the triangles \a flat, which have no area, to \a topology, whose triangles with an area are
-/// complete, as the lines and points that they are: a line along the longest edge, a point where
-/// all corners are welded to one. Those that are an edge or a corner of a triangle with an area are
-/// left out, as they are felt with it (the slivers at the poles of a sphere).
+/// Adds the degenerate triangles \a flat to \a topology, whose triangles with an area are complete,
+/// as lines and points: a line along the longest edge, a point if all corners are welded to one.
+/// Leaves out those that are an edge or a corner of a triangle with an area, because they are felt
+/// with it (the slivers at the poles of a sphere).
 void addLinesAndPoints(const TriangleMesh& mesh,
                        const std::vector<int>& flat,
                        const base::StopToken& stop,
@@ -87,7 +87,7 @@ void addLinesAndPoints(const TriangleMesh& mesh,
             from = k;
             longest2 = length2;
         }
-        // -1: a corner that counts for nothing
+        // -1: unused corner
         std::array<int, 3> corners = {-1, -1, -1};
         if (from < 0)
         {
@@ -111,7 +111,7 @@ void addLinesAndPoints(const TriangleMesh& mesh,
     }
 }
 
-/// Limit of coordinates (m), beyond every model; keeps squares and cell numbers far from overflow.
+/// Limit of coordinates (m), beyond every model; keeps squares and cell indices far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
 /// Throws InputError for vertices and indices that cannot be used.
@@ -158,8 +158,7 @@ void checkMesh(const TriangleMesh& mesh)
     }
 }
 
-/// Returns the shortest edge at each vertex, m, without edges of length 0; infinite if there is
-/// none.
+/// Returns the shortest non-zero edge at each vertex, m; infinite if there is none.
 std::vector<double> shortestEdges(const TriangleMesh& mesh)
 {
     std::vector<double> shortest2(static_cast<std::size_t>(mesh.vertices.cols()),
@@ -189,11 +188,11 @@ void weldVertices(const TriangleMesh& mesh,
                   MeshTopology& topology)
 {
     topology.weld.assign(static_cast<std::size_t>(mesh.vertices.cols()), -1);
-    double largest = 0x1p-900; // over 0, for a mesh with all vertices at the origin
+    double largest = 0x1p-900; // above 0, for a mesh with all vertices at the origin
     for (const int v : mesh.triangles.reshaped())
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
-    // Four units in the last place of a float, as coordinates of seams that a program wrote twice
-    // may differ by that. Never so small that cell numbers overflow.
+    // Four units in the last place of a float, because seam coordinates that a program wrote twice
+    // may differ by that. Never so small that cell indices overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     // Welding tolerance over the shortest edge: keeps small triangles from collapsing.
@@ -218,7 +217,7 @@ void weldVertices(const TriangleMesh& mesh,
 
 void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, MeshTopology& topology)
 {
-    // The normal of a triangle that is flatter than this, height over length, is rounding noise.
+    // The normal of a triangle flatter than this, height over length, is rounding noise.
     constexpr double kFlatness = 1e-10;
     const Eigen::Index count = mesh.triangles.cols();
     topology.triangles.reserve(static_cast<std::size_t>(count));
@@ -292,7 +291,7 @@ bool isFeature(const MeshTopology& topology,
         return topology.corners[static_cast<std::size_t>(half.corner / 3)]
                                [static_cast<std::size_t>((half.corner % 3 + 2) % 3)];
     };
-    // Duplicate faces count once, otherwise all edges of a doubled sheet would be features.
+    // Duplicate faces count once; otherwise all edges of a doubled sheet would be features.
     std::size_t second = end;
     for (std::size_t i = begin + 1; i < end; ++i)
     {

@@ -12,7 +12,7 @@
 namespace midair::haptics
 {
 
-/// Edge that can be felt: a crease, a boundary, or an edge where more than two faces meet.
+/// Feature edge: a crease, a boundary, or an edge with more than two faces.
 struct FeatureEdge
 {
     int from = 0; ///< welded vertices
@@ -30,14 +30,14 @@ struct EdgeFace
     double sign = 1.0;     ///< -1 if its winding is opposite to that of the edge's first face
 };
 
-/// Lists of numbers in one vector: those of list k are all[start[k] .. start[k + 1]).
+/// Lists of numbers in one vector: list k is all[start[k] .. start[k + 1]).
 struct PackedLists
 {
     std::vector<int> start; ///< lists + 1
     std::vector<int> all;
 
-    /// \a each is called twice, and calls add(list, number) for each number of each list, in the
-    /// order in which a list has them.
+    /// \a each is called twice, and calls add(list, number) for each number of each list, in list
+    /// order.
     template<typename Each>
     PackedLists(int lists, const Each& each) : start(static_cast<std::size_t>(lists) + 1, 0)
     {
@@ -63,8 +63,8 @@ struct PackedLists
     }
 };
 
-/// Topology of a mesh as sampling needs it: doubled vertices are welded, triangles without area
-/// become lines and points, and feature edges are found, lines among them.
+/// Topology of a mesh for sampling: duplicate vertices are welded, degenerate triangles become
+/// lines and points, and feature edges, including lines, are found.
 struct MeshTopology
 {
     std::vector<int> weld; ///< mesh vertex -> welded vertex; -1 if no triangle uses it
@@ -72,8 +72,7 @@ struct MeshTopology
     /// indices of the mesh's triangles: first those with an area, then lines and points
     std::vector<int> triangles;
     int surface = 0; ///< number of triangles with an area
-    /// welded vertices of these; -1: a corner that counts for nothing, as a line has two and a
-    /// point one
+    /// welded vertices of these; -1: unused corner, because a line has two corners and a point one
     std::vector<std::array<int, 3>> corners;
     std::vector<Eigen::Vector3d> normals; ///< unit length, of these; zero for lines and points
     std::vector<double> areas;            ///< m^2, of these; 0 for lines and points
@@ -82,7 +81,7 @@ struct MeshTopology
     std::vector<EdgeFace> edgeFaces;
     double featureLength = 0.0; ///< m
     /// rad, for each welded vertex: 2 pi (pi on a boundary) minus the sum of its faces' angles; 0
-    /// where no feature edge ends and the surface turns by less than half the crease angle.
+    /// if no feature edge ends there and the surface turns by less than half the crease angle.
     std::vector<double> deficit;
     /// vertexCount + 1; the corners around a vertex are fan[fanStart[v] .. fanStart[v + 1]).
     std::vector<int> fanStart;
@@ -95,10 +94,10 @@ struct MeshTopology
     bool hasPoint(int vertex) const { return onPoint[static_cast<std::size_t>(vertex)] != 0; }
 };
 
-/// Builds the topology of \a mesh. Vertices are welded if they are nearer to each other than the
-/// rounding of single precision, than a thousandth of \a spacing_m and than a tenth of their
-/// shortest edge. Throws InputError for NaN vertices (naming the first), indices out of range and a
-/// mesh without triangles, Stopped if \a stop requests it.
+/// Builds the topology of \a mesh. Vertices are welded if they are closer than the rounding of
+/// single precision, a thousandth of \a spacing_m and a tenth of their shortest edge. Throws
+/// InputError for NaN vertices (naming the first), indices out of range and a mesh without
+/// triangles, Stopped if \a stop requests it.
 MeshTopology buildTopology(const TriangleMesh& mesh,
                            double creaseAngle_rad,
                            double spacing_m,

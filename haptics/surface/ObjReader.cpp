@@ -28,12 +28,12 @@ namespace
 {
 
 /// Cuts off a polygon's ears: convex corners whose triangle has no other corner inside (G. H.
-/// Meisters, "Polygons have ears", 1975). What is no ear is looked at again only if its neighbours
-/// change, so that a polygon that doesn't cross itself takes O(n^2).
+/// Meisters, "Polygons have ears", 1975). Other corners are checked again only if their neighbours
+/// change, so that a simple polygon takes O(n^2).
 class EarClipping
 {
 public:
-    // The normal by Newell's method; the axis along which it is longest is left out.
+    // Computes the normal by Newell's method and drops its longest axis.
     explicit EarClipping(const Eigen::Matrix3Xd& corners) :
         _places(2, corners.cols()),
         _isKnown(static_cast<std::size_t>(corners.cols()), false),
@@ -58,10 +58,10 @@ public:
     void run()
     {
         constexpr int kMostStuck =
-            16; // then it crosses itself all over, and what is cut off matters no more
+            16; // then it crosses itself everywhere, and the choice doesn't matter any more
         int stuck = 0;
         int misses = 0;
-        bool isFresh = false; // all that is left was looked at again
+        bool isFresh = false; // all remaining corners were checked again
         // Quads are split along their shorter diagonal, if it is inside.
         const auto diagonal2 = [this](int from)
         { return (_places.col(from) - _places.col(from + 2)).squaredNorm(); };
@@ -93,12 +93,12 @@ public:
     }
 
     std::vector<std::array<int, 3>> triangles;
-    bool isClean = true; ///< no triangle is turned over
+    bool isClean = true; ///< no triangle is flipped
 
 private:
     int& before(int corner) { return _before[static_cast<std::size_t>(corner)]; }
     int& after(int corner) { return _after[static_cast<std::size_t>(corner)]; }
-    /// Twice the area of three corners; over 0: they turn as the polygon does.
+    /// Twice the area of three corners; above 0: same orientation as the polygon.
     double turn(int a, int b, int c) const
     {
         const Eigen::Vector2d ab = _places.col(b) - _places.col(a);
@@ -112,7 +112,7 @@ private:
         if (!(turn(a, corner, c) > _flat)) return false;
         for (int i = after(c); i != a; i = after(i))
         {
-            // Where a hole is joined to the outline, two corners are in one place.
+            // Where a hole is joined to the outline, two corners coincide.
             const auto isAt = [&](int other) { return _places.col(i) == _places.col(other); };
             if (isAt(a) || isAt(corner) || isAt(c)) continue;
             if (turn(a, corner, i) >= 0.0 && turn(corner, c, i) >= 0.0 && turn(c, a, i) >= 0.0)
@@ -126,7 +126,7 @@ private:
         const int a = before(corner);
         const int c = after(corner);
         if (turn(a, corner, c) < -_flat) isClean = false;
-        // From the lowest one on.
+        // Starts at the lowest corner.
         if (corner < a && corner < c)
             triangles.push_back({corner, c, a});
         else if (c < a)
@@ -139,7 +139,7 @@ private:
         _isKnown[static_cast<std::size_t>(a)] = _isKnown[static_cast<std::size_t>(c)] = false;
         return c;
     }
-    /// The corner whose cutting off does the least harm, where none is an ear.
+    /// Returns the corner whose removal does the least harm, if none is an ear.
     int flattest(int from)
     {
         int best = from;
@@ -155,16 +155,16 @@ private:
     }
 
     Eigen::Matrix2Xd _places;
-    std::vector<int> _before; ///< in the ring of what is left
+    std::vector<int> _before; ///< in the ring of remaining corners
     std::vector<int> _after;
-    std::vector<bool> _isKnown; ///< to be no ear, as long as its neighbours stay
+    std::vector<bool> _isKnown; ///< not an ear, until its neighbours change
     int _left;
-    double _flat; ///< twice the area below which three corners are in line
+    double _flat; ///< twice the area below which three corners are collinear
 };
 
-/// Splits a polygon of \a corners (3 x n, n >= 3) into n - 2 triangles of its corners, counted from
-/// 0 and wound as they are. One that isn't flat is seen along its mean normal. \a crosses: it
-/// crosses itself, so that its triangles overlap.
+/// Splits a polygon of \a corners (3 x n, n >= 3) into n - 2 triangles, with corners counted from 0
+/// and the polygon's winding. A polygon that isn't flat is projected along its mean normal. \a
+/// crosses: it crosses itself, so its triangles overlap.
 std::vector<std::array<int, 3>> triangulated(const Eigen::Matrix3Xd& corners, bool& crosses)
 {
     EarClipping ears(corners);
@@ -216,7 +216,7 @@ public:
     }
 
 private:
-    // Only looks whether the files exist and opens none, as a name may be that of a pipe or a
+    // Checks only whether the files exist and opens none, because a name may be that of a pipe or
     // device.
     void writeMaterials()
     {
@@ -244,7 +244,7 @@ private:
                                                        inQuotes(name)));
         }
     }
-    // In the shortest way that reads as the same number, whatever the locale.
+    // Writes the shortest text that reads back as the same number, in any locale.
     void writeNumbers(std::string_view word, const double* numbers, std::size_t count)
     {
         _plain.text += word;
@@ -262,8 +262,8 @@ private:
     {
         const Eigen::Map<const Eigen::Matrix3Xd> all(
             _text.coordinates.data(), 3, static_cast<Eigen::Index>(_text.coordinates.size() / 3));
-        // A float far from the origin has the digits of large numbers, and small shapes lose
-        // theirs.
+        // Floats far from the origin have the precision of large numbers, so small shapes would
+        // lose digits.
         constexpr double kFloat = 6e-8;
         constexpr double kShare = 1e-5;
         const Eigen::Vector3d low = all.rowwise().minCoeff();
@@ -372,7 +372,7 @@ TriangleMesh parsed(const std::string& text, const std::string& path)
     return mesh;
 }
 
-/// Appends lines and points as triangles without area.
+/// Appends lines and points as degenerate triangles.
 void addSegments(TriangleMesh& mesh, const ObjText& text)
 {
     std::vector<Eigen::Vector3i> segments;

@@ -17,7 +17,7 @@ namespace midair::haptics
 namespace
 {
 
-/// The feature edges at each vertex.
+/// Returns the feature edges at each vertex.
 PackedLists collectEdgeFans(const MeshTopology& topology)
 {
     const auto eachEnd = [&](const auto& add)
@@ -232,7 +232,7 @@ Eigen::Matrix3Xd Outline::points(double spacing_m) const
     const auto count = static_cast<Eigen::Index>(steps);
     Eigen::Matrix3Xd result(3, closed ? count : count + 1);
     Eigen::Index edge = 0;
-    double start = 0.0; // position of the edge's start along the polyline
+    double start = 0.0; // start of the edge along the polyline
     const auto end = [&](Eigen::Index k) { return vertices.col((k + 1) % vertices.cols()); };
     const Eigen::Index lastEdge = vertices.cols() - (closed ? 1 : 2);
     for (Eigen::Index k = 0; k < result.cols(); ++k)

@@ -28,34 +28,34 @@ struct FeatureChain
 };
 
 /// Returns the corners: welded vertices where feature edges end, meet, or turn by more than the
-/// crease angle, and tips like that of a cone. Sorted by falling angle deficit, so that convex tips
+/// crease angle, and tips like that of a cone. Sorted by decreasing angle deficit, so convex tips
 /// come before notches; ties by vertex number.
 std::vector<int>
 findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad);
 
-/// Joins all feature edges to chains; each edge is in exactly one chain.
+/// Joins all feature edges into chains; each edge is in exactly one chain.
 std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners);
 
-/// Curve that is felt as a line: a polyline in the array frame.
+/// Touchable curve: a polyline in the array frame.
 struct Outline
 {
-    Eigen::Matrix3Xd vertices; ///< 3 x k, metres; k >= 2, or >= 3 where closed
+    Eigen::Matrix3Xd vertices; ///< 3 x k, metres; k >= 2, or >= 3 if closed
     bool closed = false;       ///< the last vertex is joined to the first
     double target = 1.0;       ///< > 0; sound pressure along it, relative to other outlines
 
-    /// Returns the length of the polyline, m. Throws InputError for too few vertices, one that is
-    /// not finite, or a length of 0.
+    /// Returns the length of the polyline, m. Throws InputError for too few vertices, a vertex that
+    /// is not finite, or a length of 0.
     double length_m() const;
 
     /// Returns points at equal steps of at most \a spacing_m (> 0) along the polyline, including
-    /// both ends if it is open, starting at the first vertex if it is closed. There need not be
-    /// points at corners. Throws as length_m(), and for more than 100,000 points.
+    /// both ends if it is open, starting at the first vertex if it is closed. Corners need not get
+    /// points. Throws as length_m(), and for more than 100,000 points.
     Eigen::Matrix3Xd points(double spacing_m) const;
 
-    /// Returns a circle of \a diameter_m around \a centre, perpendicular to \a axis (of any length
-    /// but 0), as a polygon with \a corners >= 3.
+    /// Returns a circle of \a diameter_m around \a centre, perpendicular to \a axis (any non-zero
+    /// length), as a polygon with \a corners >= 3.
     static Outline circle(const Eigen::Vector3d& centre,
                           double diameter_m,
                           const Eigen::Vector3d& axis,
@@ -64,17 +64,17 @@ struct Outline
 };
 
 /// Returns the feature edges of \a mesh as curves in its own frame, from corner to corner or around
-/// a loop; \a points (may be null): the number of the mesh's points, which are on no curve.
-/// Vertices are welded as by sampleSurface() with \a spacing_m. Throws InputError as that does with
-/// EDGES, Stopped if \a stop requests it.
+/// a loop; \a points (may be null): number of the mesh's points, which are on no curve. Welds
+/// vertices as sampleSurface() does with \a spacing_m. Throws InputError as that does with EDGES,
+/// Stopped if \a stop requests it.
 std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
                                      double creaseAngle_rad,
                                      double spacing_m,
                                      const base::StopToken& stop = {},
                                      int* points = nullptr);
 
-/// Estimates the number of points of all \a outlines without placing any; infinite for a spacing of
-/// 0. Throws InputError for an outline without length.
+/// Estimates the number of points of all \a outlines without placing them; infinite for a spacing
+/// of 0. Throws InputError for an outline without length.
 double pointsAlong(const std::vector<Outline>& outlines, double spacing_m);
 
 } // namespace midair::haptics

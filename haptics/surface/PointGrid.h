@@ -9,13 +9,13 @@
 namespace midair::haptics
 {
 
-/// Growing set of points with searches for near ones, by a hash of cubic cells. Cells that share a
-/// bucket only cost time, as distances are always tested.
+/// Growing set of points with neighbour searches, by a hash of cubic cells. Cells that share a
+/// bucket only cost time, because distances are always tested.
 class PointGrid
 {
 public:
-    /// \a cell > 0: edge of the cells, best about the usual search radius. Coordinates must be
-    /// finite and less than 2^62 cells.
+    /// \a cell > 0: edge of the cells, ideally about the search radius. Coordinates must be finite
+    /// and less than 2^62 cells.
     explicit PointGrid(double cell) : _inverse(1.0 / cell), _heads(1024, -1) {}
 
     int size() const { return static_cast<int>(_points.size()); }
@@ -30,7 +30,7 @@ public:
             grow();
     }
 
-    /// Removes all points but keeps the memory.
+    /// Removes all points and keeps the memory.
     void clear()
     {
         _points.clear();
@@ -82,7 +82,7 @@ public:
         return visitNear(point, radius, [](int, double) { return true; });
     }
 
-    /// Returns the index of the nearest point within \a radius, or -1; of equal ones the first
+    /// Returns the index of the nearest point within \a radius, or -1; among equal ones the first
     /// inserted.
     int nearest(const Eigen::Vector3d& point, double radius, double* distance2 = nullptr) const
     {
@@ -116,7 +116,7 @@ private:
 
     std::int64_t coordinate(double value) const
     {
-        // std::floor is a call into the library on plain x86-64.
+        // std::floor is a library call on plain x86-64.
         const double scaled = value * _inverse;
         const auto truncated = static_cast<std::int64_t>(scaled);
         return truncated - (scaled < static_cast<double>(truncated) ? 1 : 0);

@@ -11,8 +11,8 @@
 namespace midair::haptics
 {
 
-/// Returns the point of a triangle with these barycentric coordinates. All samples are computed by
-/// it, so that an undeformed mesh gives bit-identical positions.
+/// Returns the point of a triangle with these barycentric coordinates. All samples are computed
+/// here, so an undeformed mesh gives bit-identical positions.
 inline Eigen::Vector3d
 pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric)
 {
@@ -21,8 +21,8 @@ pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& b
            barycentric[2] * mesh.vertices.col(v[2]);
 }
 
-/// Collects samples at a minimum distance: each try places a point only if no other one is within
-/// its radius.
+/// Collects samples at a minimum distance: each try places a point only if no other is within its
+/// radius.
 class SampleBuilder
 {
 public:
@@ -41,7 +41,7 @@ public:
     Eigen::Vector3d edgePoint(const FeatureEdge& edge, double fraction) const;
     Eigen::Vector3d vertexPoint(int vertex) const;
 
-    /// For loops that may run long without a try: throws Stopped if the options' token requests it.
+    /// For long loops without a try: throws Stopped if the options' token requests it.
     void look() { _look.turn(); }
 
     const PointGrid& points() const { return _points; }
@@ -70,7 +70,7 @@ private:
     std::vector<Eigen::Vector3d> _barycentrics;
 };
 
-/// Throws the InputError that tells how many points there would be and which spacing would work.
+/// Throws the InputError with the number of points and a spacing that would work.
 [[noreturn]] void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& options);
 
 /// Estimates the number of points of a mesh: a maximal set of spacing r has about 0.72 area/r^2.

@@ -10,14 +10,13 @@ namespace midair::haptics
 
 struct TriangleMesh;
 
-/// Image of the strength at which a surface is felt: intensities, 0 .. 1, over the unit square of
-/// texture coordinates.
+/// Image of haptic intensity: 0 .. 1, over the unit square of texture coordinates.
 struct PaintImage
 {
-    /// How the image continues beyond its edges.
+    /// Continuation of the image beyond its edges.
     enum class Wrap
     {
-        CLAMP, ///< the nearest texel of the border
+        CLAMP, ///< nearest texel of the border
         REPEAT,
         MIRROR
     };
@@ -41,8 +40,8 @@ struct SurfacePaint
     std::vector<int> image; ///< t: index into images; -1: none, full intensity
 };
 
-/// Returns the intensity of the surface at a place, 0 .. 1: that of its paint, else that of its
-/// vertices, else 1.
+/// Returns the intensity of the surface at a place, 0 .. 1: that of its paint, otherwise that of
+/// its vertices, otherwise 1.
 float intensityAt(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric);
 
 } // namespace midair::haptics

@@ -100,7 +100,7 @@ void placeChain(SampleBuilder& builder, const FeatureChain& chain, double shift)
 constexpr double kFaceReach = 1.05; ///< in spacings; 1.1 is guaranteed
 constexpr double kDartsPerCell = 40.0;
 
-/// Returns a uniform number in 0 .. 1 that is the same with every standard library, unlike that of
+/// Returns a uniform number in 0 .. 1 that is the same with every standard library, unlike
 /// std::uniform_real_distribution.
 double uniform(std::mt19937_64& random)
 {
@@ -126,7 +126,7 @@ Dart throwDart(const std::vector<double>& cumulative, std::mt19937_64& random)
         static_cast<int>(at - cumulative.begin()), {1.0 - root, root * (1.0 - v), root * v}, 0.0};
 }
 
-/// Piece of a triangle that is not known to be covered yet.
+/// Piece of a triangle that may not be covered yet.
 struct Fragment
 {
     std::array<Eigen::Vector3d, 3> barycentrics;
@@ -134,7 +134,7 @@ struct Fragment
 };
 
 /// Returns true if the ball around \a point contains the piece. A ball is convex, so testing the
-/// corners is enough.
+/// corners suffices.
 bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
 {
     return (piece.corners[0] - point).squaredNorm() <= reach2 &&
@@ -175,8 +175,8 @@ void placeChains(SampleBuilder& builder, const std::vector<FeatureChain>& chains
         placeChain(builder, chain, shift);
 }
 
-/// Fills the gaps that placeChains() leaves: afterwards no place on a feature edge is farther
-/// than 1.05 edge spacings from a point.
+/// Fills the gaps left by placeChains(): afterwards every place on a feature edge is within 1.05
+/// edge spacings of a point.
 void fillEdges(SampleBuilder& builder)
 {
     const double reach = kReach * builder.edgeSpacing();
@@ -244,20 +244,20 @@ void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid
         builder.tryFace(dart.triangle, dart.barycentric, spacing);
 }
 
-/// Fills the gaps that throwDarts() leaves: afterwards no place on the surface is farther than 1.05
-/// spacings from a point.
+/// Fills the gaps left by throwDarts(): afterwards every place on the surface is within 1.05
+/// spacings of a point.
 ///
 /// A piece is done if the ball of 1.05 spacings around one point contains it. Otherwise a point is
 /// placed at its middle if the spacing allows it, and the piece is halved. A piece of a twentieth
-/// of a spacing is always done, since by then a point is nearer to its middle than the spacing. So
-/// in the end the set is maximal and covers the whole surface.
+/// of a spacing is always done, because a point is then closer to its middle than the spacing. So
+/// the final set is maximal and covers the whole surface.
 void fillFaces(SampleBuilder& builder)
 {
     const MeshTopology& topology = builder.topology();
     const TriangleMesh& mesh = builder.mesh();
     const double reach = kFaceReach * builder.spacing();
     const double reach2 = reach * reach;
-    int last = -1; // the last point that covered a piece; neighbours mostly share it
+    int last = -1; // last point that covered a piece; neighbours mostly share it
     std::vector<Fragment> pieces;
     for (int t = 0; t < topology.surface; ++t)
     {
@@ -300,7 +300,7 @@ struct SampledMesh
     std::vector<FeatureChain> chains;
 };
 
-/// Refuses at once meshes that would otherwise be refused after minutes of placing points.
+/// Refuses meshes at once that would otherwise be refused after minutes of placing points.
 void checkExtent(const SampledMesh& sampled)
 {
     const MeshTopology& topology = sampled.topology;
@@ -360,7 +360,7 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
     return sampled;
 }
 
-/// Makes set number \a set (from 0); \a earlier: the points of the sets before it.
+/// Makes set number \a set (from 0); \a earlier: the points of the previous sets.
 SurfaceSamples
 sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* earlier)
 {
@@ -530,7 +530,7 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
             if (own.isZero(0.0)) own = normal;
             sum += samples.normalWeight[face] * normal;
         }
-        // Normals of faces that are folded onto each other cancel; then one of them is used.
+        // Normals of faces folded onto each other cancel; then one of them is used.
         constexpr double kCancelled = 1e-6;
         if (!(sum.norm() > kCancelled)) sum = own;
         if (!sum.isZero(0.0)) samples.normals.col(i) = sum.normalized();

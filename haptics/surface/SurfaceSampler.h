@@ -15,25 +15,25 @@ enum class Sampling
     SURFACE,  ///< corners, then feature edges, then faces
     EDGES,    ///< feature and boundary edges only
     VERTICES, ///< the welded vertices
-    POINTS    ///< the first corner of every triangle, as it is, at any distance from others
+    POINTS    ///< the first corner of every triangle, unchanged, at any distance from others
 };
 
 /// Options for sampling a surface.
 struct SamplerOptions
 {
-    /// > 0, metres; smallest distance between two points. Callers derive it from the wavelength.
+    /// > 0, metres; minimum distance between two points. Callers derive it from the wavelength.
     double spacing_m = 8.5e-3;
     Sampling sampling = Sampling::SURFACE;
-    /// 0 .. pi; an edge is a feature if the angle between its faces' normals is larger. The default
-    /// is about 35 degrees.
+    /// 0 .. pi; an edge is a feature if the angle between its faces' normals is larger. Default:
+    /// about 35 degrees.
     double creaseAngle_rad = 0.61;
     /// Seed of the random points on faces.
     std::uint64_t seed = 1;
-    /// 0 .. spacing_m, metres; smallest distance between points on boundaries and creases. 0:
+    /// 0 .. spacing_m, metres; minimum distance between points on boundaries and creases. 0:
     /// spacing_m.
     double edgeSpacing_m = 0.0;
     int maxPoints = 20000; ///< >= 1; a mesh that needs more is refused
-    base::StopToken stop;  ///< Stopped is thrown if it requests a stop
+    base::StopToken stop;  ///< on its request Stopped is thrown
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
@@ -44,7 +44,7 @@ struct SamplerOptions
 struct SurfaceSamples
 {
     Eigen::Matrix3Xd positions; ///< 3 x n, metres, mesh frame
-    /// 3 x n, unit length; the mesh's winding gives their side; zero on lines and at points
+    /// 3 x n, unit length; on the side given by the mesh's winding; zero on lines and at points
     Eigen::Matrix3Xd normals;
     std::vector<int> triangle;    ///< n
     Eigen::Matrix3Xd barycentric; ///< 3 x n, each column sums to 1
@@ -52,41 +52,41 @@ struct SurfaceSamples
 
     /// Normal i is the weighted sum of the normals of the triangles from
     /// normalTriangle[normalStart[i]] to before normalTriangle[normalStart[i + 1]]: one inside a
-    /// face, two on an edge, all around a vertex weighted by their angles.
+    /// face, two on an edge, all around a vertex, weighted by their angles.
     std::vector<int> normalStart; ///< n + 1
     std::vector<int> normalTriangle;
-    /// of the same length; negative where windings contradict each other
+    /// of the same length; negative if windings contradict each other
     std::vector<double> normalWeight;
 
     int size() const { return static_cast<int>(positions.cols()); }
 };
 
-/// Samples a surface: first corners, convex tips before notches (of corners nearer to each other
-/// than the spacing the sharper one is kept), then creases and boundaries in equal steps, then
-/// faces. The straight distance of two points is at least spacing_m (edgeSpacing_m if both are on
-/// features). SURFACE: no place on the surface is farther than 1.1 spacings from a point. EDGES: no
-/// place on a feature edge is farther than 1.1 edge spacings. VERTICES: corners first, then by
-/// vertex number, those that keep the spacing. POINTS: one for each triangle, whatever their
-/// distances; for meshes that are points. The same mesh and options give the same points. A
-/// mesh smaller than the spacing gets one point. Triangles without area are sampled as the lines
-/// and points that they are (see TriangleMesh): lines are features and get the points of creases,
-/// points are corners; both have normals of zero. Throws InputError for options out of range, NaN
-/// vertices, indices out of range, meshes without triangles, more than maxPoints points (with a
-/// spacing that would work) or kMostTriangles triangles, and for EDGES on a mesh without features.
+/// Samples a surface: first corners, convex tips before notches (of corners closer than the spacing
+/// the sharper one is kept), then creases and boundaries in equal steps, then faces. The straight
+/// distance of two points is at least spacing_m (edgeSpacing_m if both are on features). SURFACE:
+/// every place on the surface is within 1.1 spacings of a point. EDGES: every place on a feature
+/// edge is within 1.1 edge spacings. VERTICES: corners first, then by vertex number, those that
+/// keep the spacing. POINTS: one per triangle, at any distance; for meshes of points. Equal meshes
+/// and options give equal points. A mesh smaller than the spacing gets one point. Degenerate
+/// triangles are sampled as lines and points (see TriangleMesh): lines are features and get the
+/// points of creases, points are corners; both have zero normals. Throws InputError for options out
+/// of range, NaN vertices, indices out of range, meshes without triangles, more than maxPoints
+/// points (with a spacing that would work) or kMostTriangles triangles, and for EDGES on a mesh
+/// without features.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options);
 
-/// Makes \a count sets of nearly equal size on the same surface, each as sampleSurface() would, and
-/// each in the gaps of the sets before it: fields for them, played in turn, smooth the surface. The
-/// first set is that of sampleSurface(); the others are shifted along the features and leave the
-/// corners to the first. \a count: 1 .. 1024; with VERTICES and POINTS there is only one set.
-/// Throws as sampleSurface() does.
+/// Makes \a count sets of nearly equal size on the same surface, each as sampleSurface() would, in
+/// the gaps of the sets before it: their fields, played in turn, smooth the surface. The first set
+/// is that of sampleSurface(); the others are shifted along the features and leave the corners to
+/// the first. \a count: 1 .. 1024; with VERTICES and POINTS there is only one set. Throws as
+/// sampleSurface() does.
 std::vector<SurfaceSamples>
 sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int count);
 
 /// Moves the samples with their mesh: recomputes positions, normals and intensities without
-/// allocation. \a deformed must have the triangles of the mesh that was sampled. A normal that is
-/// undefined on the deformed mesh (no area left) stays unchanged. Throws InputError if a sample's
-/// triangle or vertices do not exist.
+/// allocation. \a deformed must have the triangles of the sampled mesh. A normal that is undefined
+/// on the deformed mesh (no area left) stays unchanged. Throws InputError if a sample's triangle or
+/// vertices do not exist.
 void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples);
 
 } // namespace midair::haptics

@@ -33,7 +33,7 @@ TriangleMesh TriangleMesh::scaledTo(double size_m) const
     }
     const Eigen::Vector3d low = vertices.rowwise().minCoeff();
     const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
-    // Halves both before subtracting, as the difference of two finite numbers may overflow.
+    // Halves both before subtracting, because the difference of two finite numbers may overflow.
     const double halfExtent = (0.5 * high - 0.5 * low).maxCoeff();
     const double scale = 0.5 * size_m / halfExtent;
     if (!(halfExtent > 0.0) || !std::isfinite(scale))

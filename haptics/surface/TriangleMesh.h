@@ -9,9 +9,9 @@
 namespace midair::haptics
 {
 
-/// Indexed triangle mesh in metres, of any winding, open or closed; vertices may be doubled at
-/// seams. A triangle without area is the line or the point that it is: lines are stored as
-/// triangles (a, b, b), points as (a, a, a).
+/// Indexed triangle mesh in metres, of any winding, open or closed; vertices may be duplicated at
+/// seams. Degenerate triangles are lines and points: lines are stored as triangles (a, b, b),
+/// points as (a, a, a).
 struct TriangleMesh
 {
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres

@@ -26,7 +26,7 @@ namespace
 constexpr int kMostDraws = 10000;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// What a deviation is called, its values among the options, and their range.
+/// Name of a deviation, its values in the options, and their range.
 struct DeviationRow
 {
     const char* name;
@@ -36,7 +36,7 @@ struct DeviationRow
     double low, high;
 };
 
-/// By Deviation.
+/// Indexed by Deviation.
 constexpr DeviationRow kDeviations[] = {
     {"position", "m", "position_m", &ToleranceOptions::position_m, 0.0, 0.1},
     {"tilt", "deg", "tilt_deg", &ToleranceOptions::tilt_deg, 0.0, 45.0},
@@ -44,7 +44,7 @@ constexpr DeviationRow kDeviations[] = {
     {"temperature", "K", "temperature_K", &ToleranceOptions::temperature_K, -50.0, 50.0},
     {"dead", "share", "dead", &ToleranceOptions::dead, 0.0, 1.0}};
 
-/// A real array in its air.
+/// A real array and its air.
 struct Reality
 {
     TransducerArray array;
@@ -88,7 +88,8 @@ void spreadPhases(double rms_deg, Random& random, TransducerArray& array)
         offset_rad += base::toRadians(rms_deg) * normal(random);
 }
 
-// The first of one random order, so that what is dead at a lower share is so at a higher one.
+// A prefix of one random order, so that transducers dead at a lower share are also dead at a higher
+// one.
 void kill(double share, Random& random, TransducerArray& array)
 {
     std::vector<int> order(static_cast<std::size_t>(array.size()));
@@ -116,7 +117,7 @@ void deviate(Deviation deviation, double value, Random& random, Reality& reality
     }
 }
 
-/// What one array plays.
+/// Output of one array.
 struct Played
 {
     double rms, loudness, focus;
@@ -192,9 +193,9 @@ ToleranceRow rowOf(Deviation deviation, double value, const std::vector<Played>&
     return row;
 }
 
-// The figures of independent errors. Phases that are off by s change p_l = sum_i G_li q_i by
-// sum_i G_li q_i j delta_i, of which |p_l| has the part along p_l, half of the square where the
-// waves at a point have all phases: s sqrt(n/2m)/E of p_l. It adds to the errors that are there.
+// Errors for independent deviations. Phase errors s change p_l = sum_i G_li q_i by sum_i G_li q_i j
+// delta_i; |p_l| changes by the part along p_l, half of the square if the waves at a point have all
+// phases: s sqrt(n/2m)/E of p_l. It adds to the existing errors.
 void expect(const ToleranceRow& nominal, int points, int transducers, ToleranceRow& row)
 {
     if (row.deviation == Deviation::DEAD) row.expectedFocus = 1.0 - row.value;
@@ -231,8 +232,7 @@ ToleranceStudy toleranceOf(const FieldSequence& sequence,
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
     if (sequence.points().size() == 0 || !(sequence.report.level_Pa > 0.0))
-        throw base::InputError("tolerance: the field is silent, or has no points: there is nothing "
-                               "that could be lost");
+        throw base::InputError("tolerance: the field is silent or has no points");
     const double start_s = processor_s();
     const Reality nominal{array, medium};
     const Player player(sequence, nominal, options.threads);

@@ -20,12 +20,12 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kSearch_m = 5e-3; // that the microphone may be off
+constexpr double kSearch_m = 5e-3; // largest displacement of the microphone
 constexpr double kCoarse_m = 1e-3;
 constexpr double kFine_m = 0.05e-3;
 constexpr int kLeastRows = 20;
 
-/// The foci of one place: what is driven, what was measured.
+/// Foci of one place: drives and measurements.
 class Foci
 {
 public:
@@ -93,10 +93,10 @@ private:
     struct Measured
     {
         int row;
-        double level; ///< silence taken off
+        double level; ///< without silence
     };
 
-    // What each focus drives, m x foci.
+    // Computes each focus's drive, m x foci.
     void prepare()
     {
         _q.resize(_plan.transducers, static_cast<Eigen::Index>(_foci.size()));
@@ -124,7 +124,7 @@ private:
         return predicted.dot(_measured) / predicted.squaredNorm();
     }
 
-    // Moves \a place to where the predicted levels are most like the measured ones.
+    // Moves \a place to the best match of predicted and measured levels.
     void search(Eigen::Vector3d& place, double reach_m, double step_m) const
     {
         const int steps = static_cast<int>(std::lround(reach_m / step_m));
@@ -144,7 +144,7 @@ private:
                 }
     }
 
-    // The readings' unit per Pa, by transducers that play alone.
+    // Readings' unit per Pa, from transducers that play alone.
     double singleScale(const Eigen::Vector3d& place) const
     {
         const Eigen::MatrixXcd G = referencePropagationMatrix(place, _tuned, _medium);
@@ -158,7 +158,7 @@ private:
         return base::percentile(scales, 0.5);
     }
 
-    // Full width at half of the highest of the levels of foci along an axis.
+    // Full width at half maximum of the levels of foci along an axis.
     double widthAlong(int axis, const Eigen::VectorXd& levels) const
     {
         std::vector<std::pair<double, double>> line;
@@ -268,12 +268,11 @@ checkFocus(const TransducerArray& tuned, const TuningPlan& plan, const TuningRea
         if (!foci.areEnough())
             check.refusal = fmt::format("there are too few readings of place {}", place);
         else if (!(foci.loudest() > 5.0 * foci.silence()))
-            check.refusal =
-                fmt::format("the microphone hears no focus at place {}: at most {:.3g}, of "
-                            "silence {:.3g}",
-                            place,
-                            foci.loudest(),
-                            foci.silence());
+            check.refusal = fmt::format(
+                "the microphone hears no focus at place {}: at most {:.3g}, in silence {:.3g}",
+                place,
+                foci.loudest(),
+                foci.silence());
         if (!check.refusal.empty()) break;
         check.places.push_back(foci.figures());
     }

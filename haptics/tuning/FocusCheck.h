@@ -11,31 +11,30 @@
 namespace midair::haptics
 {
 
-/// What a microphone says of the foci of a tuned array at one place, beside what the array should
-/// do.
+/// Measured foci of a tuned array at one microphone position, compared with the prediction.
 struct FocusFigures
 {
-    Eigen::Vector3d place; ///< of the microphone, as the levels of all foci say, metres
-    double ratio = 0.0;    ///< measured over predicted level; single transducers are the scale
+    Eigen::Vector3d place; ///< microphone position fitted to the levels of all foci, metres
+    double ratio = 0.0;    ///< measured over predicted level, scaled by single transducers
     /// Full width at half pressure of foci that pass the microphone along x, y and z, metres;
-    /// infinite: more than the foci reach.
+    /// infinite: wider than the foci reach.
     Eigen::Vector3d width_m, predictedWidth_m;
 };
 
-/// The check after a tuning: how strong and how wide foci are at each place of a plan of foci.
+/// Check after a tuning: strength and width of foci at each place of a focus plan.
 struct FocusCheck
 {
-    std::string refusal; ///< why nothing can be said, a sentence; empty: the rest holds
+    std::string refusal; ///< reason, a sentence, if there is no result; empty: the rest is valid
     std::vector<std::string> notes;
     std::vector<FocusFigures> places;
 
-    /// True if every focus has at least \a least of its predicted level.
+    /// Returns true if every focus has at least \a least of its predicted level.
     bool passes(double least = 0.9) const;
     std::string text() const;
 };
 
-/// Compares \a readings of \a plan, of the method focus, with what \a tuned should do. Throws
-/// InputError where they don't belong together.
+/// Compares \a readings of \a plan, of the method focus, with the prediction for \a tuned. Throws
+/// InputError if they don't belong together.
 FocusCheck
 checkFocus(const TransducerArray& tuned, const TuningPlan& plan, const TuningReadings& readings);
 

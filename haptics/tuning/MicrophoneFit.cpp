@@ -18,11 +18,11 @@ namespace midair::haptics
 namespace
 {
 
-// Starts lie at most 1.04 mm from the place at 40 kHz, where a ring of transducers still agrees by
+// Starts are at most 1.04 mm from the place at 40 kHz, where a ring of transducers still agrees by
 // J0(2 k 1.04 mm) = 0.5; its side lobes reach 0.4.
 constexpr double kStepPerWavelength = 0.14;
-constexpr int kRefined = 12;          // of the starts, the best
-constexpr Eigen::Index kCoarse = 600; // transducers that the starts are judged by
+constexpr int kRefined = 12;          // number of best starts to refine
+constexpr Eigen::Index kCoarse = 600; // transducers for judging the starts
 constexpr int kSearchIterations = 15;
 constexpr double kLeastScale_rad = 0.01;
 
@@ -67,7 +67,7 @@ refined(const HeardPhases& heard, FoundPlace at, const Eigen::Vector3d& planned,
             4.7 * std::max(kLeastScale_rad, 1.4826 * base::percentile(std::move(sizes), 0.5));
         const Eigen::ArrayXd t = (rho.array() / scale).square().min(1.0);
         const Eigen::VectorXd w = (1.0 - t).square();
-        // The prior on the place keeps what the phases don't determine where it was planned.
+        // The prior keeps components that the phases don't determine at the planned place.
         Eigen::Matrix4d A = J.transpose() * w.asDiagonal() * J;
         Eigen::Vector4d b = -J.transpose() * w.cwiseProduct(rho);
         const double weight = std::pow(scale / (4.7 * std::max(1e-6, 0.5 * search_m)), 2.0);
@@ -83,7 +83,7 @@ refined(const HeardPhases& heard, FoundPlace at, const Eigen::Vector3d& planned,
 }
 
 constexpr double kMostSpread_rad = base::kPi / 4.0;
-// exp(-kCertainty) is about the probability that chance agrees as well as what is accepted.
+// exp(-kCertainty) is about the probability that chance agrees as well as an accepted fit.
 constexpr double kCertainty = 7.0;
 constexpr int kLeastTransducers = 8;
 constexpr double kLeastScatter_rad = 2e-3;
@@ -102,9 +102,9 @@ double deviationOf(std::vector<double> sizes)
 }
 
 /// All places and the speed of sound together. Parameters: each place (3 P), each place's phase
-/// (P), ln c. A transducer's residuals at its places have in common its own phase, of variance s^2,
-/// and differ by scatter, of variance sigma^2; so their mean, of variance s^2 + sigma^2/P_i, and
-/// the deviations from it are fitted apart.
+/// (P), ln c. A transducer's residuals at its places share its own phase, of variance s^2, and
+/// differ by scatter, of variance sigma^2; so their mean, of variance s^2 + sigma^2/P_i, and the
+/// deviations from it are fitted separately.
 class JointFit
 {
 public:
@@ -169,7 +169,7 @@ private:
         fit.refusal = doubtOf(found, place, static_cast<int>(which.size()));
     }
 
-    // Of phases by chance the largest of K means of n has |mean|^2 n of about ln K (Rayleigh).
+    // For random phases the largest of K means of n has |mean|^2 n of about ln K (Rayleigh).
     std::string doubtOf(const FoundPlace& found, int place, int count) const
     {
         const double spread_rad = found.agreement > 0.0
@@ -197,11 +197,11 @@ private:
             _planned(2, place));
     }
 
-    /// One transducer's residuals at the places where it was heard.
+    /// Residuals of one transducer at the places that measured it.
     struct Seen
     {
         std::vector<int> place;
-        Eigen::VectorXd rho; ///< in one branch, about the first
+        Eigen::VectorXd rho; ///< unwrapped about the first
         Eigen::MatrixXd J;   ///< places x parameters
     };
 
@@ -227,7 +227,7 @@ private:
             seen.J(row, 3 * P + p) = -1.0;
             seen.J(row, 4 * P) = -k * R;
         }
-        if (count > 1) // the mean may have left the branch about 0
+        if (count > 1) // the mean may have left the range about 0
         {
             const double mean = seen.rho.mean();
             seen.rho.array() += wrappedToHalfTurn(mean) - mean;

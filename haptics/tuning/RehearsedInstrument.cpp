@@ -102,8 +102,8 @@ void RehearsedInstrument::hideErrors()
     _truth.setDead(dead);
 }
 
-// Reflections are what the microphone's images in the walls hear of point sources; their rms is
-// scaled to the option.
+// Reflections are the signals of point sources at the microphone's mirror images in the walls;
+// their rms is scaled to the option.
 void RehearsedInstrument::standAt(int place)
 {
     _place = place;
@@ -128,7 +128,7 @@ void RehearsedInstrument::standAt(int place)
     if (reflected.norm() > 0.0)
         _heard += reflected * (std::pow(10.0, _options.reflections_dB / 20.0) * _heard.norm() /
                                reflected.norm());
-    // What cables and clock add to every phase, another at each place.
+    // Common phase of cables and clock, different for each place.
     _heard *= std::polar(1.0, 2.0 + 1.7 * place);
 }
 

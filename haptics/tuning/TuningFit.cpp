@@ -23,7 +23,7 @@ namespace
 constexpr double kMostDeadGain = 0.4; // three times the error may raise the limit to this
 constexpr double kMostUnsure = 0.2;   // of the transducers
 
-/// The transducers' responses without what way and directivity do to them.
+/// Responses of the transducers without distance and directivity.
 class Fitter
 {
 public:
@@ -52,7 +52,7 @@ public:
     TuningFit run()
     {
         if (!_fit.usable()) return std::move(_fit);
-        combine(_plan.places, 0.0, {}); // amplitudes alone
+        combine(_plan.places, 0.0, {}); // amplitudes only
         const std::vector<bool> live = liveOnes();
         _fit.microphone = fitMicrophone(_array, _plan.places, _responses, live, _options.prior);
         _fit.refusal = _fit.microphone.refusal;
@@ -61,9 +61,8 @@ public:
             _responses.y = _responses.y.conjugate().eval();
             if (fitMicrophone(_array, _plan.places, _responses, live, _options.prior)
                     .refusal.empty())
-                _fit.refusal =
-                    "the phases agree if all of them are turned round: the instrument has "
-                    "e^{-j omega t} where e^{+j omega t} is meant; change the sign of im";
+                _fit.refusal = "the phases agree with the opposite sign: the instrument uses e^{-j "
+                               "omega t} instead of e^{+j omega t}; change the sign of im";
             return std::move(_fit);
         }
         const MicrophoneFit& microphone = _fit.microphone;
@@ -77,7 +76,7 @@ public:
     }
 
 private:
-    // D/R e^{-beta R}, the amplitude that a place has of a transducer of gain 1.
+    // D/R e^{-beta R}, the amplitude at a place of a transducer of gain 1.
     double way(const Eigen::Vector3d& place, Eigen::Index i) const
     {
         const Eigen::Vector3d d = place - _array.positions.col(i);
@@ -87,8 +86,8 @@ private:
     }
 
     /// Sets _h to each transducer's gain and phase: the mean over places of y/(C g), weighted with
-    /// |g|^2, the inverse variance where noise is the same for all. C is a place's own factor: its
-    /// median amplitude, its phase and, where \a phase_rad is given, its polarity.
+    /// |g|^2, the inverse variance for uniform noise. C is a factor per place: its median
+    /// amplitude, its phase and, if \a phase_rad is given, its polarity.
     void combine(const Eigen::Matrix3Xd& places, double k, const Eigen::VectorXd& phase_rad)
     {
         const Eigen::Index m = _array.size(), P = places.cols();
@@ -139,7 +138,8 @@ private:
         return live;
     }
 
-    // States, and the common phase: the mean of the doubled phases is 0, and most are not reversed.
+    // Determines states, and the common phase: the mean of the doubled phases is 0, and most are
+    // not reversed.
     void judge()
     {
         _fit.states.assign(static_cast<std::size_t>(_h.size()), TransducerState::NOT_MEASURED);
@@ -177,11 +177,10 @@ private:
             _fit.states[static_cast<std::size_t>(i)] = TransducerState::DEAD;
         const std::size_t unsure = _fit.of(TransducerState::UNSURE).size();
         if (double(unsure) > kMostUnsure * double(_h.size()))
-            _fit.refusal =
-                fmt::format("{} of {} transducers are lost in noise: longer --integrate, the "
-                            "method hadamard, or more places",
-                            unsure,
-                            _h.size());
+            _fit.refusal = fmt::format("{} of {} transducers are lost in noise: use a longer "
+                                       "--integrate, the method hadamard, or more places",
+                                       unsure,
+                                       _h.size());
     }
 
     void writeArray()
@@ -227,7 +226,7 @@ private:
         _fit.phaseSpread_rad = std::sqrt(phases / count);
         _fit.gainSpread = std::sqrt(std::max(0.0, gains / count - std::pow(gainSum / count, 2.0)));
         _fit.focusBefore = std::abs(focus) / all;
-        // Each of the parameters that all places share takes its part of the spread with it.
+        // Each parameter shared by all places absorbs its part of the spread.
         const double P = double(microphone.places.cols());
         _fit.expectedError_rad = std::sqrt(5.0 * std::pow(_fit.phaseSpread_rad, 2.0) / count +
                                            std::pow(microphone.scatter_rad, 2.0) / P);
@@ -280,15 +279,11 @@ std::string listed(const std::vector<int>& which)
 std::string shiftText(const Eigen::Vector3d& error_m)
 {
     return fmt::format(
-        "note        a phase that varies evenly across the array looks like a microphone that is "
-        "elsewhere,\n"
-        "            so phases are known up to a shift of the whole field: of about {:.2f}, "
-        "{:.2f}, "
+        "note        a uniform phase gradient across the array looks like a displaced microphone,\n"
+        "            so phases are known up to a shift of the whole field: about {:.2f}, {:.2f}, "
         "{:.2f} mm in x, y, z\n"
-        "            by the transducers' own spread, and by as much as something else (a warm "
-        "corner) "
-        "tilts them.\n"
-        "            midair-calibrate takes such a shift up, from where the field is felt.\n",
+        "            from the transducers' own spread, and more where warm air tilts the phases.\n"
+        "            midair-calibrate corrects such a shift, from where the field is felt.\n",
         1e3 * error_m.x(),
         1e3 * error_m.y(),
         1e3 * error_m.z());
@@ -373,8 +368,8 @@ std::string TuningFit::text() const
     else
         fmt::format_to(out,
                        "residual    not known from one place: reflections look like phases of "
-                       "transducers; expected error\n            {:.1f} degrees without them. "
-                       "Four places 5 cm apart halve what they do.\n",
+                       "transducers; expected error\n            {:.1f} degrees without them. Four "
+                       "places 5 cm apart halve their effect.\n",
                        base::toDegrees(expectedError_rad));
     fmt::format_to(out,
                    "focus       {:.3f} of what the same transducers can do, before these offsets\n",

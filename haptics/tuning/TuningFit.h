@@ -16,42 +16,42 @@ struct TuningFitOptions
 {
     MicrophonePrior prior;
     double relativeHumidity = 0.5; ///< 0 .. 1
-    /// 0.01 .. 0.5: a transducer of less gain, beside the median, is dead. Raised to three times
-    /// its error, but not beyond 0.4.
+    /// 0.01 .. 0.5: a transducer of lower gain, relative to the median, is dead. Raised to three
+    /// times its error, up to 0.4.
     double deadGain = 0.1;
-    double clip = 0.0; ///< >= 0, level at which the microphone clips; 0: not known
+    double clip = 0.0; ///< >= 0, level at which the microphone clips; 0: unknown
 };
 
-/// What a transducer turned out to be.
+/// State of a transducer.
 enum class TransducerState
 {
     FINE,
-    REVERSED,    ///< fine, but of the other polarity than most
-    DEAD,        ///< of no gain to speak of
-    UNSURE,      ///< too much noise to tell whether it is dead; taken as it was measured
-    NOT_MEASURED ///< keeps what the array's file says
+    REVERSED,    ///< good, but of the opposite polarity to most
+    DEAD,        ///< almost no gain
+    UNSURE,      ///< too noisy to tell whether it is dead; the measured values are used
+    NOT_MEASURED ///< keeps the values of the array's file
 };
 
-/// The transducers of an array as they are, found by a microphone.
+/// State of an array's transducers, measured by a microphone.
 struct TuningFit
 {
-    /// Why nothing was found, a sentence; empty: the rest holds.
+    /// Reason, a sentence, if there is no result; empty: the rest is valid.
     std::string refusal;
-    std::vector<std::string> notes; ///< what was left out or filled in, a sentence each
+    std::vector<std::string> notes; ///< notes on what was left out or filled in, a sentence each
     MicrophoneFit microphone;
-    /// The array with phase offsets (rad, -pi .. pi), gains (of the live ones the median is 1) and
+    /// The array with phase offsets (rad, -pi .. pi), gains (median 1 for live transducers) and
     /// dead ones.
     TransducerArray array;
     std::vector<TransducerState> states; ///< m
-    Eigen::VectorXd gainErrors;          ///< m, standard errors by noise alone
-    /// Standard deviation of the live ones' phases, polarity aside, and of their gains.
+    Eigen::VectorXd gainErrors;          ///< m, standard errors due to noise alone
+    /// Standard deviation of the live transducers' phases, ignoring polarity, and of their gains.
     double phaseSpread_rad = 0.0;
     double gainSpread = 0.0;
-    /// Expected rms error of the phases: what places and scatter leave. Of one place the scatter
-    /// isn't known and counts as 0.
+    /// Expected rms error of the phases, from places and scatter. For a single place the scatter is
+    /// unknown and counts as 0.
     double expectedError_rad = 0.0;
-    /// Amplitude of a focus at the first place over that of an array that is known perfectly: by
-    /// the array's file as it was, and the 1 that is reached by definition is left out.
+    /// Amplitude of a focus at the first place relative to a perfectly known array, with the
+    /// array's previous file. After tuning it is 1 by definition.
     double focusBefore = 0.0;
 
     bool usable() const { return refusal.empty(); }
@@ -60,8 +60,8 @@ struct TuningFit
     std::string text() const;
 };
 
-/// Fits \a array's transducers to \a readings of \a plan. Throws InputError where plan and array
-/// don't belong together, or an option is out of range.
+/// Fits \a array's transducers to \a readings of \a plan. Throws InputError if plan and array don't
+/// belong together, or an option is out of range.
 TuningFit fitTuning(const TransducerArray& array,
                     const TuningPlan& plan,
                     const TuningReadings& readings,

@@ -19,13 +19,13 @@ namespace midair::haptics
 namespace
 {
 
-// Silent rows a place: their mean is what leaks from the drive into the microphone, their spread
+// Silent rows per place: their mean is the leakage from the drive into the microphone, their spread
 // the noise.
 constexpr int kSilentRows = 16;
-// Transducers of a reference. Half of them may be reversed, so that their sum is about 4 times one
-// of them, and less than half of one in 1.6 % of all arrays.
+// Transducers of a reference. Half of them may be reversed, so their sum is about 4 times one of
+// them, and less than half of one in 1.6 % of all arrays.
 constexpr int kReference = 16;
-// Rows of a reference alone.
+// Rows with the reference alone.
 constexpr int kAlone = 4;
 // The check: foci up to this far from the microphone along each axis, in steps. The paper's focus
 // is 4 to 9 mm wide, that of a board 10 mm across and some 30 mm deep.
@@ -124,8 +124,8 @@ void checkPlaces(const TransducerArray& array, const Eigen::Matrix3Xd& places)
     }
 }
 
-// q_i = e^{j(k |f - r_i| - offset_i)}: all waves arrive at f with the same phase. Gains are left
-// alone: the loudest focus has every transducer at the same drive.
+// q_i = e^{j(k |f - r_i| - offset_i)}: all waves arrive at f with the same phase. Gains are
+// ignored: the loudest focus has every transducer at the same drive.
 void focusOn(const TuningPlan& plan,
              const TuningRow& row,
              const TransducerArray& array,
@@ -155,7 +155,7 @@ constexpr const char* kTitle = "midair-tune plan 1";
 constexpr int kMostTransducers = 65536;
 constexpr int kMostRows = 20000000;
 
-/// A column: a member of the row, or a coordinate of its focus or of the microphone's place.
+/// A column: a member of the row, or a coordinate of its focus or microphone place.
 struct Column
 {
     const char* name;
@@ -176,7 +176,7 @@ Column coordinate(const char* name, int axis, bool isFocus = false)
     return {name, nullptr, -100.0, 100.0, axis, isFocus};
 }
 
-// The columns behind "index".
+// Returns the columns after "index".
 std::vector<Column> columnsOf(TuningMethod method, int transducers)
 {
     std::vector<Column> columns = {

@@ -21,7 +21,7 @@ namespace
 constexpr double kNoReading = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostForeign = 10000;
 
-// A number, or NaN for what instruments write where they have none.
+// Parses a number, or NaN in the spellings of instruments.
 bool parseAny(const std::string& text, double& value)
 {
     if (base::parseNumber(text, value)) return true;
@@ -46,7 +46,7 @@ bool parseWords(const std::vector<std::string>& words,
     return true;
 }
 
-/// Gathers the lines of a file of readings.
+/// Collects the lines of a file of readings.
 class Gatherer
 {
 public:
@@ -166,9 +166,9 @@ std::vector<std::string> TuningReadings::notes() const
                                         rangesText(rows)));
     };
     tell(missing, "without a reading");
-    tell(unclear, "whose reading is no number, left out");
-    tell(repeated, "read several times, whose mean counts");
-    tell(foreign, "that the plan doesn't have, left out");
+    tell(unclear, "whose reading is not a number, left out");
+    tell(repeated, "read several times, averaged");
+    tell(foreign, "not in the plan, left out");
     if (isTorn) notes.emplace_back("the last line has no end and is left out");
     return notes;
 }

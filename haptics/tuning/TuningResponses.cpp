@@ -59,15 +59,15 @@ void fillIn(Eigen::VectorXcd& values,
         values[missing[static_cast<std::size_t>(k)]] = {found(k, 0), found(k, 1)};
 }
 
-// A reference that is weaker than this beside a single transducer measures badly.
+// A reference weaker than this relative to a single transducer measures badly.
 constexpr double kWeakest = 0.15;
-// Median of |I_0 + I_180 - I_90 - I_270| / (4 |S| |y|): 0.01 to 0.1 of noise.
+// Median of |I_0 + I_180 - I_90 - I_270| / (4 |S| |y|): 0.01 to 0.1 due to noise.
 constexpr double kMostMismatch = 0.2;
 
 /// A reference, named by its first transducer.
 struct Reference
 {
-    double aloneSum = 0.0; ///< of squared levels, silence taken off
+    double aloneSum = 0.0; ///< of squared levels, minus silence
     int alone = 0;
     std::map<int, std::array<double, 4>> quarters; ///< by transducer; NaN: no reading
     int step = 0;
@@ -118,7 +118,7 @@ gather(const TuningPlan& plan, const TuningReadings& readings, int place, double
     return references;
 }
 
-/// Returns y conj(S); NaN where more than one of the four is missing. Adds the mismatch of four.
+/// Returns y conj(S); NaN if more than one of the four is missing. Adds the mismatch of four.
 std::complex<double> productOf(std::array<double, 4> I, std::vector<double>& mismatch, int& filled)
 {
     const auto isMissing = [](double square) { return !std::isfinite(square); };
@@ -148,7 +148,7 @@ std::string weakRefusal(int place, double reference, double median)
         median);
 }
 
-/// Both references, with which the transducers are put together.
+/// Both references, with which the transducers are combined.
 class Joined
 {
 public:
@@ -176,7 +176,7 @@ public:
         const double typical = base::percentile(mismatch, 0.5) / (4.0 * size * median);
         to.noise[_place] = std::sqrt(0.5 * silence) * (size + median) / size;
         to.refusal = weakRefusal(_place, size, median);
-        // Noise alone gives sigma/|y| of mismatch.
+        // Noise alone gives a mismatch of sigma/|y|.
         if (to.refusal.empty() && typical > kMostMismatch + 3.0 * std::sqrt(silence) / median)
             to.refusal =
                 fmt::format("the levels at place {} don't add up as they must ({:.0f} % off): "
@@ -193,7 +193,7 @@ public:
     }
 
 private:
-    // Those of the first reference, measured beside the second one.
+    // Those of the first reference, measured with the second one.
     void decodeSecond(TuningResponses& to, double size, std::vector<double>& mismatch, int& filled)
     {
         std::complex<double> X = 0.0;
@@ -217,13 +217,13 @@ private:
     const int _secondFirst;
 };
 
-/// Takes transducers apart that played all at once. Row r of Sylvester's matrix of order n has the
+/// Separates transducers that played all at once. Row r of Sylvester's matrix of order n has the
 /// sign (-1)^popcount(r & c) in column c, and transducer i plays column i + 1. The matrix is
-/// symmetric, and its own inverse but for the factor n, so
+/// symmetric, and its own inverse except for the factor n, so
 ///     n y_c = sum_r sign(r, c) Y_r.
-/// Column 0 is what leaks into every row; the columns behind the last transducer hear noise alone.
-/// Rows that are missing are those that make these unused columns 0, in the least-squares sense; of
-/// more than half as many rows as there are such columns the place is refused.
+/// Column 0 is leakage into every row; the columns after the last transducer contain only noise.
+/// Missing rows are filled in so that these unused columns become 0, in the least-squares sense; if
+/// more rows are missing than half of these columns, the place is refused.
 void decodeHadamard(const TuningPlan& plan,
                     const TuningReadings& readings,
                     int place,
@@ -274,14 +274,14 @@ void decodeHadamard(const TuningPlan& plan,
         if (!plan.isOff(i)) to.y(place, i) = values[i + 1];
 }
 
-/// Takes transducers apart by levels L alone. Beside a reference S a transducer y plays at 0, 90,
-/// 180 and 270 degrees:
+/// Separates transducers by levels L only. With a reference S a transducer y plays at 0, 90, 180
+/// and 270 degrees:
 ///     I_psi = |S + y e^{j psi}|^2,  y conj(S) = ((I_0 - I_180) + j (I_270 - I_90)) / 4,
-/// and I_0 + I_180 = I_90 + I_270, which gives one of the four that is missing, and tells a
-/// microphone that clips. |S|^2 is the level of the reference alone. The transducers of the first
-/// reference A are measured beside a second one B, whose transducers were measured beside A:
+/// and I_0 + I_180 = I_90 + I_270, which gives a missing one of the four, and detects a clipping
+/// microphone. |S|^2 is the level of the reference alone. The transducers of the first reference A
+/// are measured with a second one B, whose transducers were measured with A:
 ///     y conj(S_A) = y conj(S_B) X / |S_B|^2,  X = conj(S_A) S_B = sum of y_j conj(S_A) over B.
-/// What comes out is y e^{-j arg S_A}. The mean square of silent rows is taken off each square.
+/// The result is y e^{-j arg S_A}. The mean square of silent rows is subtracted from each square.
 void decodeLevels(const TuningPlan& plan,
                   const TuningReadings& readings,
                   int place,
@@ -301,11 +301,11 @@ void decodeLevels(const TuningPlan& plan,
 }
 
 constexpr double kNoResponse = std::numeric_limits<double>::quiet_NaN();
-// A microphone that clips gives many readings near its limit. Of transducers whose gains differ by
-// 5 % a few per mille are within 2 % of the loudest; of equal ones as many as are equally far away.
+// A clipping microphone gives many readings near its limit. For transducers whose gains differ by 5
+// % a few per mille are within 2 % of the loudest; for equal ones as many as are equally far away.
 constexpr double kPlateau = 0.98;
 constexpr double kPlateauShare = 0.08;
-// The median of |noise| is 0.83 of its rms: what is below this many times the rms is no signal.
+// The median of |noise| is 0.83 of its rms: less than this many times the rms is no signal.
 constexpr double kHeard = 3.0;
 constexpr int kLeastSilent = 4;
 
@@ -359,7 +359,7 @@ double shareNearTop(const std::vector<double>& levels)
            double(levels.size());
 }
 
-// The share of readings at a place near the loudest of them, and that of equal transducers.
+// The share of a place's readings near the loudest, and that of equal transducers.
 std::pair<double, double> plateauShares(const TuningPlan& plan,
                                         const TuningReadings& readings,
                                         const Eigen::MatrixXd& expected,
@@ -401,8 +401,8 @@ std::string placeRefusal(const TuningPlan& plan,
     if (amplitudes.empty()) return fmt::format("there are no readings of place {}", place);
     const double median = base::percentile(amplitudes, 0.5);
     if (!(median > kHeard * responses.noise[place]))
-        return fmt::format("the microphone hears nothing at place {}: of the transducers {:.3g} in "
-                           "the median, of silence {:.3g}; is it on, and does the array play?",
+        return fmt::format("the microphone hears nothing at place {}: {:.3g} from the median "
+                           "transducer, {:.3g} in silence; is it on, and does the array play?",
                            place,
                            median,
                            responses.noise[place]);

@@ -5,16 +5,20 @@
 #include "device/limits/GuardedDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "engine-bridge/scene/GeometryReader.h"
 #include "haptics/base/Bytes.h"
+#include "haptics/base/RegularFile.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/Forks.h"
+#include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/ManyStarts.h"
 #include "plugin/engine/SceneAccess.h"
+#include "plugin/hands/KitHands.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
 
@@ -30,6 +34,7 @@
 #include <osg/Texture>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <complex>
 #include <stdexcept>
@@ -39,23 +44,93 @@
 namespace osgMidair
 {
 
-/// What a device would limit, by its URI.
+/// The limits in a device URI.
 struct BakedLimits
 {
-    midair::device::SafetyLimits limits; ///< those that hold in a recording: maxima
-    /// Sentences on those that a device keeps itself, since they go by time.
+    midair::device::SafetyLimits limits; ///< those enforced in a recording: maxima
+    /// Sentences on those that a device enforces itself, because they act over time.
     std::vector<std::string> unkept;
+};
+
+constexpr double kSecond_ns = 1e9;
+
+/// The clock for baking with hands: it advances only when the baker moves it on, from field to
+/// field.
+class BakingClock : public midair::base::Clock
+{
+public:
+    double now_s() const override { return static_cast<double>(now_ns()) / kSecond_ns; }
+    void wait(midair::base::Condition& condition,
+              midair::base::Lock& lock,
+              double /*until_s*/) const override
+    {
+        condition.wait(lock);
+    }
+    std::uint64_t now_ns() const { return _now_ns; }
+    void set(std::uint64_t now_ns) { _now_ns = now_ns; }
+
+private:
+    std::atomic<std::uint64_t> _now_ns{0};
+};
+
+/// The fields sent to a BakingDevice, on a BakingClock. Any thread.
+class SentFields
+{
+public:
+    void add(std::uint64_t time_ns, const midair::device::DriveSignal& signal)
+    {
+        const midair::base::Lock lock(_mutex);
+        if (!_fields.empty() && _fields.back().time_ns == time_ns) _fields.pop_back();
+        _fields.push_back({time_ns, signal.phase, signal.duty});
+    }
+    std::vector<BakedField> take()
+    {
+        const midair::base::Lock lock(_mutex);
+        return std::exchange(_fields, {});
+    }
+
+private:
+    midair::base::Mutex _mutex;
+    std::vector<BakedField> _fields MIDAIR_GUARDED_BY(_mutex);
+};
+
+/// The hands of a recording, starting at the first frame.
+class BakedHands : public HandSource
+{
+public:
+    explicit BakedHands(const midair::bridge::RecordedUri& uri) :
+        _hands(std::make_shared<midair::bridge::RecordedHandSource>(uri.file, uri.loops))
+    {
+    }
+    bool getHands(double time_s, std::vector<Hand>& hands) override
+    {
+        hands.clear();
+        midair::bridge::HandFrame frame;
+        if (!_hands.frameAt(time_s, frame)) return false;
+        for (const midair::bridge::Hand& hand : frame.hands)
+            hands.push_back(fromBridge(hand));
+        return true;
+    }
+    std::string getStatus() const override { return _hands.status(); }
+
+private:
+    midair::bridge::FromItsBegin _hands;
 };
 
 namespace
 {
 
-/// The device of a FieldBaker's pipeline: takes every field at once and plays nothing. What is
-/// played is read from the pipeline's results.
+/// The device of a FieldBaker's pipeline: accepts every field at once and plays nothing. Fields of
+/// objects are read from the pipeline's results, fields of contacts from what it is sent.
 class BakingDevice : public midair::device::ArrayDevice
 {
 public:
-    explicit BakingDevice(int transducers) : _held(transducers) {}
+    BakingDevice(int transducers, const BakingClock& clock, std::shared_ptr<SentFields> sent) :
+        _held(transducers),
+        _clock(clock),
+        _sent(std::move(sent))
+    {
+    }
 
     bool send(const midair::device::DriveSignal& signal) override
     {
@@ -65,6 +140,7 @@ public:
             return false;
         }
         _held.replace(signal);
+        if (_sent) _sent->add(_clock.now_ns(), signal);
         _counters.countPlayed(midair::base::steadySeconds());
         return true;
     }
@@ -79,15 +155,19 @@ public:
         return send(sequence.signals.front());
     }
 
-    void silence() override { _held.clear(); }
+    void silence() override
+    {
+        if (_sent && !_held.silent()) _sent->add(_clock.now_ns(), {});
+        _held.clear();
+    }
     std::string status() const override { return "baked into a recording"; }
     midair::device::DeviceReport report() const override { return _counters.report(); }
 
     midair::device::DriveAbility ability() const override
     {
         midair::device::DriveAbility ability;
-        // Whole periods of this many steps are handed over in one piece; nothing is sent step by
-        // step, as nobody listens.
+        // Whole periods of up to this many steps are handed over in one piece; nothing is sent step
+        // by step.
         ability.sequenceFields = 1 << 14;
         return ability;
     }
@@ -97,9 +177,11 @@ public:
 private:
     midair::device::HeldField _held;
     midair::device::FieldCounters _counters;
+    const BakingClock& _clock;
+    const std::shared_ptr<SentFields> _sent; ///< null: not recorded
 };
 
-/// Finds what moves or looks otherwise by itself as time passes.
+/// Finds nodes that move or change by themselves over time.
 class FindLive : public osg::NodeVisitor
 {
 public:
@@ -116,10 +198,11 @@ public:
         for (const osg::Callback* callback = node.getUpdateCallback(); callback;
              callback = callback->getNestedCallback())
             if (dynamic_cast<const RigidBodyCallback*>(callback))
-                add("a rigid body moves it, in steps by the wall's clock");
+                add("a rigid body moves it, at the pace of the wall clock");
         if (std::string(node.libraryName()) == "osgParticle")
-            add("particles are drawn by chance, otherwise each time");
-        if (hasFilm(node.getStateSet())) add("a film in its texture plays by the wall's clock");
+            add("its particles are random and differ each time");
+        if (hasFilm(node.getStateSet()))
+            add("its texture is a film, which plays by the wall clock");
         traverse(node);
     }
 
@@ -140,8 +223,8 @@ private:
     }
 };
 
-/// Reads the limits from \a uri, or of several with commas in between: the strictest. Throws
-/// midair::device::DeviceError for what isn't understood.
+/// Reads the limits from \a uri; of several URIs separated by commas, the strictest. Throws
+/// midair::device::DeviceError on errors.
 BakedLimits limitsOfDevice(const std::string& uri)
 {
     using midair::device::SafetyLimits;
@@ -157,13 +240,13 @@ BakedLimits limitsOfDevice(const std::string& uri)
         const auto leave = [&](const char* name, bool isSet)
         {
             if (!isSet) return;
-            all.unkept.push_back(
-                fmt::format("{} of the device \"{}\" goes by time and isn't in a recording: give "
-                            "it to the device that plays, play:FILE?to={}:..?{}=..",
-                            name,
-                            one,
-                            parsed.scheme(),
-                            name));
+            all.unkept.push_back(fmt::format(
+                "{} of the device \"{}\" acts at playback and isn't in a recording: set "
+                "it on the device that plays, play:FILE?to={}:..?{}=..",
+                name,
+                one,
+                parsed.scheme(),
+                name));
         };
         leave("ramp", limits.ramp_s > 0.0);
         leave("mean-drive", limits.meanDrive < 1.0);
@@ -172,35 +255,45 @@ BakedLimits limitsOfDevice(const std::string& uri)
     return all;
 }
 
-/// Returns sentences on what of \a scene goes by the wall's clock or by who is there, so that it
-/// can't be known beforehand. \a settings: as they are played. \a hasOwnHands: the program has set
-/// a source of hands.
+/// Adds to \a all the parts that depend on hands unknown in advance.
+void addLiveHands(const HapticSettings& settings,
+                  const std::vector<FoundObject>& found,
+                  bool hasOwnHands,
+                  std::vector<std::string>& all)
+{
+    if (hasOwnHands || (!settings.hands.empty() && settings.hands != "none"))
+        all.push_back(fmt::format("hands \"{}\": their positions during playback are unknown",
+                                  hasOwnHands ? "of the program" : printable(settings.hands)));
+    if (settings.reach > 0.0)
+        all.push_back(
+            fmt::format("reach is {:g} m: only points near a hand are played, and there is "
+                        "no hand, so nothing would be played",
+                        settings.reach));
+    const bool isContactByDefault = settings.render != HapticSettings::OBJECT;
+    if (isContactByDefault) all.emplace_back("render is contact or auto: contacts need hands");
+    for (const FoundObject& object : found)
+    {
+        const auto own = object.property.render;
+        if (own == HapticProperty::CONTACT || own == HapticProperty::AUTO)
+            all.push_back(object.path + ": its render is contact or auto: contacts need hands");
+    }
+}
+
+/// Returns sentences on parts of \a scene that depend on the wall clock or on visitors, and so are
+/// unknown in advance. \a settings: those in effect. \a hasOwnHands: the program has set a source
+/// of hands. Recorded hands and their contacts are known.
 std::vector<std::string> unbakeable(osg::Node& scene,
                                     const HapticSettings& settings,
                                     const std::vector<FoundObject>& found,
                                     bool hasOwnHands)
 {
     std::vector<std::string> all;
-    if (hasOwnHands || (!settings.hands.empty() && settings.hands != "none"))
-        all.push_back(fmt::format(
-            "hands \"{}\": where they will be while the recording is played isn't known",
-            hasOwnHands ? "of the program" : printable(settings.hands)));
-    if (settings.reach > 0.0)
-        all.push_back(fmt::format("reach is {:g} m: only what is near a hand is felt, and there is "
-                                  "none, so that nothing would be",
-                                  settings.reach));
-    const bool isContactByDefault = settings.render != HapticSettings::OBJECT;
-    if (isContactByDefault)
-        all.emplace_back("render is contact or auto: contacts are where hands touch");
-    for (const FoundObject& object : found)
-    {
-        const auto own = object.property.render;
-        if (own == HapticProperty::CONTACT || own == HapticProperty::AUTO)
-            all.push_back(object.path + ": its render is contact or auto: contacts are where hands "
-                                        "touch");
-    }
+    const bool areKnown = !hasOwnHands && midair::bridge::RecordedUri::parse(settings.hands);
+    if (areKnown && settings.prediction != HapticSettings::OFF)
+        all.emplace_back("prediction: recorded hands need none; set prediction=off");
+    if (!areKnown) addLiveHands(settings, found, hasOwnHands, all);
     if (settings.earCamera)
-        all.emplace_back("earCamera: there is no camera, so that no head is known at its place");
+        all.emplace_back("earCamera: there is no camera, so the head's position is unknown");
     FindLive finder;
     scene.accept(finder);
     std::sort(finder.found.begin(), finder.found.end());
@@ -214,8 +307,8 @@ using midair::bridge::HologramResult;
 using midair::device::DriveSignal;
 using midair::haptics::StopReason;
 
-constexpr int kMostRest = 100000; // steps of what a frame at rest gets; the constants end it before
-constexpr double kSecond_ns = 1e9;
+constexpr std::size_t kMostHandBytes = std::size_t(64) << 20;
+constexpr int kMostRest = 100000; // limit on steps of a frame at rest; the constants end it before
 
 /// Throws std::runtime_error.
 [[noreturn]] void fail(const std::string& why)
@@ -237,7 +330,7 @@ std::string crcText(const std::string& text)
         midair::base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
-/// Gives \a signals to \a frame, in step with the clock of the recording.
+/// Appends \a signals to \a frame, in step with the recording's clock.
 void addSteps(const std::vector<DriveSignal>& signals,
               const midair::haptics::ModulatorOptions& modulation,
               std::uint64_t begin_ns,
@@ -262,7 +355,7 @@ void addSteps(const std::vector<DriveSignal>& signals,
 
 } // namespace
 
-/// What a FieldBaker works with.
+/// The state of a FieldBaker.
 struct FieldBaker::Part
 {
     Part(HapticScene& baked, int wantedThreads) : scene(&baked), threads(wantedThreads) {}
@@ -270,7 +363,7 @@ struct FieldBaker::Part
     Part(const Part&) = delete;
     Part& operator=(const Part&) = delete;
 
-    // In the child of a fork its solver's threads are the parent's.
+    // In the child of a fork the solver's threads belong to the parent.
     void leaveParents()
     {
         if (!isOurs) static_cast<void>(pipeline.release());
@@ -281,8 +374,13 @@ struct FieldBaker::Part
     {
         leaveParents();
         HapticEngine& engine = SceneAccess::engine(*scene);
-        collected = engine.collectForBaking(
-            {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
+        const auto look = [&]
+        {
+            collected = engine.collectForBaking(
+                {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
+        };
+        look();
+        if (openHands(engine)) look();
         if (!collected.snapshot)
             fail("the HapticScene \"" + scene->getName() +
                  "\" is inside another one, which plays it");
@@ -294,6 +392,19 @@ struct FieldBaker::Part
         if (pipeline && opened != collected.settings) pipeline.reset();
     }
 
+    // Returns true if the hands come from a recording from now on.
+    bool openHands(HapticEngine& engine)
+    {
+        const HapticSettings granted = engine.grantedSettings();
+        const auto uri = midair::bridge::RecordedUri::parse(granted.hands);
+        if (hands || scene->getHandSource() || !uri) return false;
+        hands = new BakedHands(*uri);
+        handsText = midair::base::readRegularFile(uri->file, kMostHandBytes);
+        engine.setHandSource(hands);
+        pipeline.reset(); // it uses another clock
+        return true;
+    }
+
     void open()
     {
         if (pipeline) return;
@@ -302,17 +413,21 @@ struct FieldBaker::Part
         keepArray();
     }
 
-    // The best that there is, and no device.
+    // The most accurate options, without a device.
     HologramOptions options()
     {
         HologramOptions options = SceneAccess::engine(*scene).optionsForBaking();
         options.deviceUri = "baked:";
-        options.deviceFactory =
-            [most = limits.limits](const std::string&, const midair::device::DeviceLayout& layout)
+        options.deviceFactory = [this, most = limits.limits](
+                                    const std::string&, const midair::device::DeviceLayout& layout)
         {
             return std::make_unique<midair::device::GuardedDevice>(
-                std::make_unique<BakingDevice>(layout.transducers), most, layout.transducers);
+                std::make_unique<BakingDevice>(
+                    layout.transducers, clock, hands ? touches.sent : nullptr),
+                most,
+                layout.transducers);
         };
+        if (hands) options.clock = &clock;
         options.solverFactory =
             [](const std::string& name, const midair::haptics::SolverOptions& wanted)
         {
@@ -335,16 +450,17 @@ struct FieldBaker::Part
     {
         const auto array = SceneAccess::engine(*scene).array();
         std::string text = array ? array->toJson() : "";
-        if (!arrayText.empty() && text != arrayText)
-            fail("the array has changed while it is baked for");
+        if (!arrayText.empty() && text != arrayText) fail("the array has changed during baking");
         arrayText = std::move(text);
         transducers = array ? static_cast<unsigned int>(array->size()) : 0;
     }
 
-    // Nobody waits: what a scene at rest would get bit by bit is made to its end.
+    // Completes everything that a scene at rest gets step by step.
     std::shared_ptr<const HologramResult> solve()
     {
-        auto result = pipeline->process(*collected.snapshot);
+        if (hands) touches.snapshot = *collected.snapshot;
+        if (hands) touches.snapshot.time_s = clock.now_s();
+        auto result = pipeline->process(hands ? touches.snapshot : *collected.snapshot);
         for (int more = 0; more < kMostRest && pipeline->rest_s() <= 0.0; ++more)
             if (auto better = pipeline->attend()) result = better;
         for (const midair::base::Message& message : result->told)
@@ -360,7 +476,24 @@ struct FieldBaker::Part
         return result;
     }
 
-    // Returns the fields' levels; none if nothing sounds.
+    // Returns the fields of contacts between two frames.
+    std::vector<BakedField> playOn(std::uint64_t end_ns)
+    {
+        if (!hands) return {};
+        touches.sent->take();
+        // A field is due when its period is over, with a margin for rounding errors.
+        const double rate_Hz = SceneAccess::engine(*scene).grantedSettings().fieldRate;
+        const auto step_ns = static_cast<std::uint64_t>(std::ceil(kSecond_ns / rate_Hz)) + 1;
+        for (std::uint64_t now_ns = clock.now_ns() + step_ns; now_ns < end_ns; now_ns += step_ns)
+        {
+            clock.set(now_ns);
+            for (int more = 0; more == 0 || (more < kMostRest && pipeline->rest_s() <= 0.0); ++more)
+                pipeline->attend();
+        }
+        return touches.sent->take();
+    }
+
+    // Returns the fields' levels; none for a silence.
     std::vector<DriveSignal> encoded(const HologramResult& result) const
     {
         std::vector<DriveSignal> signals;
@@ -379,6 +512,11 @@ struct FieldBaker::Part
         return signals;
     }
 
+    void fill(const HologramResult& result,
+              std::uint64_t begin_ns,
+              std::uint64_t end_ns,
+              BakedFrame& frame) const;
+
     const osg::ref_ptr<HapticScene> scene;
     const int threads;
     HapticEngine::Baked collected;
@@ -386,7 +524,19 @@ struct FieldBaker::Part
     BakedLimits limits;
     std::string arrayText; ///< JSON of the array; empty: not read yet
     unsigned int transducers = 0;
+    /// Contacts of recorded hands between frames.
+    struct Touches
+    {
+        std::shared_ptr<SentFields> sent = std::make_shared<SentFields>();
+        midair::bridge::SceneSnapshot snapshot; ///< of the newest frame, by the clock
+        std::vector<BakedField> last;           ///< of the frame before; empty: no contact
+    };
+
     midair::base::MadeHere isOurs; ///< the pipeline
+    BakingClock clock;
+    osg::ref_ptr<BakedHands> hands; ///< null: none, or not from a recording
+    std::string handsText;          ///< their file
+    Touches touches;
     std::unique_ptr<HologramPipeline> pipeline;
     std::vector<midair::base::Message> told; ///< of pipelines
 };
@@ -419,7 +569,7 @@ std::vector<std::string> FieldBaker::getUnbakeable() const
     return unbakeable(scene,
                       scene.getGrantedSettings(),
                       scene.getFoundObjects(),
-                      scene.getHandSource() != nullptr);
+                      scene.getHandSource() && scene.getHandSource() != _part->hands);
 }
 
 std::vector<std::string> FieldBaker::getUnkept() const
@@ -438,6 +588,7 @@ std::vector<std::pair<std::string, std::string>> FieldBaker::getIdentity() const
         {"transducers", std::to_string(_part->transducers)},
         {"deviceMaxAmplitude", exactNumber(_part->limits.limits.maxAmplitude)},
         {"deviceMaxPressure", exactNumber(_part->limits.limits.maxPressure_Pa)}};
+    if (_part->hands) all.emplace_back("handRecording", crcText(_part->handsText));
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
         if (row.isIdentity) all.emplace_back(row.name, valueText(row, settings));
     return all;
@@ -451,6 +602,32 @@ unsigned int FieldBaker::getNumTransducers() const
 void FieldBaker::restart()
 {
     _part->pipeline.reset();
+    _part->touches.last.clear();
+}
+
+// Adds the figures of \a result, and its fields if the frame has none yet.
+void FieldBaker::Part::fill(const HologramResult& result,
+                            std::uint64_t begin_ns,
+                            std::uint64_t end_ns,
+                            BakedFrame& frame) const
+{
+    frame.points = static_cast<unsigned int>(result.points.size());
+    frame.isSilenced = result.isSilenced();
+    std::vector<DriveSignal> signals = encoded(result);
+    if (!signals.empty())
+    {
+        frame.rms = result.report().rms;
+        frame.loudness = result.report().loudness;
+        frame.level_Pa = result.report().level_Pa;
+    }
+    if (!frame.fields.empty()) return;
+    if (signals.empty())
+        frame.fields.push_back({begin_ns, {}, {}});
+    else if (result.sequence.changes())
+        addSteps(signals, result.sequence.modulation, begin_ns, end_ns, frame);
+    else
+        frame.fields.push_back(
+            {begin_ns, std::move(signals.front().phase), std::move(signals.front().duty)});
 }
 
 bool FieldBaker::bake(const osg::FrameStamp& stamp,
@@ -464,6 +641,7 @@ bool FieldBaker::bake(const osg::FrameStamp& stamp,
     try
     {
         if (end_ns <= begin_ns) fail("the frame ends before it has begun");
+        _part->clock.set(begin_ns);
         _part->collect(stamp, world);
         if (!SceneAccess::engine(*_part->scene).grantedSettings().enabled)
         {
@@ -471,23 +649,18 @@ bool FieldBaker::bake(const osg::FrameStamp& stamp,
             return true;
         }
         _part->open();
+        _part->touches.sent->take();
         const auto result = _part->solve();
-        frame.points = static_cast<unsigned int>(result->points.size());
-        frame.isSilenced = result->isSilenced();
-        std::vector<DriveSignal> signals = _part->encoded(*result);
-        if (signals.empty())
+        const bool goesOn = _part->touches.sent->take().empty() && !_part->touches.last.empty();
+        std::vector<BakedField> touched = _part->playOn(end_ns);
+        if (goesOn)
         {
-            frame.fields.push_back({begin_ns, {}, {}});
-            return true;
+            frame.fields.push_back(_part->touches.last.back());
+            frame.fields.back().time_ns = begin_ns;
         }
-        frame.rms = result->report().rms;
-        frame.loudness = result->report().loudness;
-        frame.level_Pa = result->report().level_Pa;
-        if (result->sequence.changes())
-            addSteps(signals, result->sequence.modulation, begin_ns, end_ns, frame);
-        else
-            frame.fields.push_back(
-                {begin_ns, std::move(signals.front().phase), std::move(signals.front().duty)});
+        _part->fill(*result, begin_ns, touched.empty() ? end_ns : touched.front().time_ns, frame);
+        frame.fields.insert(frame.fields.end(), touched.begin(), touched.end());
+        _part->touches.last = std::move(touched);
         return true;
     }
     catch (...)

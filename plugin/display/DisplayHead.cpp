@@ -2,7 +2,7 @@
 
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/heads/HeadOpening.h"
-#include "engine-bridge/scene/Convert.h"
+#include "plugin/heads/KitHead.h"
 
 #include <memory>
 #include <utility>
@@ -13,16 +13,11 @@ namespace osgMidair
 namespace
 {
 
-constexpr double kLost_s = 0.2; ///< a head that is away for longer is lost
-/// From an update traversal to the middle of the scan-out that shows its picture: one and a half
-/// frames at 60 Hz.
+constexpr double kLost_s = 0.2; ///< a head missing for longer is lost
+/// From an update traversal to the middle of its picture's scan-out: one and a half frames at 60
+/// Hz.
 constexpr double kLight_s = 0.025;
 constexpr const char* kSceneHead = "scene";
-
-Eigen::Quaterniond toEigen(const osg::Quat& q)
-{
-    return {q.w(), q.x(), q.y(), q.z()};
-}
 
 } // namespace
 
@@ -39,7 +34,7 @@ DisplayHead::DisplayHead(const std::string& eye, const Eigen::Isometry3d& before
     std::shared_ptr<midair::bridge::HeadSource> source = midair::bridge::openHead(eye);
     midair::bridge::Head head;
     if (source && source->headAt(0.0, head)) take(head.pose, -1.0);
-    // A recording begins when it is shown first.
+    // A recording starts when it is first shown.
     if (midair::bridge::RecordedUri::parse(eye))
         source = std::make_shared<midair::bridge::OpeningHead>(source);
     _tracker.setSource(source);
@@ -73,18 +68,12 @@ void DisplayHead::locate(double time_s, const HapticScene* scene)
     {
         Head head;
         _isTracked = scene && scene->getHead(head);
-        if (_isTracked)
-            take(midair::bridge::headPose(midair::bridge::toEigen(head.position),
-                                          toEigen(head.orientation)),
-                 time_s);
+        if (_isTracked) take(toBridge(head, time_s).pose, time_s);
     }
     if (_isTracked || _seen_s < 0.0) _seen_s = time_s;
     _isLost = !_isTracked && time_s - _seen_s > kLost_s;
     if (!_isTracked) return _given->clear();
-    const Eigen::Quaterniond turn(_pose.linear());
-    _given->setHead({midair::bridge::toOsg(Eigen::Vector3d(_pose.translation())),
-                     osg::Quat(turn.x(), turn.y(), turn.z(), turn.w()),
-                     0.0});
+    _given->setHead(fromBridge({time_s, _pose, true, 0.0}));
 }
 
 void DisplayHead::giveTo(HapticScene& scene) const
@@ -99,7 +88,7 @@ std::string DisplayHead::status() const
     const std::string status = _from == From::SOURCE  ? _tracker.status()
                                : _from == From::SCENE ? "head of the scene"
                                                       : "head set by the program";
-    return status + (_isKnown ? "" : ", not seen so far");
+    return status + (_isKnown ? "" : ", not seen yet");
 }
 
 std::vector<std::string> DisplayHead::takeMessages()

@@ -13,28 +13,28 @@
 namespace osgMidair
 {
 
-/// Where a display's head is, in metres in the world: that of the display's own source, that of the
-/// scene ("scene"), or that of the program. A head that moves is the scenes' head as well, so that
+/// The position of a display's head, in metres in the world: from the display's own source, from
+/// the scene ("scene"), or from the program. A moving head also becomes the scenes' head, so that
 /// the ears are where the eyes are.
 class DisplayHead
 {
 public:
-    /// Opens \a eye. Throws what is wrong with it. \a before: the place until a head is known.
+    /// Opens \a eye. Throws on errors in it. \a before: the position until a head is known.
     DisplayHead(const std::string& eye, const Eigen::Isometry3d& before);
 
-    /// From now on the program's own head counts.
+    /// Uses the program's own head from now on.
     void set(const Eigen::Isometry3d& pose, bool isTracked, double time_s);
-    /// Finds the head for light that is shown soon after \a time_s. \a scene: whose head "scene"
-    /// means; null: there is none.
+    /// Finds the head for light shown soon after \a time_s. \a scene: the scene of the head
+    /// "scene"; null: none.
     void locate(double time_s, const HapticScene* scene);
     /// Gives \a scene this head, if it moves and the scene has none of its own.
     void giveTo(HapticScene& scene) const;
 
-    const Eigen::Isometry3d& pose() const { return _pose; } ///< the last one that is known
+    const Eigen::Isometry3d& pose() const { return _pose; } ///< the last known one
     bool isKnown() const { return _isKnown; }               ///< there was one
     bool isLost() const { return _isLost; }                 ///< for more than 0.2 s
     std::string status() const;
-    /// What the source has to say, each once.
+    /// Returns the source's messages, each once.
     std::vector<std::string> takeMessages();
 
 private:
@@ -50,7 +50,7 @@ private:
     From _from = From::SOURCE;
     const bool _isFixed;
     midair::bridge::HeadTracker _tracker;
-    const osg::ref_ptr<InjectedHead> _given = new InjectedHead; ///< to scenes
+    const osg::ref_ptr<InjectedHead> _given = new InjectedHead; ///< for scenes
     Eigen::Isometry3d _pose;
     bool _isKnown = false;
     bool _isTracked = false; ///< now

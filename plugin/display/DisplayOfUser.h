@@ -8,8 +8,8 @@ class GUIActionAdapter;
 namespace osgMidair
 {
 
-/// Shows the viewer behind \a adapter on the display that OSG_MIDAIR_DISPLAY names, if it names
-/// one. What is wrong with it is told by osg::notify(). To be called once for a viewer.
+/// Shows the viewer behind \a adapter on the display in OSG_MIDAIR_DISPLAY, if it is set. Errors go
+/// to osg::notify(). Call it once per viewer.
 void showOnDisplayOfUser(osgGA::GUIActionAdapter* adapter);
 
 } // namespace osgMidair

@@ -21,9 +21,7 @@ void DisplayTroubles::set(Of kind, std::string text)
 
 void DisplayTroubles::tellTo(const std::vector<osg::observer_ptr<HapticScene>>& scenes)
 {
-    if (!_isNew && scenes.size() == _scenes) return;
-    _isNew = false;
-    _scenes = scenes.size();
+    if (!std::exchange(_isNew, false)) return;
     std::vector<Message> head;
     std::vector<Message> view;
     for (int kind = 0; kind < KINDS; ++kind)

@@ -13,8 +13,8 @@
 namespace osgMidair
 {
 
-/// What is wrong with a display now. It is told to the scenes that it shows, as their messages
-/// `display.head` and `display.view`; to osg::notify() as long as there is none.
+/// The present problems of a display. They are reported to the scenes that it shows, as their
+/// messages `display.head` and `display.view`; without a scene to osg::notify().
 class DisplayTroubles
 {
 public:
@@ -31,20 +31,21 @@ public:
 
     explicit DisplayTroubles(std::string display) : _display(std::move(display)) {}
 
-    /// An empty \a text: nothing is wrong any more.
+    /// An empty \a text: the problem is solved.
     void set(Of kind, std::string text);
+    /// Call it when the scenes have changed.
+    void tellAgain() { _isNew = true; }
     void tellTo(const std::vector<osg::observer_ptr<HapticScene>>& scenes);
     std::vector<std::string> texts() const;
 
 private:
     const std::string _display;
     std::array<std::string, KINDS> _now;
-    std::array<std::string, KINDS> _told; ///< when there was no scene
-    bool _isNew = false;                  ///< since it was told to scenes
-    std::size_t _scenes = 0;              ///< that it was told to
+    std::array<std::string, KINDS> _told; ///< reported without a scene
+    bool _isNew = false;                  ///< since the last report
 };
 
-/// The box in the world around all that can be felt of \a scene, in its units.
+/// The box in the world around all haptic objects of \a scene, in its units.
 osg::BoundingBoxd feltBox(const HapticScene& scene);
 
 } // namespace osgMidair

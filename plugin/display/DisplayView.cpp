@@ -10,6 +10,7 @@
 #include "plugin/display/DisplayTroubles.h"
 #include "plugin/display/Rehearsal.h"
 #include "plugin/display/ScenesBelow.h"
+#include "plugin/engine/SceneAccess.h"
 #include "plugin/overlays/HidingHands.h"
 
 #include <osgMidair/DisplayView>
@@ -24,6 +25,7 @@
 #include <array>
 #include <exception>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include <fmt/format.h>
@@ -42,14 +44,14 @@ using midair::bridge::StereoMode;
 using midair::bridge::toEigen;
 using midair::bridge::toOsg;
 
-constexpr double kNear_m = 0.02; ///< nearer than hands come to eyes
+constexpr double kNear_m = 0.02; ///< hands don't come closer to the eyes
 constexpr double kFar_m = 20.0;
 constexpr double kBefore_m = 0.6; ///< of the picture, until a head is known
 constexpr double kSharePause_s = 1.0;
 constexpr const char* kRehearsed = "sim:";
 
-/// The display settings of a camera in a stereo mode, the others as the user has them. OSG's copy
-/// of the program's has no shader hint, and draws no text with what is in its place.
+/// The user's display settings, with those of a camera in a stereo mode. OSG's copy of the
+/// program's settings has no shader hint and draws no text with the default.
 osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
 {
     using S = osg::DisplaySettings;
@@ -57,7 +59,7 @@ osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
     settings->setShaderHint(S::instance()->getShaderHint(), false);
     settings->setTextShaderTechnique(S::instance()->getTextShaderTechnique());
     settings->setStereo(mode != StereoMode::NONE);
-    // The whole of each half belongs to its eye.
+    // Each eye gets its whole half.
     settings->setSplitStereoHorizontalSeparation(0);
     settings->setSplitStereoVerticalSeparation(0);
     settings->setSplitStereoHorizontalEyeMapping(S::LEFT_EYE_LEFT_VIEWPORT);
@@ -98,8 +100,8 @@ osg::ref_ptr<osg::DisplaySettings> settingsFor(StereoMode mode)
     return settings;
 }
 
-/// Faces turn the other way in a picture that is flipped; also those of models that say theirs. A
-/// thread may still draw the frame before with the camera's state, which changes only if it must.
+/// Reverses the front faces in a flipped picture, also for models that set their own. Changes the
+/// camera's state only if necessary, because a thread may still draw the previous frame with it.
 void turnFaces(osg::Camera& camera, bool isFlipped)
 {
     osg::StateSet* state = camera.getOrCreateStateSet();
@@ -112,7 +114,14 @@ void turnFaces(osg::Camera& camera, bool isFlipped)
         state->removeAttribute(osg::StateAttribute::FRONTFACE);
 }
 
-/// \a display in units of \a unit_m.
+/// Returns \a display; a rehearsal shows it to one eye.
+std::shared_ptr<const Display> shownAs(Display display, bool isRehearsal)
+{
+    if (isRehearsal) display.stereo = StereoMode::NONE;
+    return std::make_shared<const Display>(std::move(display));
+}
+
+/// Returns \a display in units of \a unit_m.
 Display inUnits(Display display, double unit_m)
 {
     for (Vector3d* corner : {&display.lowerLeft, &display.lowerRight, &display.upperLeft})
@@ -129,8 +138,8 @@ Display inUnits(Display display, double unit_m)
 
 } // namespace
 
-/// OSG's own eyes are beside each other along the view's x, which is the screen's: wrong for a
-/// head that is tilted or turned. Its modes of drawing stay; these are its matrices.
+/// OSG places the eyes along the view's x, which is the screen's: wrong for a tilted or turned
+/// head. OSG's modes of drawing stay; these matrices replace its own.
 class EyeMatrices : public osgUtil::SceneView::ComputeStereoMatricesCallback
 {
 public:
@@ -153,17 +162,16 @@ class DisplayView::Inside
 {
 public:
     Inside(Display display, const std::string& name, bool isRehearsal) :
-        _display(std::move(display)),
+        _display(shownAs(std::move(display), isRehearsal)),
         _name(name),
         _isRehearsal(isRehearsal),
-        _picture(_display),
-        _head(_display.eye, before()),
+        _picture(*_display),
+        _head(_display->eye, before()),
         _troubles(name)
     {
-        if (_isRehearsal) _display.stereo = StereoMode::NONE;
     }
 
-    /// Returns why nothing can be shown; empty: it can.
+    /// Returns why nothing can be shown; empty: no reason.
     std::string whyUnseen() const
     {
         const std::string why = _picture.whyUnseen(_head.pose().translation());
@@ -194,7 +202,7 @@ public:
             "{}display {}, {}", _isRehearsal ? "rehearsal of " : "", _name, _head.status());
     }
     std::vector<std::string> messages() const { return _troubles.texts(); }
-    const Display& display() const { return _display; }
+    const Display& display() const { return *_display; }
     bool isRehearsal() const { return _isRehearsal; }
     bool isFlipped() const { return _picture.isFlipped(); }
 
@@ -204,10 +212,11 @@ private:
     {
         osg::observer_ptr<osgViewer::View> view;
         osg::ref_ptr<EyeMatrices> eyes = new EyeMatrices;
-        osg::observer_ptr<osg::Node> scene; ///< that was looked at last
+        osg::observer_ptr<osg::Node> scene; ///< checked last
+        double looked_s = 0.0;              ///< time of that check, on the viewer's clock
         std::unique_ptr<Rehearsal> rehearsal;
-        osg::ref_ptr<osg::Group> rehearsed; ///< what the view shows then
-        HidingHands hands;                  ///< where there are optics
+        osg::ref_ptr<osg::Group> rehearsed; ///< shown by the view instead
+        HidingHands hands;                  ///< for displays with optics
     };
 
     /// An upright head at the place before the picture.
@@ -220,9 +229,11 @@ private:
         return pose;
     }
     osg::ref_ptr<HapticScene> firstScene() const;
+    void findScenes();
     void giveHead() const;
     void locate(double time_s);
     void tellShare(double time_s);
+    void tellViewing();
     void look(Shown& shown, osgViewer::View& view);
     void checkWindow(const osgViewer::View& view);
     void apply(Shown& shown, osgViewer::View& view);
@@ -231,10 +242,10 @@ private:
     {
         return midair::bridge::eyeView(_picture, place, kNear_m / _unit_m, kFar_m / _unit_m);
     }
-    /// The eye of that \a side; one behind the picture is where it was when it last was not.
+    /// The eye of that \a side; if it is behind the picture, its last valid position.
     Vector3d placeOf(int side);
 
-    Display _display; ///< metres
+    const std::shared_ptr<const Display> _display; ///< not null; metres
     const std::string _name;
     const bool _isRehearsal;
     Picture _picture; ///< in the scene's units
@@ -242,13 +253,13 @@ private:
     DisplayHead _head;
     std::array<std::pair<bool, Vector3d>, 3> _lastGood; ///< eyes that saw the picture
     std::vector<std::unique_ptr<Shown>> _shown;
-    std::vector<osg::observer_ptr<HapticScene>> _scenes; ///< of all that is shown
+    std::vector<osg::observer_ptr<HapticScene>> _scenes; ///< of all views
     DisplayTroubles _troubles;
-    double _shared_s = -1.0; ///< when it was looked how much is seen; below 0: never
+    double _shared_s = -1.0; ///< time of the last visibility check; below 0: never
 };
 
-/// Sets a view up after the update of its scene, so that heads and all else that moves are where
-/// they are in this frame. It keeps the display.
+/// Sets a view up after the update of its scene, so that heads and all moving objects are at this
+/// frame's positions. It keeps the display alive.
 class DisplayView::Inside::EachFrame : public osg::NodeCallback
 {
 public:
@@ -290,10 +301,10 @@ bool DisplayView::Inside::attach(osgViewer::View& view, DisplayView& owner, std:
     camera.addUpdateCallback(new EachFrame(owner));
     camera.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
     camera.setProjectionResizePolicy(osg::Camera::FIXED);
-    camera.setDisplaySettings(settingsFor(_display.stereo));
+    camera.setDisplaySettings(settingsFor(_display->stereo));
     auto shown = std::make_unique<Shown>();
     shown->view = &view;
-    if (_isRehearsal) shown->rehearsal = std::make_unique<Rehearsal>(_display);
+    if (_isRehearsal) shown->rehearsal = std::make_unique<Rehearsal>(*_display);
     _shown.push_back(std::move(shown));
     update(midair::base::steadySeconds());
     return true;
@@ -302,8 +313,27 @@ bool DisplayView::Inside::attach(osgViewer::View& view, DisplayView& owner, std:
 osg::ref_ptr<HapticScene> DisplayView::Inside::firstScene() const
 {
     osg::ref_ptr<HapticScene> scene;
-    if (!_scenes.empty()) _scenes.front().lock(scene);
+    for (const osg::observer_ptr<HapticScene>& one : _scenes)
+        if (one.lock(scene)) break;
     return scene;
+}
+
+/// Finds the scenes of all views anew.
+void DisplayView::Inside::findScenes()
+{
+    std::vector<osg::observer_ptr<HapticScene>> found;
+    for (const auto& shown : _shown)
+    {
+        osg::ref_ptr<osg::Node> root;
+        if (!shown->scene.lock(root)) continue;
+        for (HapticScene* scene : ScenesBelow(*root).found)
+            found.emplace_back(scene);
+    }
+    if (found == _scenes) return;
+    _scenes = std::move(found);
+    _shared_s = -1.0;
+    giveHead();
+    _troubles.tellAgain();
 }
 
 void DisplayView::Inside::giveHead() const
@@ -321,12 +351,13 @@ void DisplayView::Inside::locate(double time_s)
     for (const std::string& text : _head.takeMessages())
         OSG_WARN << "osgMidair: display " << _name << ": " << text << std::endl;
     _troubles.set(DisplayTroubles::HEAD,
-                  !_head.isLost()   ? ""
-                  : _head.isKnown() ? "the head is lost; the picture stays as for its last place"
-                                    : "no head is seen; the picture is as for 0.6 m before it");
+                  !_head.isLost() ? ""
+                  : _head.isKnown()
+                      ? "the head is lost; the picture stays right for its last position"
+                      : "no head is seen; the picture is right from 0.6 m before it");
 }
 
-/// Tells how much of what can be felt can be seen, where that isn't all of it.
+/// Reports the visible fraction of the haptic objects if it is less than all.
 void DisplayView::Inside::tellShare(double time_s)
 {
     if (_shared_s >= 0.0 && time_s - _shared_s < kSharePause_s) return;
@@ -336,20 +367,21 @@ void DisplayView::Inside::tellShare(double time_s)
         osg::ref_ptr<HapticScene> scene;
         if (one.lock(scene)) felt.expandBy(feltBox(*scene));
     }
-    if (felt.valid()) _shared_s = time_s; // else nothing was found so far
+    if (felt.valid()) _shared_s = time_s; // otherwise nothing was found yet
     const double share = felt.valid() ? this->share(felt) : 1.0;
     _troubles.set(
         DisplayTroubles::SHARE,
         share == 1.0
             ? ""
-            : fmt::format("the eye sees {:.0f} % of the box around what can be felt: the screen or "
-                          "an outline of the optics ends before the rest",
-                          100.0 * share));
+            : fmt::format(
+                  "the eye sees {:.0f} % of the box around the haptic objects: the screen or "
+                  "an outline of the optics hides the rest",
+                  100.0 * share));
 }
 
 Vector3d DisplayView::Inside::placeOf(int side)
 {
-    const Vector3d place = midair::bridge::eyeOf(_head.pose(), _display.ipd_m, side) / _unit_m;
+    const Vector3d place = midair::bridge::eyeOf(_head.pose(), _display->ipd_m, side) / _unit_m;
     auto& [isKnown, last] = _lastGood[static_cast<std::size_t>(side + 1)];
     const std::string why = _picture.whyUnseen(place);
     if (side == 0) _troubles.set(DisplayTroubles::EYE, why);
@@ -364,34 +396,53 @@ void DisplayView::Inside::update(double time_s)
     locate(time_s);
     for (const auto& shown : _shown)
     {
-        // A viewer is mostly no object that is counted, so it can't be locked.
+        // A viewer usually isn't reference-counted, so it can't be locked.
         if (osgViewer::View* view = shown->view.get()) apply(*shown, *view);
     }
     tellShare(time_s);
+    tellViewing();
     _troubles.tellTo(_scenes);
 }
 
-/// Finds what is shown anew: its units, and in a rehearsal all of it.
+/// Tells the scenes which display shows them; a rehearsal counts as none.
+void DisplayView::Inside::tellViewing()
+{
+    if (_isRehearsal) return;
+    const Vector3d eye = _head.pose().translation();
+    std::string lost;
+    if (_head.isLost())
+        lost = _head.isKnown() ? "the head is lost" : "no head is seen";
+    else
+        lost = _picture.whyUnseen(eye / _unit_m);
+    for (const osg::observer_ptr<HapticScene>& one : _scenes)
+    {
+        osg::ref_ptr<HapticScene> scene;
+        if (one.lock(scene)) SceneAccess::engine(*scene).setViewing({_display, _head.pose(), lost});
+    }
+}
+
+/// Finds the contents of a view: new scenes, their units, and in a rehearsal everything.
 void DisplayView::Inside::look(Shown& shown, osgViewer::View& view)
 {
-    osg::Node* root = view.getSceneData();
-    if (!root || root == shown.rehearsed || shown.scene == root) return;
-    shown.scene = root;
-    const std::vector<HapticScene*> scenes = ScenesBelow(*root).found;
-    for (HapticScene* scene : scenes)
-        _scenes.emplace_back(scene);
-    giveHead();
-    _shared_s = -1.0;
-    const double unit_m = scenes.empty() ? 1.0 : scenes.front()->getMetresPerUnit();
-    if (unit_m > 0.0 && unit_m != _unit_m)
+    osg::ref_ptr<osg::Node> root = view.getSceneData();
+    const double now_s = view.getFrameStamp()->getReferenceTime();
+    const bool isOther = root && root != shown.rehearsed && shown.scene != root.get();
+    if (!isOther && now_s - shown.looked_s < HidingHands::kLookAgain_s) return;
+    shown.looked_s = now_s;
+    if (isOther) shown.scene = root;
+    findScenes();
+    const osg::ref_ptr<HapticScene> first = firstScene();
+    const double unit_m = first ? first->getMetresPerUnit() : 1.0;
+    const bool isOtherUnit = unit_m > 0.0 && unit_m != _unit_m;
+    if (isOtherUnit)
     {
         _unit_m = unit_m;
-        _picture = Picture(inUnits(_display, _unit_m));
+        _picture = Picture(inUnits(*_display, _unit_m));
         _lastGood = {};
-        if (_isRehearsal) shown.rehearsal = std::make_unique<Rehearsal>(inUnits(_display, _unit_m));
+        if (_isRehearsal)
+            shown.rehearsal = std::make_unique<Rehearsal>(inUnits(*_display, _unit_m));
     }
-    if (!shown.rehearsal) return;
-    const osg::ref_ptr<osg::Node> kept = root;
+    if (!shown.rehearsal || !(isOther || isOtherUnit) || !shown.scene.lock(root)) return;
     shown.rehearsed = shown.rehearsal->show(*root);
     view.setSceneData(shown.rehearsed);
 }
@@ -404,19 +455,19 @@ void DisplayView::Inside::checkWindow(const osgViewer::View& view)
     if (!viewport || !context || !context->getTraits()) return;
     const auto width = static_cast<int>(viewport->width());
     const auto height = static_cast<int>(viewport->height());
-    const bool isWhole = width == _display.width && height == _display.height;
+    const bool isWhole = width == _display->width && height == _display->height;
     const osg::GraphicsContext::Traits& traits = *context->getTraits();
     _troubles.set(
         DisplayTroubles::WINDOW,
         isWhole || _isRehearsal || traits.pbuffer
             ? ""
-            : fmt::format("the window has {} x {} pixels, the screen {} x {}: it must fill the "
-                          "screen, or nothing is seen where it is felt",
+            : fmt::format("the window has {} x {} pixels, the screen {} x {}: unless it fills the "
+                          "screen, objects are not seen where they are felt",
                           width,
                           height,
-                          _display.width,
-                          _display.height));
-    const StereoMode mode = _display.stereo;
+                          _display->width,
+                          _display->height));
+    const StereoMode mode = _display->stereo;
     const bool needsStencil = mode == StereoMode::HORIZONTAL_INTERLACE ||
                               mode == StereoMode::VERTICAL_INTERLACE ||
                               mode == StereoMode::CHECKERBOARD;
@@ -436,7 +487,7 @@ void DisplayView::Inside::applyTo(osg::Camera& camera, const EyeView& eye) const
     camera.setViewMatrix(toOsg(eye.view.matrix()));
     camera.setProjectionMatrix(toOsg(eye.projection));
     turnFaces(camera, _picture.isFlipped());
-    if (!_display.optics.empty()) camera.setClearColor(osg::Vec4(0.0F, 0.0F, 0.0F, 1.0F));
+    if (!_display->optics.empty()) camera.setClearColor(osg::Vec4(0.0F, 0.0F, 0.0F, 1.0F));
 }
 
 void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
@@ -447,17 +498,17 @@ void DisplayView::Inside::apply(Shown& shown, osgViewer::View& view)
         view.setCameraManipulator(nullptr);
         _troubles.set(
             DisplayTroubles::MANIPULATOR,
-            "the viewer's camera manipulator is taken away: it would move the scene off the array");
+            "the viewer's camera manipulator is removed: it would move the scene off the array");
     }
     checkWindow(view);
     const Vector3d middle = placeOf(0);
     const EyeView eye = eyeAt(middle);
     osg::ref_ptr<osg::Node> scene;
-    if (!_display.optics.empty() && shown.scene.lock(scene))
+    if (!_display->optics.empty() && shown.scene.lock(scene))
     {
-        // The picture is added to the hand before it.
+        // The picture's light is added to the hand in front of it.
         shown.hands.drawIn(shown.rehearsal ? shown.rehearsal->screen() : *view.getCamera());
-        shown.hands.update(*scene);
+        shown.hands.update(*scene, view.getFrameStamp()->getReferenceTime());
     }
     if (shown.rehearsal)
     {

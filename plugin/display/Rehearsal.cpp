@@ -29,14 +29,14 @@ using midair::bridge::Optic;
 using midair::bridge::toOsg;
 
 constexpr double kMostTextureSide = 2048.0; ///< of the picture's texture
-constexpr double kMargin = 1.15;            ///< around what is looked at
-constexpr float kReflects = 0.85F;          ///< of the light of the picture
+constexpr double kMargin = 1.15;            ///< around the visible objects
+constexpr float kReflects = 0.85F;          ///< fraction of the picture's light
 const osg::Vec4 kGlassInk(0.55F, 0.75F, 0.95F, 0.10F);
 const osg::Vec4 kEdge(0.55F, 0.75F, 0.95F, 0.8F);
 const osg::Vec4 kBack(0.10F, 0.10F, 0.11F, 1.0F);
 const osg::Vec4 kRoom(0.03F, 0.03F, 0.035F, 1.0F);
 
-/// Overlays of a scene that are drawn where a rehearsal asks for them alone, and have no keys.
+/// Overlays of a scene that only a rehearsal draws; they have no keys.
 class RealThings : public osg::Group
 {
 public:
@@ -52,7 +52,7 @@ public:
     bool isAsked = false;
 };
 
-/// Draws them, at the place of their scene.
+/// Draws them at their scene's place.
 class RealView : public osg::Node
 {
 public:
@@ -189,7 +189,7 @@ osg::Group* Rehearsal::show(osg::Node& root)
     return _root;
 }
 
-/// The screen's front with the picture on it, and its back.
+/// The screen's front with the picture, and its back.
 osg::ref_ptr<osg::Node> Rehearsal::makeScreen() const
 {
     const std::vector<Vector3d> corners = {_display.lowerLeft,
@@ -237,10 +237,10 @@ osg::ref_ptr<osg::Node> Rehearsal::makeOutlines() const
     return all;
 }
 
-/// The part of the picture that the eye sees, drawn in the last optic: its light comes from there,
-/// so that a hand before a mirror or plate hides it, and one behind a half mirror is shone through.
-/// Texture coordinates are those of the screen, divided by the way beyond that plane: so they are
-/// right along it, whatever the projection was.
+/// The part of the picture that the eye sees, drawn in the last optic, from where its light comes:
+/// a hand before a mirror or plate hides it, and it shines through one behind a half mirror.
+/// Texture coordinates are the screen's, divided by the distance beyond that plane, so they are
+/// correct along it for any projection.
 void Rehearsal::drawSeen(const midair::bridge::Picture& picture, const Vector3d& eye)
 {
     osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
@@ -277,7 +277,7 @@ void Rehearsal::update(const midair::bridge::Picture& picture,
                        osg::Camera& camera)
 {
     drawSeen(picture, eye);
-    // All of the picture and of what it is seen by, from there.
+    // All of the picture and the optics, seen from there.
     std::vector<Vector3d> shown = {
         picture.at(0.0, 0.0), picture.at(1.0, 0.0), picture.at(0.0, 1.0), picture.at(1.0, 1.0)};
     if (!_display.optics.empty())

@@ -13,20 +13,20 @@
 namespace osgMidair
 {
 
-/// What an eye sees of a display in a room: the lit screen, the optics' outlines, in the last one
-/// the picture, and of a scene what is real, the array and the hands. The scene itself is drawn
-/// into the picture on the screen alone.
+/// The view that an eye has of a display in a room: the lit screen, the outlines of the optics, in
+/// the last one the picture, and the scene's real objects, the array and the hands. The scene
+/// itself is drawn only into the picture on the screen.
 class Rehearsal
 {
 public:
     explicit Rehearsal(const midair::bridge::Display& display);
 
-    /// Has \a root drawn on the screen. Returns what a viewer shows in its place.
+    /// Draws \a root on the screen. Returns the node that a viewer shows instead.
     osg::Group* show(osg::Node& root);
     /// The camera of the picture on the screen.
     osg::Camera& screen() { return *_screen; }
-    /// Sets the picture as \a eye sees it, and \a camera up, which stands there and looks at it.
-    /// \a up: of the head.
+    /// Sets the picture as seen by \a eye, and sets \a camera up at the eye, looking at the
+    /// picture. \a up: of the head.
     void update(const midair::bridge::Picture& picture,
                 const Eigen::Vector3d& eye,
                 const Eigen::Vector3d& up,
@@ -40,7 +40,7 @@ private:
     const midair::bridge::Display _display;
     osg::ref_ptr<osg::Group> _root;
     osg::ref_ptr<osg::Camera> _screen;
-    osg::ref_ptr<osg::Group> _real; ///< array and hands of the scene, drawn once more
+    osg::ref_ptr<osg::Group> _real; ///< array and hands of the scene, drawn a second time
     osg::ref_ptr<osg::Geometry> _seen;
 };
 

@@ -130,8 +130,7 @@ public:
             return;
         }
         const osg::Matrixd outer = _world;
-        // Cameras between the view's own and the scene count as part of the image, not of the
-        // world.
+        // Cameras between the view's own and the scene belong to the image, not to the world.
         if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);
         apply(static_cast<osg::Node&>(node));
         _world = outer;
@@ -157,7 +156,7 @@ private:
     bool _found = false;
 };
 
-/// Returns true if \a target is active below \a root; \a world then is the transform of its parent.
+/// Returns true if \a target is active below \a root; \a world is then the transform of its parent.
 bool findActive(osg::Node& target, osg::Node& root, osg::Matrixd& world)
 {
     if (&target == &root) return root.getNodeMask() != 0; // the usual case
@@ -172,7 +171,7 @@ double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
     const osg::Timer& timer = *osg::Timer::instance();
     const double age_s =
         timer.delta_s(view.getStartTick(), timer.tick()) - stamp.getReferenceTime();
-    // An application may use a clock of its own for its frames.
+    // An application may stamp its frames by its own clock.
     return age_s >= 0.0 && age_s < 1.0 ? age_s : 0.0;
 }
 
@@ -232,7 +231,7 @@ public:
     }
 
 protected:
-    // The viewer is gone, or has no more use for this, and nobody would silence what is played.
+    // The viewer is gone or no longer needs this, and nothing else would silence the array.
     ~CollectOperation() override
     {
         osg::ref_ptr<HapticEngine> engine;
@@ -242,16 +241,16 @@ protected:
     }
 
 private:
-    // The roots were removed or switched off, or nobody leads them. Only where this viewer
-    // collected them last, as another one may show them.
+    // The roots were removed or switched off, or have no leader. Silences only if this viewer
+    // collected them last, because another one may show them.
     void leave(HapticEngine& engine, bool isLed) const
     {
         if (_collected) engine.silence();
-        // What nobody leads keeps no device from others, nor what isn't shown its place.
+        // Frees the device if there is no leader, and the playing place if others wait for one.
         if (!isLed || PlayingPlace::isWanted()) engine.close();
     }
 
-    /// Returns true if \a root itself is what a view shows.
+    /// Returns true if a view shows \a root itself.
     bool isShownAlone(const osg::Node& root) const
     {
         return root.getNodeMask() != 0 && std::any_of(_views.begin(),
@@ -260,7 +259,7 @@ private:
                                                       { return view->getSceneData() == &root; });
     }
 
-    /// Adds \a root to what is collected, if a view shows it; returns that view, or null.
+    /// Collects \a root, too, if a view shows it; returns that view, or null.
     const osgViewer::View* addRoot(osg::Node& root)
     {
         for (osgViewer::View* view : _views)
@@ -277,7 +276,7 @@ private:
     osgViewer::ViewerBase* const _viewer; ///< owns this operation
     osg::observer_ptr<HapticEngine> _engine;
     osgViewer::ViewerBase::Views _views;
-    std::vector<osg::ref_ptr<HapticEngine>> _guests; ///< kept for their memory, empty
+    std::vector<osg::ref_ptr<HapticEngine>> _guests; ///< kept to reuse memory, empty
     std::vector<SceneRoot> _roots;                   ///< likewise
     ViewerStatistics _statistics;
     bool _collected = false;      ///< in the last frame
@@ -285,8 +284,8 @@ private:
     unsigned int _visitsSeen = 0; ///< of the engine's owner
 };
 
-/// Returns the view of a viewer that shows \a node: that of a camera above it; null if none does.
-/// \a seen: the nodes met so far, each of which is looked at once.
+/// Returns the viewer's view whose camera is above \a node; null if there is none. \a seen: the
+/// nodes visited, to visit each once.
 osgViewer::View* viewAbove(const osg::Node& node, std::vector<const osg::Node*>& seen)
 {
     for (unsigned int i = 0; i < node.getNumParents(); ++i)
@@ -316,8 +315,8 @@ osgGA::GUIActionAdapter* HapticEngine::followAbove(const osg::Node& node)
 
 bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
-    // Called with every event. A view may be deleted and another one made at its address, or it may
-    // move to another viewer.
+    // Called with every event. A view may be deleted and a new one created at its address, or it
+    // may move to another viewer.
     if (adapter == _followed.adapter && _followed.view.valid() &&
         _followed.view->getViewerBase() == _followed.viewer)
         return false;
@@ -343,7 +342,7 @@ void HapticEngine::follow(osgViewer::ViewerBase& viewer)
     _followed.operations.emplace_back(operation);
 }
 
-// Returns true if another owner plays the scene. This engine then closes what it has open.
+// Returns true if another owner plays the scene. This engine then closes its device and hands.
 bool HapticEngine::isPlayedByOuterOwner()
 {
     std::string outer = _ownership.owner.outer();
@@ -354,11 +353,11 @@ bool HapticEngine::isPlayedByOuterOwner()
     const midair::base::Topic inside{midair::base::MessageCode::SCENE_INSIDE};
     if (isNew) _player->log().ends(inside);
     if (isNew && !_ownership.outer.empty() && _player->log().begins(inside))
-        _player->log().say(
-            inside,
-            {inside.code,
-             name() + (beside ? " is joined with " : " is inside ") + _ownership.outer +
-                 ", which plays it: of its own settings only its caps and Enabled count"});
+        _player->log().say(inside,
+                           {inside.code,
+                            name() + (beside ? " is joined with " : " is inside ") +
+                                _ownership.outer +
+                                ", which plays it; it uses only its own caps and Enabled"});
     if (!_ownership.outer.empty())
         close();
     else if (isNew)

@@ -46,7 +46,7 @@ using midair::base::MessageCode;
 namespace
 {
 
-/// Returns what is wrong with \a device; empty: it names kinds that this program has.
+/// Returns an error text for \a device; empty: the program knows all its kinds.
 std::string unknownDevice(const std::string& device)
 {
     try
@@ -71,7 +71,7 @@ void notify(const midair::base::MessageLog::Line& line)
     osg::notify(isNotice ? osg::NOTICE : osg::WARN) << "osgMidair: " << line.text << std::endl;
 }
 
-/// \a isFirst: false: for the child of a fork, in which nothing is opened.
+/// \a isFirst: false in the child of a fork, where nothing is opened.
 std::unique_ptr<midair::bridge::ScenePlayer> makePlayer(bool isFirst)
 {
     auto player = std::make_unique<midair::bridge::ScenePlayer>(
@@ -82,9 +82,8 @@ std::unique_ptr<midair::bridge::ScenePlayer> makePlayer(bool isFirst)
     return player;
 }
 
-/// Replaces what is real in \a settings: devices by the simulated one, tracked hands and heads by
-/// none.
-/// Returns what is wrong with the names of these, as nobody tries to open them.
+/// Replaces hardware in \a settings: devices by the simulated one, tracked hands and heads by none.
+/// Returns errors in their names, because nobody tries to open them.
 std::vector<Message> rehearse(HapticSettings& settings)
 {
     std::vector<Message> wrong;
@@ -92,7 +91,7 @@ std::vector<Message> rehearse(HapticSettings& settings)
     {
         const std::string why = unknownDevice(settings.device);
         if (!why.empty())
-            wrong.emplace_back(MessageCode::DEVICE_OPEN, why + "; sim: plays in its place");
+            wrong.emplace_back(MessageCode::DEVICE_OPEN, why + "; sim: is used instead");
         settings.device = "sim:";
     }
     if (!midair::bridge::RecordedUri::parse(settings.hands))
@@ -111,12 +110,12 @@ std::vector<Message> rehearse(HapticSettings& settings)
     return wrong;
 }
 
-// As calibrate() allows it of a tracker (CalibrationOptions::scaleTolerance); told in
+// The tolerance of calibrate() for a tracker (CalibrationOptions::scaleTolerance); documented in
 // HapticSettings.
 constexpr double kCalibrationTolerance = 0.02;
 
-/// Whether what is opened is a wish in both or in none, as its setting's row says, and asks for the
-/// same beside the same file.
+/// Returns true if both or neither are requests, by the setting's row, with the same value beside
+/// the same file.
 bool haveSameWishes(const HapticWishes& a, const HapticWishes& b)
 {
     bool isAny = false;
@@ -169,8 +168,8 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
     return node;
 }
 
-// Returns false if the objects are the same as in the last frame. What the snapshot held before
-// says nothing of that: it is an older one once another has been handed over.
+// Returns false if the objects are the same as in the last frame. The snapshot's previous content
+// doesn't show that: it is older once another was handed over.
 bool HapticEngine::collect(const std::vector<SceneRoot>& roots)
 {
     if (mayPlay()) return _collector.collect(roots, _player->snapshot().objects);
@@ -186,8 +185,8 @@ bool HapticEngine::rests(const osg::Node& root)
     if (_rest.changesSeen != propertyChanges() || now_s - _rest.submitTime_s < kRest_s ||
         now_s - _rest.lookTime_s > kLook_s || !(*_given.settings == _settings.seen))
         return false;
-    // A bound that isn't known says that something has moved, or that nobody has asked since. Where
-    // much is new it takes longer than a frame should; reading does it little by little.
+    // An unknown bound means that something has moved or that it was never computed. For many new
+    // objects computing it takes longer than a frame; reading them does it step by step.
     struct Bound : osg::Node
     {
         using osg::Node::_boundingSphereComputed;
@@ -218,7 +217,7 @@ void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simula
     if (mayPlay()) _collector.addObstacles(snapshot.around.props);
 }
 
-// What of it depends on where things are; without hands and ears.
+// The parts that depend on the pose, without hands and ears.
 void HapticEngine::fillSnapshot(midair::bridge::SceneSnapshot& snapshot, double metresPerUnit) const
 {
     snapshot.metresPerUnit = metresPerUnit;
@@ -237,7 +236,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
                           double simulationTime_s)
 {
     if (!_isOurs) return;                         // the child of a fork: the parent plays on
-    const osg::ref_ptr<HapticEngine> keep = this; // whatever a callback does
+    const osg::ref_ptr<HapticEngine> keep = this; // keeps the engine alive during callbacks
     const double start_s = midair::base::steadySeconds();
     _places.roots = roots.size();
     if (!roots.empty()) _places.ofRoot = roots.front().world;
@@ -306,7 +305,7 @@ void HapticEngine::tellTouches()
         say(std::move(message));
 }
 
-// A callback may do anything, so this comes last.
+// A callback may do anything, so it is called last.
 void HapticEngine::tellState()
 {
     tellMessages();
@@ -332,7 +331,7 @@ void HapticEngine::tellState()
         say({MessageCode::CALLBACK_THREW, "the device callback has thrown " + thrown});
 }
 
-// The same callback isn't told that it throws: it would throw again.
+// A callback that throws gets no message about it, because it would throw again.
 void HapticEngine::tellMessages()
 {
     const osg::ref_ptr<MessageCallback> keep = _told.messageCallback;
@@ -383,7 +382,7 @@ bool HapticEngine::head(Head& head) const
     return last.isTracked;
 }
 
-// The hand begins in the middle of the workspace, the head at the camera.
+// The hand starts in the middle of the workspace, the head at the camera.
 void HapticEngine::attachMouse()
 {
     if (!_followed.view.valid()) return;
@@ -395,7 +394,7 @@ void HapticEngine::attachMouse()
     mouse->attach(*_followed.view, settings().metresPerUnit, midair::bridge::toOsg(middle));
 }
 
-// What the hands' bodies push is touched, wherever Bullet keeps it.
+// Objects that the hands' bodies push count as touched, wherever Bullet keeps them.
 void HapticEngine::takePresses()
 {
     std::vector<midair::bridge::HandPress> presses;
@@ -411,8 +410,8 @@ void HapticEngine::takePresses()
     _player->setPresses(std::move(presses));
 }
 
-// A head that was lost counts where it was last. Before it is seen the camera counts, as it does
-// without a source.
+// A lost head counts at its last position. Before it is first seen the camera counts, as without a
+// source.
 void HapticEngine::listen(Eigen::Matrix3Xd& ears, bool hasHead) const
 {
     const Eigen::Affine3d toArray(_places.toArray);
@@ -430,8 +429,8 @@ void HapticEngine::listen(Eigen::Matrix3Xd& ears, bool hasHead) const
     ears.rightCols<2>() = midair::bridge::earsOf(head);
 }
 
-// Puts its place, and in x what is to its right, into \a head, array frame. Its own frame is the
-// scene's world in its units, as that of the ears is. Returns false if there is none.
+// Stores the camera's pose, with x to its right, in \a head, array frame. Its own frame is the
+// scene's world in scene units, as for the ears. Returns false if there is none.
 bool HapticEngine::findCamera(Eigen::Isometry3d& head) const
 {
     const osg::Camera* camera = _followed.view.valid() ? _followed.view->getCamera() : nullptr;
@@ -441,7 +440,7 @@ bool HapticEngine::findCamera(Eigen::Isometry3d& head) const
     const osg::Vec3d right(toWorld(0, 0), toWorld(0, 1), toWorld(0, 2));
     head.translation() = toArray * midair::bridge::toEigen(toWorld.getTrans());
     head.linear().col(0) = (toArray.linear() * midair::bridge::toEigen(right)).stableNormalized();
-    return head.matrix().allFinite(); // false for a camera that is nowhere
+    return head.matrix().allFinite(); // false for a camera with an undefined position
 }
 
 std::string HapticEngine::name() const
@@ -489,8 +488,8 @@ HapticStatistics HapticEngine::statistics() const
     return all;
 }
 
-// The environment and the user's grants applied to the settings as they are given, without the
-// user's caps; values that are out of range are repaired.
+// Applies the environment and the user's grants to the given settings, without the user's caps, and
+// repairs values out of range.
 HapticSettings HapticEngine::granted(std::vector<Message>& messages) const
 {
     std::vector<std::string> wrong;
@@ -508,14 +507,13 @@ HapticSettings HapticEngine::granted(std::vector<Message>& messages) const
 HapticSettings HapticEngine::grantedSettings() const
 {
     if (!_settings.isRead) return *_given.settings;
-    std::vector<Message> ignored; // they were said when the settings were read
+    std::vector<Message> ignored; // already logged when the settings were read
     HapticSettings settings = Environment::restrict(granted(ignored));
     if (settings.isSilenced || _settings.isCrowded) settings.enabled = false;
     return settings;
 }
 
-// What is left of them where nothing real is opened, and of a limit that isn't understood, which
-// disables the scene.
+// Removes hardware in a rehearsal, and disables the scene if a limit is invalid.
 HapticSettings HapticEngine::usable(std::vector<Message>& messages)
 {
     HapticSettings settings = granted(messages);
@@ -536,10 +534,10 @@ HapticSettings HapticEngine::usable(std::vector<Message>& messages)
     return settings;
 }
 
-// What is compared is as given: granted and repaired is the same for both, as the grants are.
+// Compares the given settings: granted and repaired are then equal too, because the grants are.
 bool HapticEngine::suits(const HapticEngine& other) const
 {
-    const osg::ref_ptr<osg::Node> alive = root(); // and with it the settings
+    const osg::ref_ptr<osg::Node> alive = root(); // and thereby the settings
     if (!alive || !_given.settings->enabled || isRehearsed() != other.isRehearsed()) return false;
     const HapticSettings& a = *_given.settings;
     const HapticSettings& b = *other._given.settings;
@@ -567,13 +565,13 @@ std::vector<FoundObject> HapticEngine::found() const
     return mayPlay() ? _collector.found() : std::vector<FoundObject>();
 }
 
-// A disabled scene opens no new hand source, but keeps an open one, as it may be enabled again
+// A disabled scene opens no new hand source but keeps an open one, because it may be enabled again
 // soon.
 void HapticEngine::openHands(const HapticSettings& settings)
 {
     const bool isOpen =
         !_settings.isBaked && (mayPlay() || settings.hands == _player->hands().named());
-    _player->openHands(isOpen ? settings.hands : ""); // what is wrong is told with the hands
+    _player->openHands(isOpen ? settings.hands : ""); // errors are reported with the hands
     const bool isHeadOpen =
         !_settings.isBaked && (mayPlay() || settings.heads == _player->heads().named());
     _player->openHead(isHeadOpen ? settings.heads : "");
@@ -591,7 +589,7 @@ midair::bridge::PlayedOn HapticEngine::playedOn(const HapticSettings& settings) 
     return on;
 }
 
-// Returns false if the calibration is none.
+// Returns false if the calibration is invalid.
 bool HapticEngine::setPlaces(const HapticSettings& settings)
 {
     midair::bridge::PoseAndStretch parts;
@@ -628,8 +626,8 @@ void HapticEngine::configure(const HapticSettings& given)
         used->enabled = false;
         messages.push_back(
             {MessageCode::SCENE_LIMIT,
-             fmt::format("{} is not played: {} scenes of this program play already, and no more do "
-                         "at a time; put those that share an array into one HapticScene",
+             fmt::format("{} is not played: this program plays {} scenes already, the most at a "
+                         "time; put scenes that share an array into one HapticScene",
                          name(),
                          PlayingPlace::kMost)});
     }
@@ -642,7 +640,7 @@ void HapticEngine::configure(const HapticSettings& given)
     openHands(*used);
 }
 
-// A scene that plays has one of the process's places; one without opens nothing.
+// A scene that plays takes one of the process's places; without a place it opens nothing.
 bool HapticEngine::takePlace(bool isEnabled)
 {
     const bool isWanted = isEnabled && !_settings.isBaked;
@@ -656,7 +654,7 @@ void HapticEngine::keepInnerLimits()
     _player->setInnerLimits(innerLimits());
 }
 
-// Scenes inside this one may lower its limits, never raise them.
+// Scenes inside this one may lower its limits, but never raise them.
 midair::device::UserCaps HapticEngine::innerLimits()
 {
     midair::device::UserCaps limits;
@@ -666,9 +664,9 @@ midair::device::UserCaps HapticEngine::innerLimits()
     {
         if (inner->getSettings().isSilenced)
         {
-            told.push_back({MessageCode::SCENE_LIMIT,
-                            "the HapticScene \"" + inner->getName() +
-                                "\" was not understood: nothing is played"});
+            told.push_back(
+                {MessageCode::SCENE_LIMIT,
+                 "the HapticScene \"" + inner->getName() + "\" is invalid: nothing is played"});
             for (const std::string& reason : inner->getSettings().whySilenced)
                 told.push_back({MessageCode::SETTINGS_SILENCED, reason});
             limits.isSilencing = true;
@@ -693,9 +691,9 @@ midair::device::UserCaps HapticEngine::innerLimits()
     return limits;
 }
 
-// What a HapticEngine does for a FieldBaker, which solves its frames by itself.
+// Functions for a FieldBaker, which solves the frames itself.
 
-// Objects are read to their end.
+// Objects are read completely.
 void HapticEngine::collectWhole(const SceneRoot& root,
                                 std::vector<midair::bridge::HapticObject>& objects)
 {
@@ -707,16 +705,16 @@ void HapticEngine::collectWhole(const SceneRoot& root,
     }
 }
 
-// Nothing that is real is opened. The pipeline that is made reads the array.
+// Opens no hardware. Making the pipeline reads the array.
 HapticEngine::Baked
 HapticEngine::collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s)
 {
-    if (!_settings.isBaked) _settings.isRead = false; // without what was open
+    if (!_settings.isBaked) _settings.isRead = false; // discards what was open
     _settings.isBaked = true;
     _player->keepClosed();
     if (isPlayedByOuterOwner()) return {};
     configure(*_given.settings);
-    // Tags are looked for in each frame, so that what is found doesn't depend on the first one.
+    // Looks for tags in each frame, so that the result doesn't depend on the first one.
     _collector.dirtyTags();
     if (mayPlay())
         collectWhole(root, _player->snapshot().objects);

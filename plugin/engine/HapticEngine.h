@@ -49,27 +49,27 @@ namespace osgMidair
 
 class HapticScene;
 
-/// Does the work of a HapticScene that knows OSG: collects the scene below a root into snapshots,
-/// which a ScenePlayer plays, follows viewers, and tells touches and states to callbacks.
+/// The OSG side of a HapticScene: collects the scene below a root into snapshots for a ScenePlayer,
+/// follows viewers, and reports touches and states to callbacks.
 ///
-/// Only the functions that say so may be called from any thread, and noteBound() from a cull; all
-/// others belong to the thread that updates the scene.
+/// Only functions marked so may be called from any thread, and noteBound() from a cull traversal;
+/// all others belong to the scene's update thread.
 class HapticEngine : public osg::Referenced
 {
 public:
     /// \a root: a HapticScene, or a node with another owner. \a root and \a settings are used as
-    /// long as \a root lives. If there is an owner further out, this engine opens nothing: that
+    /// long as \a root lives. If there is an outer owner, this engine opens nothing, because that
     /// owner plays the scene.
     HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind);
 
-    /// Sets how the whole scene is felt if nothing below the root is marked as haptic.
+    /// Sets the property for the whole scene if nothing below the root is tagged as haptic.
     void setUnmarkedProperty(const HapticProperty& property)
     {
         _collector.setUnmarkedProperty(property);
     }
 
-    /// Sets a function that changes the options of each new pipeline: to use an application's own
-    /// solver or device, or other limits.
+    /// Sets a function that changes the options of each new pipeline, e.g. to use an application's
+    /// own solver, device or limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
     {
         _player->setFilter(std::move(filter));
@@ -77,59 +77,59 @@ public:
 
     /// From now on update() runs after each update traversal of the viewer behind \a adapter, once
     /// per frame even if several of its views show the root; while none does, the array is silent.
-    /// Does nothing without an osgViewer. Returns false if nothing changed, as \a adapter is that
-    /// of the last call.
+    /// Does nothing without an osgViewer. Returns false if nothing changed because \a adapter is
+    /// that of the last call.
     bool follow(osgGA::GUIActionAdapter* adapter);
     void follow(osgViewer::ViewerBase& viewer);
 
-    /// The same for the viewer whose camera is above \a node, for loops that run no event
-    /// traversal. Returns its view, or null if none is above or one is followed already.
+    /// The same for the viewer whose camera is above \a node, for loops without an event traversal.
+    /// Returns its view, or null if there is none above or one is followed already.
     osgGA::GUIActionAdapter* followAbove(const osg::Node& node);
 
-    /// \{ For an owner that frames come by (a callback, a device): each visit is noted, and \a
-    /// isInPlace says of the root whether the owner still is where it was put, for loops that don't
-    /// always come by.
+    /// \{ For an owner that frames visit (a callback, a device): each visit is noted, and \a
+    /// isInPlace tells whether the owner is still attached to the root, for loops that don't always
+    /// visit it.
     void noteVisit() { ++_lead.visits; }
     void setPlace(std::function<bool(const osg::Node&)> isInPlace)
     {
         _lead.isInPlace = std::move(isInPlace);
     }
     /// \}
-    /// Returns false if nobody leads it any more: its owner is no longer in its place, and no frame
-    /// has come by since \a visitsSeen, which is counted on. A scene is led by its graph. On the
-    /// update thread.
+    /// Returns false if the scene has lost its owner: the owner is detached and no frame has
+    /// visited it since \a visitsSeen, which is updated. A HapticScene is always led by its graph.
+    /// On the update thread.
     bool isLed(const osg::Node& root, unsigned int& visitsSeen);
-    /// Who collects it, which only is compared: the last one silences it when it does no longer. On
-    /// the update thread.
+    /// The collector's identity, used only for comparison: the last collector silences the scene
+    /// when it stops. On the update thread.
     void setCollectedBy(const void* who) { _lead.collectedBy = who; }
     const void* collectedBy() const { return _lead.collectedBy; }
 
     /// Returns the root, or null if it is gone. From any thread.
     osg::ref_ptr<osg::Node> root() const;
 
-    /// The next update looks for new tags below the root.
+    /// Makes the next update look for new tags below the root.
     void dirtyTags()
     {
         _collector.dirtyTags();
         lookNext();
     }
 
-    /// Returns true if there is nothing to do in this frame, and then counts it: nothing has
-    /// changed for kRest_s, everything was looked at less than kLook_s ago, and the bound of \a
-    /// root shows that nothing below it has moved since. Changes that no bound shows (masks,
-    /// vertices, tags) are found by the next look. Only for a root that calls noteBound()
-    /// whenever its bound is computed, and that has no transform above it.
+    /// Returns true if this frame has nothing to do, and then counts it: nothing has changed for
+    /// kRest_s, everything was checked less than kLook_s ago, and the bound of \a root shows that
+    /// nothing below it has moved since. Changes that no bound shows (masks, vertices, tags) are
+    /// found by the next check. Only for a root that calls noteBound() whenever its bound is
+    /// computed, and that has no transform above it.
     bool rests(const osg::Node& root);
-    /// The same for a loop that collects \a root by itself, whatever is above it: the last frame
-    /// had this root, in the same place, and no other.
+    /// The same for a loop that collects \a root itself, whatever is above it: the last frame had
+    /// only this root, in the same place.
     bool rests(const SceneRoot& root);
     void noteBound() { ++_rest.bounds; }
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
 
-    /// Collects one frame: the active haptic objects below \a roots (the engine's own root, and
-    /// those of its guests) are felt from now on. \a age_s: time since the frame's stamp. Touch
-    /// callbacks are called last.
+    /// Collects one frame: from now on plays the active haptic objects below \a roots (the engine's
+    /// own root, and those of its guests). \a age_s: time since the frame's stamp. Calls touch
+    /// callbacks last.
     void update(const std::vector<SceneRoot>& roots,
                 unsigned int frame,
                 double age_s,
@@ -138,30 +138,30 @@ public:
     /// As HapticScene::setJoined().
     void setJoined(bool joined);
     bool isJoined() const { return _ownership.joined.isJoined(); }
-    /// The engine of a joined scene that plays this one's; null: none does. On the update thread.
+    /// The engine of a joined scene that plays this one; null: none. On the update thread.
     osg::ref_ptr<HapticEngine> host() const { return _ownership.joined.host(); }
-    /// Puts the engines whose host this one is into \a guests. On the update thread.
+    /// Stores the engines whose host this one is in \a guests. On the update thread.
     void findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const
     {
         _ownership.joined.findGuests(guests);
     }
-    /// Returns true if this engine plays at all, and on the array and at the place that \a other
-    /// asks for, so that it can play for that. On the update thread of both.
+    /// Returns true if this engine plays, with the same array and placement as \a other, so that it
+    /// can play for it. On the update thread of both.
     bool suits(const HapticEngine& other) const;
 
-    /// What a FieldBaker solves by itself, see collectForBaking().
+    /// Input of a FieldBaker, see collectForBaking().
     struct Baked
     {
         const midair::bridge::SceneSnapshot* snapshot = nullptr; ///< null: another engine plays it
-        /// Counts changes of the settings that fields are played with.
+        /// Counts changes of the settings used for playing.
         std::uint64_t settings = 0;
     };
-    /// Collects one frame as update() does, for a caller that solves by itself: no device, no hand
-    /// source and no thread are opened, from the first call on. Objects are read to their end. The
-    /// snapshot is valid until the next call.
+    /// Collects one frame as update() does, for a caller that solves itself: from the first call on
+    /// no device, hand source or thread is opened. Objects are read completely. The snapshot is
+    /// valid until the next call.
     Baked collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s);
-    /// The options, and what makes a pipeline of these with the scene's array, as the last
-    /// collectForBaking() found them. The function throws what is wrong with the array.
+    /// The options, and a factory for pipelines with these and the scene's array, as of the last
+    /// collectForBaking(). The factory throws if the array is invalid.
     midair::bridge::HologramOptions optionsForBaking() const { return _player->options(); }
     std::unique_ptr<midair::bridge::HologramPipeline>
     makePipeline(const midair::bridge::HologramOptions& options) const
@@ -169,8 +169,8 @@ public:
         return _player->pipelineMaker(options)();
     }
 
-    /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
-    /// code and path no more than a MessageLog prints.
+    /// Adds \a message or increments its count, and passes it to osg::notify() once; for one code
+    /// and path at most as often as a MessageLog prints.
     void say(midair::base::Message message) { _player->log().say(std::move(message)); }
     /// As of MessageLog.
     void sayNow(const midair::base::Topic& topic, const std::vector<midair::base::Message>& all)
@@ -178,7 +178,7 @@ public:
         _player->log().sayNow(topic, all);
     }
 
-    /// Returns the touches that have begun and not ended. From any thread.
+    /// Returns the current touches. From any thread.
     std::vector<Touch> touches() const;
 
     /// As HapticScene::setRehearsed().
@@ -194,7 +194,10 @@ public:
     void setHeadSource(HeadSource* source);
     HeadSource* headSource() const { return _given.head; }
     bool head(Head& head) const;
-    /// The hands of \a bodies are those of this scene, for as long as it lives: what they push is
+    void setDisplayTime(double steady_s) { _player->setDisplayTime(steady_s); }
+    /// As ScenePlayer::setViewing().
+    void setViewing(midair::bridge::Viewing viewing) { _player->setViewing(std::move(viewing)); }
+    /// The hands of \a bodies belong to this scene as long as it lives: what they push counts as
     /// touched.
     void addBodies(std::weak_ptr<midair::bridge::HandBodies> bodies)
     {
@@ -214,7 +217,7 @@ public:
     osg::ref_ptr<const HapticField> solve(const SceneRoot& root, std::string& error);
     const midair::bridge::HandTracker& hands() const { return _player->hands(); }
 
-    /// The next frame looks at everything, even at rest.
+    /// Makes the next frame check everything, even at rest.
     void lookNext() { _rest.lookTime_s = 0.0; }
 
     /// Silences the array until the next update() and ends all touches.
@@ -224,20 +227,20 @@ public:
     /// the device: the thread ends at a later call.
     void close();
 
-    /// Silences the array at once, with the device open and hands and touches going on, until
-    /// setMuted(false). Any thread.
+    /// Silences the array at once until setMuted(false); the device stays open, and hands and
+    /// touches go on. Any thread.
     void setMuted(bool muted) { _player->setMuted(muted); }
     bool isMuted() const { return _player->isMuted(); } ///< any thread
 
-    /// Returns true if another owner, further out or beside it, plays the scene.
+    /// Returns true if another owner, an outer or joined one, plays the scene.
     bool isPlayedByAnother() const { return !_ownership.outer.empty(); }
-    /// Returns the settings as they are used, but for caps of others; before the first update() as
-    /// they were given. While the root lives.
+    /// Returns the settings in effect, without caps of other scenes; before the first update() the
+    /// given ones. Valid while the root lives.
     const HapticSettings& settings() const
     {
         return _settings.isRead ? *_settings.used : *_given.settings;
     }
-    /// Returns false if the settings or the user's caps let nothing be played.
+    /// Returns false if the settings or the user's caps forbid playing.
     bool mayPlay() const
     {
         return _settings.isRead ? _player->mayPlay() : _given.settings->enabled;
@@ -254,13 +257,13 @@ public:
     {
         return _player->latestResult();
     }
-    /// The public form of the newest result; null before the first field.
-    /// Those who ask for the same get the same.
+    /// The public form of the newest result; null before the first field. Calls for the same result
+    /// return the same object.
     osg::ref_ptr<const HapticField> field() const;
     /// As HapticScene::waitForField().
     osg::ref_ptr<const HapticField> awaitField(double timeout_s, std::string& error) const;
     HapticStatistics statistics() const;
-    /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
+    /// Drives that a simulated device has played in the last \a duration_s (0 .. 0.1).
     midair::bridge::PlayedDrives playedOfLate(double duration_s) const
     {
         return _player->playedOfLate(duration_s);
@@ -273,47 +276,47 @@ public:
     /// \}
 
 protected:
-    /// Silences the array before it returns; writes the report if there is to be one.
+    /// Silences the array before it returns; writes the report if one was requested.
     ~HapticEngine() override;
 
 private:
-    /// Who owns the scene, and who plays it.
+    /// Owner and player of the scene.
     struct Ownership
     {
         SceneOwner owner;
         JoinedScene joined;
-        PlayingPlace place; ///< while there is a thread, or it waits for one
+        PlayingPlace place; ///< held while there is a thread, or it waits for one
         const OwnerKind kind;
         std::string outer; ///< name of the owner that plays this scene instead; empty: none
     };
-    /// What the application gives.
+    /// Objects set by the application.
     struct Given
     {
-        const HapticSettings* const settings; ///< valid while the root is
+        const HapticSettings* const settings; ///< valid while the root lives
         osg::ref_ptr<HandSource> hands;
         osg::ref_ptr<HeadSource> head;
         std::vector<Obstacle> obstacles;
         std::vector<std::weak_ptr<midair::bridge::HandBodies>> bodies;
         std::vector<osg::Vec3d> ears; ///< world frame, scene units
     };
-    /// The state and the field as they were told last.
+    /// State and field as last reported.
     struct Told
     {
         osg::ref_ptr<DeviceCallback> callback;
         osg::ref_ptr<MessageCallback> messageCallback;
-        std::uint64_t messages = 0; ///< newest change of those that it was told
+        std::uint64_t messages = 0; ///< newest reported change
         ArrayState state = ArrayState::CLOSED;
         osg::ref_ptr<FieldCallback> fieldCallback;
         osg::ref_ptr<const HapticField> field;
     };
-    /// By whom the scene is led.
+    /// The leader of the scene.
     struct Lead
     {
         std::atomic<unsigned int> visits{0};
-        std::function<bool(const osg::Node&)> isInPlace; ///< none: not known
+        std::function<bool(const osg::Node&)> isInPlace; ///< none: unknown
         const void* collectedBy = nullptr;
     };
-    /// The viewers that show it.
+    /// The viewers that show the scene.
     struct Followed
     {
         std::vector<osg::observer_ptr<osg::Operation>> operations; ///< in viewers
@@ -322,18 +325,17 @@ private:
         osg::observer_ptr<osgViewer::View> view;
         osgViewer::ViewerBase* viewer = nullptr; ///< viewer of view at that time
     };
-    /// The settings as they were given when they were last read, and as they are used: granted and
-    /// repaired.
+    /// The settings as last read, and those in effect: granted and repaired.
     struct Settings
     {
         HapticSettings seen;
         std::shared_ptr<const HapticSettings> used;
-        bool isRead = false;         ///< used is made of seen
-        bool isRehearsed = false;    ///< nothing real is opened
-        bool isBaked = false;        ///< by a FieldBaker: nothing is opened
+        bool isRead = false;         ///< used is derived from seen
+        bool isRehearsed = false;    ///< no hardware is opened
+        bool isBaked = false;        ///< by a FieldBaker: no hardware is opened
         bool isCrowded = false;      ///< no place was free
-        bool isReported = false;     ///< it was meant to play
-        bool isArrayRefused = false; ///< by the user's grants, which have said so
+        bool isReported = false;     ///< a report is due because it was meant to play
+        bool isArrayRefused = false; ///< the user's grants refused it and have logged this
     };
     struct Places
     {
@@ -345,29 +347,29 @@ private:
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
-        /// how often the bound was computed, perhaps in a cull
+        /// number of computations of the bound, also in a cull traversal
         std::atomic<unsigned int> bounds{0};
-        bool isBoundKnown = true;     ///< it was when rests() looked last
+        bool isBoundKnown = true;     ///< in the last rests()
         unsigned int boundsSeen = 0;  ///< value of bounds in the last update()
         unsigned int changesSeen = 0; ///< value of propertyChanges() then
-        /// something was submitted, nothing waits, no source of hands or a head is there
+        /// something was submitted, nothing waits, and there is no hand or head source
         bool possible = false;
         std::atomic<bool> isNow{false}; ///< of the last frame
         double lookTime_s = 0.0;        ///< time of the last update()
         double submitTime_s = 0.0;
         std::atomic<std::uint64_t> frames{0}; ///< number of frames at rest
     };
-    /// What other threads see.
+    /// State for other threads.
     struct Shown
     {
         mutable midair::base::Mutex mutex;
-        /// what the collection counts
+        /// counters of the collection
         HapticStatistics collected MIDAIR_GUARDED_BY(mutex);
-        /// that have begun and not ended
+        /// current touches
         std::vector<Touch> touches MIDAIR_GUARDED_BY(mutex);
     };
 
-    /// The result that was asked for last, and its public form.
+    /// The last result asked for, and its public form.
     struct Newest
     {
         midair::base::Mutex mutex;
@@ -419,7 +421,7 @@ private:
     const midair::base::MadeHere _isOurs;
     midair::base::OfProcess<Shown> _shown;
     midair::base::OfProcess<Newest> _newest;
-    /// last: its messages name what is above
+    /// last member: its messages refer to those above
     midair::base::OfProcess<midair::bridge::ScenePlayer> _player;
 };
 

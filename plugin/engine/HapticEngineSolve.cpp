@@ -1,4 +1,4 @@
-// How a HapticEngine waits for fields, tells of them, and solves at once.
+// How a HapticEngine waits for fields, reports them, and solves at once.
 #include "engine-bridge/PoseAndStretch.h"
 #include "engine-bridge/player/PipelineMaker.h"
 #include "engine-bridge/player/SceneOptions.h"
@@ -25,7 +25,7 @@ void HapticEngine::setFieldCallback(FieldCallback* callback)
     lookNext();
 }
 
-// A callback may do anything, so this comes last.
+// A callback may do anything, so it is called last.
 void HapticEngine::tellField()
 {
     const osg::ref_ptr<FieldCallback> keep = _told.fieldCallback;
@@ -44,7 +44,7 @@ osg::ref_ptr<const HapticField> HapticEngine::awaitField(double timeout_s, std::
     return error.empty() ? field() : nullptr;
 }
 
-// The settings as grantedSettings() has them, with why nothing may be played thrown.
+// Returns grantedSettings(); throws the reason if nothing may be played.
 HapticSettings HapticEngine::solvable()
 {
     std::vector<Message> messages;
@@ -54,7 +54,7 @@ HapticSettings HapticEngine::solvable()
         throw midair::base::InputError(settings.whySilenced.empty() ? "isSilenced is set"
                                                                     : settings.whySilenced.front());
     if (!settings.enabled) throw midair::base::InputError("the scene is disabled");
-    // A thermometer's reading is that of the air that is played in.
+    // The thermometer's reading is that of the air during playback.
     if (_settings.isRead && !settings.temperatureSource.empty())
         settings.temperature = _player->playedSettings().temperature;
     return settings;
@@ -68,7 +68,7 @@ SceneSolve HapticEngine::solveInput(const SceneRoot& root)
         throw midair::base::InputError("calibration is not rigid (a scene unit is set by "
                                        "metresPerUnit)");
     _collector.configure(_places.toArray, settings.shadows);
-    // What update() has collected is made anew with the next frame.
+    // The next frame rebuilds what update() has collected.
     _collector.forget();
     collectWhole(root, input.snapshot.objects);
     _collector.forget();
@@ -97,7 +97,7 @@ osg::ref_ptr<const HapticField> HapticEngine::solve(const SceneRoot& root, std::
         midair::bridge::SolvedScene solved = midair::bridge::solveScene(input, messages);
         for (Message& message : messages.messages())
         {
-            message.isActive = false; // it is of this solve
+            message.isActive = false; // it concerns only this solve
             _player->log().take(message);
         }
         auto result = std::make_shared<midair::bridge::HologramResult>();

@@ -1,6 +1,7 @@
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/probe/FingertipForce.h"
 #include "haptics/propagation/PressureField.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/extending/ArrayConversion.h"
@@ -19,7 +20,7 @@ using midair::bridge::HologramResult;
 
 struct HapticField::Data
 {
-    std::shared_ptr<const HologramResult> result; ///< not null, with a field and an array
+    std::shared_ptr<const HologramResult> result; ///< not null; has a field and an array
     std::vector<Object> objects;
     std::vector<ControlPoint> points;
     bool isPlaying = false;
@@ -27,7 +28,7 @@ struct HapticField::Data
     explicit Data(std::shared_ptr<const HologramResult> newest);
 
     void fillPoints();
-    /// Returns \a places in the array's frame, 3 x n; those that are not finite as the origin.
+    /// Returns \a places in the array's frame, 3 x n; the origin for those that are not finite.
     Eigen::Matrix3Xd inArray(const std::vector<osg::Vec3d>& places) const;
     const Eigen::VectorXcf* fieldAt(unsigned int field) const;
 };
@@ -50,6 +51,29 @@ void setLeftOut(HapticField::Object& object, const midair::bridge::ObjectPoints&
     object.invalid = number(points.leftOut.notFinite);
     object.outOfReach = number(points.outOfReach);
     object.isUnreachable = points.isUnreachable;
+}
+
+/// Returns the force on a fingertip at \a place (world), on the way in which the nearest of the
+/// points is played.
+midair::haptics::FingertipForce forceAt(const midair::bridge::HologramResult& result,
+                                        const osg::Vec3d& place,
+                                        const osg::Vec3d& normal)
+{
+    if (!isFinite(place) || !isFinite(normal)) return {};
+    const Eigen::Affine3d toArray(result.worldToArray);
+    const Eigen::Vector3d at = toArray * midair::bridge::toEigen(place);
+    Eigen::Index nearest = 0;
+    if (result.points.size() > 0)
+        (result.points.positions.colwise() - at).colwise().squaredNorm().minCoeff(&nearest);
+    midair::haptics::FingertipForce force =
+        midair::haptics::fingertipForce(at,
+                                        toArray.linear() * midair::bridge::toEigen(normal),
+                                        *result.array,
+                                        result.medium,
+                                        result.sequence,
+                                        nearest >= result.points.size() - result.foci);
+    force.threshold_N = result.fingertip.threshold_N;
+    return force;
 }
 
 } // namespace
@@ -88,7 +112,8 @@ void HapticField::Data::fillPoints()
         point.position = midair::bridge::toOsg((toWorld * given.positions.col(l)).eval());
         if (given.normals.cols() > l)
             point.normal = midair::bridge::toOsg(
-                (toWorld.linear() * given.normals.col(l)).eval()); // a similarity: only its length
+                // a similarity: it changes only the length
+                (toWorld.linear() * given.normals.col(l)).eval());
         point.normal.normalize();
         point.wanted_Pa = unit_Pa * given.targets[l];
         point.achieved_Pa =
@@ -208,30 +233,17 @@ std::vector<float> HapticField::getFeltPressures(const std::vector<osg::Vec3d>& 
 
 double HapticField::getFingertipForce(const osg::Vec3d& place, const osg::Vec3d& normal) const
 {
-    constexpr double kPad_m = 0.007; // half the breadth of a fingertip
-    constexpr int kPlaces = 61;      // a third of a focus apart
-    const midair::bridge::HologramResult& result = *_data->result;
-    if (!isFinite(place) || !isFinite(normal) || result.sequence.fields.empty()) return 0.0;
-    const Eigen::Affine3d toArray(result.worldToArray);
-    const Eigen::Vector3d front = toArray.linear() * midair::bridge::toEigen(normal);
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
-        Eigen::Vector3d::UnitZ(), front.norm() > 0.0 ? front : Eigen::Vector3d::UnitZ());
-    // A sunflower's seeds (Vogel 1979), each with the same share of the disc.
-    Eigen::Matrix3Xd pad(3, kPlaces);
-    for (int i = 0; i < kPlaces; ++i)
-    {
-        const double radius_m = kPad_m * std::sqrt((i + 0.5) / kPlaces);
-        const double angle = i * osg::PI * (3.0 - std::sqrt(5.0));
-        pad.col(i) =
-            toArray * midair::bridge::toEigen(place) +
-            turn * Eigen::Vector3d(radius_m * std::cos(angle), radius_m * std::sin(angle), 0.0);
-    }
-    const double square_Pa2 = midair::haptics::meanSquarePressure(
-                                  pad, *result.array, result.medium, result.sequence.fields)
-                                  .mean();
-    return result.sequence.report.ringingShare *
-           midair::haptics::radiationForce(
-               std::sqrt(square_Pa2), osg::PI * kPad_m * kPad_m, result.medium);
+    return forceAt(*_data->result, place, normal).force_N;
+}
+
+std::string HapticField::getFeeling(const osg::Vec3d& place, const osg::Vec3d& normal) const
+{
+    return forceAt(*_data->result, place, normal).feeling();
+}
+
+std::string HapticField::forceText(double force_N)
+{
+    return midair::haptics::forceText(force_N);
 }
 
 osg::Matrixd HapticField::getWorldToArray() const

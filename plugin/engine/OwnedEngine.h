@@ -9,13 +9,13 @@
 namespace osgMidair
 {
 
-/// The engine of an owner that frames come by (a HapticCallback, a HapticDevice): one for the node
-/// that is played, and another one once that is another node. All functions but playing() and those
-/// of the callback may be called from any thread.
+/// The engine of an owner that frames visit (a HapticCallback, a HapticDevice): one for the played
+/// node, replaced when that node changes. All functions except playing() and those of the callback
+/// may be called from any thread.
 class OwnedEngine
 {
 public:
-    /// \a settings are used as long as engines are.
+    /// \a settings must outlive the engines.
     OwnedEngine(const HapticSettings& settings, OwnerKind kind) : _settings(settings), _kind(kind)
     {
     }
@@ -27,8 +27,8 @@ public:
         return _engine;
     }
 
-    /// Notes a visit of \a root, and returns its engine. \a isInPlace: as of
-    /// HapticEngine::setPlace(); \a unmarked: how all is felt where nothing is marked, may be null.
+    /// Notes a visit of \a root and returns its engine. \a isInPlace: as of
+    /// HapticEngine::setPlace(); \a unmarked: property for an untagged scene, may be null.
     template<typename Place>
     osg::ref_ptr<HapticEngine>
     playing(osg::Node& root, const Place& isInPlace, const HapticProperty* unmarked = nullptr)
@@ -44,13 +44,13 @@ public:
             const midair::base::Lock lock(_mutex);
             old->setMuted(_engine ? _engine->isMuted() : _isMutedAtFirst);
             engine = old;
-            _engine.swap(old); // the old one dies outside the lock
+            _engine.swap(old); // the old one is released outside the lock
         }
         engine->noteVisit();
         return engine;
     }
 
-    /// As HapticScene::setMuted(). A key mutes the engine alone.
+    /// As HapticScene::setMuted(). The key F8 mutes only the engine.
     void setMuted(bool muted)
     {
         const midair::base::Lock lock(_mutex);
@@ -84,7 +84,8 @@ public:
         if (const osg::ref_ptr<HapticEngine> engine = get()) engine->clearMessages();
     }
 
-    /// Counts and figures. \a whySilent: why nothing is played, for a message; empty: something is.
+    /// Returns counters and figures. \a whySilent: a message with the reason why nothing is played;
+    /// empty: none.
     HapticStatistics statistics(const std::string& whySilent) const
     {
         const osg::ref_ptr<HapticEngine> engine = get();

@@ -14,10 +14,10 @@
 namespace osgMidair
 {
 
-/// The form of \a message that programs get.
+/// Converts \a message to its public form.
 inline HapticMessage toPublic(const midair::base::Message& message)
 {
-    // An origin is the node that a SceneCollector has found.
+    // The origin is a node found by a SceneCollector.
     const auto* felt = static_cast<const FeltNode*>(message.origin.get());
     return {static_cast<HapticMessage::Severity>(message.severity()),
             midair::base::kindOf(message.code).name,
@@ -30,7 +30,7 @@ inline HapticMessage toPublic(const midair::base::Message& message)
             felt ? felt->node : osg::observer_ptr<osg::Node>()};
 }
 
-/// Those of \a told that are active.
+/// Returns the active messages in \a told.
 inline std::vector<HapticMessage> activeOf(std::vector<HapticMessage> told)
 {
     const auto isOver = [](const HapticMessage& message) { return !message.isActive; };
@@ -51,9 +51,8 @@ public:
 
     static HapticEngine& engine(const HapticScene& scene);
 
-    /// Returns the engine that plays what is at the end of \a path, which begins at the root of the
-    /// scene graph: that of the outermost device, callback or HapticScene on it; null if there is
-    /// none.
+    /// Returns the engine that plays the end of \a path, which begins at the root of the scene
+    /// graph: that of the outermost device, callback or HapticScene on it; null if there is none.
     static osg::ref_ptr<HapticEngine> playing(const osg::NodePath& path);
 
     /// Returns the newest field; null before the first one. From any thread.

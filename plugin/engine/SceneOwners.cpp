@@ -18,7 +18,7 @@ namespace
 
 struct Owner
 {
-    const SceneOwner* owner; ///< only compared, as the next
+    const SceneOwner* owner; ///< only compared, like the next
     const osg::Node* root;
     OwnerKind kind;
     bool isLed;
@@ -28,13 +28,12 @@ struct Owner
 struct Owners
 {
     midair::base::Mutex mutex;
-    /// without scenes, which are found among the parents
+    /// those without scenes, which are found among the parents
     std::vector<Owner> entries MIDAIR_GUARDED_BY(mutex);
     std::vector<const osg::Node*> seen MIDAIR_GUARDED_BY(mutex);
 };
 
-// Never destroyed, as scenes may end in the process's last moments; the same holds for the next
-// two.
+// Never destroyed, because scenes may end during the process's exit; likewise the next two.
 Owners& owners()
 {
     static auto* const all = new Owners;
@@ -65,8 +64,8 @@ std::string nameOf(const HapticScene& scene)
                                    : "the HapticScene \"" + scene.getName() + "\"";
 }
 
-/// Returns the name of an owner above \a node, or at it if that owner takes precedence over \a
-/// kind; empty: none. owners().seen keeps nodes with several paths from being visited twice.
+/// Returns the name of an owner above \a node, or of one at it that takes precedence over \a kind;
+/// empty: none. owners().seen prevents visiting nodes with several paths twice.
 std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
     MIDAIR_REQUIRES(owners().mutex)
 {
@@ -115,10 +114,10 @@ JoinedEngines& joinedEngines()
     return *all;
 }
 
-/// Returns the engines that the viewer of \a engine shows and that joined before it, or after it.
+/// Returns the joined engines shown by the viewer of \a engine that joined before it, or after it.
 std::vector<osg::ref_ptr<HapticEngine>> shownBeside(const HapticEngine& engine, bool isBefore)
 {
-    std::vector<osg::ref_ptr<HapticEngine>> found; // they die outside the lock
+    std::vector<osg::ref_ptr<HapticEngine>> found; // released outside the lock
     const midair::base::Lock lock(joinedEngines().mutex);
     std::vector<JoinedEngine>& all = joinedEngines().entries;
     const auto own = joinedEngines().find(engine);
@@ -163,7 +162,7 @@ void SceneOwner::setLed(bool isLed)
 
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
 {
-    osg::ref_ptr<HapticEngine> found; // dies outside the lock
+    osg::ref_ptr<HapticEngine> found; // released outside the lock
     const midair::base::Lock lock(owners().mutex);
     const Owner* best = nullptr;
     for (const Owner& entry : owners().entries)

@@ -39,11 +39,11 @@ public:
     SceneOwner(const SceneOwner&) = delete;
     SceneOwner& operator=(const SceneOwner&) = delete;
 
-    /// Returns the name, for messages, of an owner further out, which plays the scene instead of
-    /// this one; empty: there is none.
+    /// Returns the name, for messages, of an outer owner, which plays the scene instead of this
+    /// one; empty: there is none.
     std::string outer() const;
 
-    /// False: nobody leads it any more, so it owns nothing until somebody does.
+    /// False: it has no leader, so it owns nothing until it gets one.
     void setLed(bool isLed);
 
 private:
@@ -51,17 +51,17 @@ private:
     const OwnerKind _kind;
 };
 
-/// Returns the engine of the device or callback that owns the scene below \a node, of both the
-/// device's; null if there is none that is led, or one that is being deleted. A HapticScene's isn't
-/// found here. From any thread.
+/// Returns the engine of the device or callback that owns the scene below \a node; of both, the
+/// device's. Null if none has a leader, or if it is being deleted. Doesn't find a HapticScene's.
+/// From any thread.
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node);
 
-/// One of the places of scenes that play. A file may have any number of scenes, and each that plays
-/// takes threads and memory. From any thread.
+/// One of the process's places for playing scenes. They are limited because a file may have any
+/// number of scenes, and each that plays takes threads and memory. From any thread.
 class PlayingPlace
 {
 public:
-    /// So many scenes of a process play at most.
+    /// Maximum of scenes that a process plays.
     static constexpr std::size_t kMost = 16;
 
     PlayingPlace() = default;
@@ -69,15 +69,15 @@ public:
     PlayingPlace(const PlayingPlace&) = delete;
     PlayingPlace& operator=(const PlayingPlace&) = delete;
 
-    /// Returns true if it has one from now on; else it waits for one until leave().
+    /// Returns true if it has a place from now on; otherwise it waits for one until leave().
     bool take();
     void leave();
-    /// Returns true if others wait and none is free: who isn't shown should leave.
+    /// Returns true if others wait and none is free: scenes that aren't shown should leave.
     static bool isWanted();
 };
 
-/// An engine's place among those that are played as one: joined scenes that a viewer shows beside
-/// each other and that ask for the same array. The one that is first here plays for the others.
+/// An engine's membership in a group played as one: joined scenes that a viewer shows side by side
+/// with the same array. The first member plays for the others.
 class JoinedScene
 {
 public:
@@ -90,12 +90,12 @@ public:
     /// From any thread.
     void setJoined(bool joined);
     bool isJoined() const;
-    /// Notes the viewer that shows the scene; the last one counts.
+    /// Sets the viewer that shows the scene; the last call counts.
     void follow(const osgViewer::ViewerBase& viewer);
 
     /// Returns the engine that plays this one's scene; null: itself. On the update thread.
     osg::ref_ptr<HapticEngine> host() const;
-    /// Puts the engines whose host this one is into \a guests. On the update thread.
+    /// Stores the engines whose host this one is in \a guests. On the update thread.
     void findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const;
 
 private:

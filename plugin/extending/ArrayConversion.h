@@ -10,12 +10,12 @@
 namespace osgMidair
 {
 
-/// Returns \a description as the solver takes it. Throws midair::base::InputError, which names the
-/// array, if it is not valid.
+/// Converts \a description for the solver. Throws midair::base::InputError, which names the array,
+/// if it is invalid.
 midair::haptics::TransducerArray arrayOf(const ArrayDescription& description);
 
-/// Calls \a call. Returns false, with what is wrong in \a error, if it throws that (InputError,
-/// DeviceError).
+/// Calls \a call. Returns false, with the message in \a error, if it throws an InputError or
+/// DeviceError.
 template<typename Call>
 bool succeeds(const Call& call, std::string& error)
 {

@@ -17,7 +17,7 @@ namespace
 
 using midair::haptics::TransducerArray;
 
-constexpr std::size_t kMostTransducers = 65536; // those of the files, too
+constexpr std::size_t kMostTransducers = 65536; // the limit of files, too
 constexpr double kFarthest_m = 10.0;
 constexpr double kMostFactor = 1000.0;
 
@@ -26,7 +26,7 @@ static_assert(int(ArrayDescription::POINT) == int(midair::haptics::Directivity::
                       int(midair::haptics::Directivity::T4010A1_TABLE),
               "one order of directivities for both");
 
-// Each comparison is written so that NaN fails it.
+// NaN fails each comparison.
 std::string wrong(const Transducer& one, int boardBefore)
 {
     for (int k = 0; k < 3; ++k)
@@ -119,7 +119,7 @@ TransducerArray arrayOf(const ArrayDescription& description)
         array.gain[i] = one.gain;
         array.board.push_back(one.board);
     }
-    // Arrays of one kind of transducers are solved for without these factors.
+    // Arrays with equal transducers are solved without these factors.
     if (array.phaseOffset_rad.isZero(0.0)) array.phaseOffset_rad.resize(0);
     if ((array.gain.array() == 1.0).all()) array.gain.resize(0);
     array.setDead({description.dead.begin(), description.dead.end()});
@@ -148,7 +148,7 @@ ArrayDescription describe(const TransducerArray& array)
         if (array.phaseOffset_rad.size() > 0) one.phaseOffset_rad = array.phaseOffset_rad[i];
         if (array.gain.size() > 0) one.gain = array.gain[i];
     }
-    for (const int i : array.dead) // the list says so, and who empties it wants them back
+    for (const int i : array.dead) // the list marks them as dead; emptying it restores them
         description.transducers[static_cast<std::size_t>(i)].gain = 1.0;
     return description;
 }

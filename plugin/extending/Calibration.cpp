@@ -27,7 +27,7 @@ Eigen::Matrix3Xd columns(const std::vector<osg::Vec3d>& points)
     return all;
 }
 
-/// The kinds are in the same order, behind WRONG_INPUT, which the bridge throws.
+/// The kinds are in the same order, after WRONG_INPUT, which the bridge throws.
 CalibrationWarning::Problem problemOf(midair::bridge::CalibrationProblem problem)
 {
     using Problem = midair::bridge::CalibrationProblem;
@@ -41,7 +41,7 @@ CalibrationWarning::Problem problemOf(midair::bridge::CalibrationProblem problem
 
 constexpr std::size_t kMostBytes = std::size_t(16) << 20;
 
-/// Reads standard input up to the size limit, as a pipe may have no end.
+/// Reads standard input up to the size limit, because a pipe may be endless.
 midair::bridge::PointPairs pairsOfStdin()
 {
     std::string text(kMostBytes + 1, '\0');

@@ -37,15 +37,15 @@ namespace recording = midair::device::recording;
 namespace
 {
 
-constexpr std::size_t kMostRecorded_bytes = std::size_t(2) << 30; // as for devices that play
+constexpr std::size_t kMostRecorded_bytes = std::size_t(2) << 30; // as for playing devices
 
 bool encode(const std::vector<std::complex<float>>& activations, DriveSignal& signal)
 {
     return midair::device::encode(activations.data(), static_cast<int>(activations.size()), signal);
 }
 
-/// Copies the numbers of dead transducers, each once. Returns false, with the reason in \a error,
-/// if one is none of \a transducers: the list is then of another array.
+/// Copies the indices of dead transducers, each once. Returns false, with the reason in \a error,
+/// if one is not below \a transducers: the list then belongs to another array.
 bool readDead(std::vector<unsigned int> given,
               unsigned int transducers,
               std::vector<int>& dead,
@@ -130,14 +130,14 @@ struct RecordingWriter::Part
 {
     explicit Part(int count) : transducers(count), writer(count)
     {
-        add(writer.header(0)); // no clock, so that the same fields give the same bytes
+        add(writer.header(0)); // no time stamp, so that the same fields give the same bytes
     }
 
     void add(const std::vector<std::uint8_t>& more) { bytes.append(more.begin(), more.end()); }
 
     const int transducers;
     recording::Writer writer;
-    std::string bytes; ///< that weren't taken
+    std::string bytes; ///< not taken yet
     std::uint64_t last_ns = 0;
     bool isEnded = false;
 };
@@ -206,11 +206,11 @@ struct RecordingReader::Part
         reader(bytes, file)
     {
     }
-    /// Reads the next entry; false: there is none.
+    /// Reads the next entry; false: end.
     bool next()
     {
         const recording::Stop stop = reader.next(entry);
-        if (stop == recording::Stop::TRUNCATED) error = "the recording breaks off";
+        if (stop == recording::Stop::TRUNCATED) error = "the recording ended without its last mark";
         if (stop == recording::Stop::CORRUPT) error = "the recording is damaged";
         return stop == recording::Stop::MORE;
     }
@@ -326,7 +326,7 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
         if (midair::device::playsByItself(device))
             throw DeviceError("device \"" + device +
                               "\": a recording plays on an array, not on another recording");
-        // Read before the device is opened, so that a record: in it can't overwrite the file.
+        // Read before the device is opened, so that a record: device can't overwrite the file.
         recording::Show show(file, transducers);
         midair::device::SafetyLimits limits;
         limits.maxAmplitude = options.maxAmplitude;

@@ -26,19 +26,19 @@ namespace
 
 using Json = nlohmann::json;
 
-/// Extensions that are followed.
+/// Supported extensions.
 constexpr std::array<const char*, 4> kKnown = {"EXT_mesh_gpu_instancing",
                                                "KHR_materials_unlit",
                                                "KHR_mesh_quantization",
                                                "KHR_texture_transform"};
 
-/// Beginnings of the names of extensions that change only how a model is drawn: it is felt the same
-/// without them.
+/// Prefixes of extensions that affect only the picture: they don't change what is played.
 constexpr std::array<const char*, 6> kDrawnAlone = {
     "KHR_materials_", "KHR_lights_", "KHR_texture_", "EXT_texture_", "EXT_lights_", "KHR_xmp"};
 
 /// \{ Limits of a glTF file.
-constexpr std::size_t kMostGltfBytes = std::size_t(256) << 20; ///< of it, and of each file it names
+/// of the file, and of each file that it references
+constexpr std::size_t kMostGltfBytes = std::size_t(256) << 20;
 constexpr std::size_t kMostGltfBytesInAll = std::size_t(512) << 20; ///< of all these
 constexpr std::size_t kMostGltfValues = 2000000; ///< brackets and commas of its JSON
 constexpr int kDeepestGltfJson = 32;
@@ -48,7 +48,7 @@ constexpr std::size_t kMostGltfBuffers = 64;
 constexpr std::size_t kHeader = 12;
 constexpr std::size_t kChunkHeader = 8;
 
-/// True if \a file is a .glb by its first bytes.
+/// True if \a file is a .glb, by its first bytes.
 bool isGlb(const std::string& file)
 {
     return file.compare(0, 4, "glTF") == 0;
@@ -72,7 +72,7 @@ std::string_view jsonOf(const std::string& file)
     return std::string_view(file).substr(kHeader + kChunkHeader, length);
 }
 
-// Readers of JSON go as deep as it does, and take a hundred bytes a value.
+// JSON parsers recurse as deep as the text, and take a hundred bytes per value.
 void countValues(std::string_view json)
 {
     std::size_t values = 0;
@@ -105,14 +105,14 @@ const Json& arrayOf(const Json& gltf, const char* key)
 
 std::uint64_t unsignedOf(const Json& object, const char* key)
 {
-    if (!object.is_object()) failGltf("what has a \"{}\" is no object", key);
+    if (!object.is_object()) failGltf("the parent of \"{}\" is no object", key);
     const auto found = object.find(key);
     if (found == object.end()) return 0;
     if (!found->is_number_unsigned()) failGltf("\"{}\" should be a whole number, 0 or more", key);
     return found->get<std::uint64_t>();
 }
 
-// Each buffer without a name is a copy of what the .glb holds.
+// Each buffer without a name is a copy of the .glb's content.
 void screenBuffers(const Json& gltf, bool isBinary)
 {
     const Json& buffers = arrayOf(gltf, "buffers");
@@ -129,7 +129,7 @@ void screenBuffers(const Json& gltf, bool isBinary)
     }
 }
 
-// tinygltf takes an image's place in its buffer as it stands there.
+// tinygltf doesn't check an image's range in its buffer.
 void screenImages(const Json& gltf)
 {
     const Json& buffers = arrayOf(gltf, "buffers");
@@ -151,7 +151,7 @@ void screenImages(const Json& gltf)
     }
 }
 
-// tinygltf has 32 bits for whole numbers, and would cut others.
+// tinygltf truncates whole numbers to 32 bits.
 void screenNumbers(const Json& extras, const std::string& owner)
 {
     constexpr double kLargest = 2147483647.0;
@@ -166,19 +166,19 @@ void screenNumbers(const Json& extras, const std::string& owner)
                      kLargest);
 }
 
-// Tags count on nodes, meshes and the scene. Elsewhere they aren't followed.
+// Tags count on nodes, meshes and the scene; elsewhere they are ignored with a message.
 void tellExtras(const Json& extras, const std::string& owner, GltfMessages& messages)
 {
     for (const auto& [name, value] : extras.items())
         if (extras.is_object() && isHapticExtra(name))
             messages.sayUnfollowed(
-                fmt::format("{} has the extra \"{}\", which isn't followed: such "
-                            "extras count on nodes, meshes and the scene",
+                fmt::format("{} has the extra \"{}\", which is ignored: put such "
+                            "extras on nodes, meshes or the scene",
                             owner,
                             printable(name)));
 }
 
-/// Whether extras of \a owner ("nodes 3") may be tags.
+/// Returns true if extras of \a owner ("nodes 3") may be tags.
 bool mayHaveTags(const std::string& owner)
 {
     const std::string kind = owner.substr(0, owner.find(' '));
@@ -210,15 +210,16 @@ void screenExtensions(const Json& gltf, GltfMessages& messages)
     {
         const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
         if (!isKnown(name))
-            throw GltfError("it needs the extension \"" + name +
-                            "\", which isn't known: export it without compression and extensions");
+            throw GltfError(
+                "it needs the extension \"" + name +
+                "\", which is not supported: export it without compression and extensions");
     }
     for (const Json& one : arrayOf(gltf, "extensionsUsed"))
     {
         const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
         const auto begins = [&](const char* begin) { return name.rfind(begin, 0) == 0; };
         if (isKnown(name)) continue;
-        const std::string text = "it uses the extension \"" + name + "\", which isn't followed";
+        const std::string text = "it uses the extension \"" + name + "\", which is ignored";
         if (std::any_of(kDrawnAlone.begin(), kDrawnAlone.end(), begins))
             messages.sayOfPicture(text);
         else
@@ -226,18 +227,17 @@ void screenExtensions(const Json& gltf, GltfMessages& messages)
     }
 }
 
-/// Looks at the JSON of \a file, the bytes of a .gltf or .glb, before tinygltf does: throws
-/// GltfError for what would make that take more memory or stack than there is, or look beyond a
-/// buffer, and for what needs an extension that the kit doesn't know. \a messages get the
-/// extensions and the haptic extras that aren't followed.
+/// Checks the JSON of \a file, the bytes of a .gltf or .glb, before tinygltf parses it. Throws
+/// GltfError for input that would exhaust memory or stack or read beyond a buffer, and for
+/// unsupported required extensions. \a messages get the ignored extensions and haptic extras.
 void screenGltf(const std::string& file, GltfMessages& messages)
 {
     const std::string_view text = jsonOf(file);
     countValues(text);
     const Json gltf = Json::parse(text, nullptr, false);
-    if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
+    if (gltf.is_discarded()) throw GltfError("its JSON is invalid");
     if (!gltf.is_object()) throw GltfError("its JSON should be an object");
-    screenExtensions(gltf, messages); // what follows may be wrong for these alone
+    screenExtensions(gltf, messages); // later errors may be due only to these
     screenBuffers(gltf, isGlb(file));
     screenImages(gltf);
     screenExtras(gltf, {}, messages);
@@ -245,14 +245,14 @@ void screenGltf(const std::string& file, GltfMessages& messages)
 
 namespace fs = std::filesystem;
 
-/// The files that a model may name: those beside it and below its folder.
+/// The files that a model may reference: those beside it and below its folder.
 struct Folder
 {
     fs::path path; ///< canonical; empty: none
     std::size_t left = kMostGltfBytesInAll;
-    std::string refused; ///< the first name that leads outside, or to what is no regular file
+    std::string refused; ///< the first name that leads outside or to a special file
 
-    /// Returns the file that \a name leads to, links followed; empty if it may not be read.
+    /// Returns the file of \a name, with links resolved; empty if it may not be read.
     fs::path find(const std::string& name)
     {
         std::error_code error;
@@ -267,7 +267,7 @@ struct Folder
     }
 };
 
-/// Reads a file that a model names.
+/// Reads a file that a model references.
 bool read(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data)
 {
     Folder& folder = *static_cast<Folder*>(data);
@@ -286,19 +286,19 @@ bool read(std::vector<unsigned char>* out, std::string* error, const std::string
     }
 }
 
-/// What tinygltf calls for files.
+/// tinygltf's callbacks for files.
 tinygltf::FsCallbacks callbacksOf(Folder& files)
 {
     return {[](const std::string& name, void* data)
             { return !static_cast<Folder*>(data)->find(name).empty(); },
-            // Names are taken as they are: no "~", no variables, no commands.
+            // Names are used literally: no "~", no variables, no commands.
             [](const std::string& name, void*) { return name; },
             read,
             [](auto...) { return false; }, // nothing is written
             &files};
 }
 
-/// What tinygltf calls for images, which are left as their files' bytes.
+/// tinygltf's callback for images, which keeps the files' bytes.
 bool keepImage(tinygltf::Image* image,
                int,
                std::string*,
@@ -309,7 +309,7 @@ bool keepImage(tinygltf::Image* image,
                int size,
                void*)
 {
-    // One in a buffer may be said to be any number of images.
+    // Any number of images may refer to one in a buffer.
     if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
     return true;
 }
@@ -333,7 +333,7 @@ std::size_t sizeOf(int componentType, int number)
     case TINYGLTF_COMPONENT_TYPE_FLOAT:
         return 4;
     default:
-        throw wrong(number, fmt::format("its component type {} is not known", componentType));
+        throw wrong(number, fmt::format("its component type {} is unknown", componentType));
     }
 }
 
@@ -346,7 +346,7 @@ Stored load(const unsigned char* from)
     return value;
 }
 
-/// A whole number as it is, or as the share of its largest value.
+/// A whole number as it is, or as a fraction of its largest value.
 template<typename Stored, typename T>
 T wholeAs(const unsigned char* from, bool isNormalized)
 {
@@ -391,7 +391,7 @@ T numberAt(const unsigned char* from, int componentType, bool isNormalized, int 
 }
 
 /// The numbers of \a count elements of \a width each, which begin at \a offset in \a view, \a
-/// stride bytes apart; 0: one behind the other.
+/// stride bytes apart; 0: contiguous.
 template<typename T>
 std::vector<T> elementsOf(const GltfNumbers& numbers,
                           const tinygltf::Accessor& accessor,
@@ -411,7 +411,7 @@ std::vector<T> elementsOf(const GltfNumbers& numbers,
     if (stride == 0) stride = element;
     if (stride < element || stride > std::max(kLargestStride, element))
         throw wrong(number, fmt::format("a stride of {} bytes doesn't fit it", stride));
-    // The count is limited, the stride too: no product overflows.
+    // Count and stride are limited: no product overflows.
     if (count > 0 && (offset > size || (count - 1) * stride + element > size - offset))
         throw wrong(number, "it goes beyond its buffer view");
     std::vector<T> values(count * width);
@@ -422,7 +422,7 @@ std::vector<T> elementsOf(const GltfNumbers& numbers,
     return values;
 }
 
-/// Puts what a sparse accessor has in other places into \a values.
+/// Replaces the elements of a sparse accessor in \a values.
 template<typename T>
 void replaceSparse(const GltfNumbers& numbers,
                    const tinygltf::Accessor& accessor,
@@ -433,7 +433,7 @@ void replaceSparse(const GltfNumbers& numbers,
     const auto& sparse = accessor.sparse;
     if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count ||
         sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
-        throw wrong(number, "what replaces some of it doesn't fit");
+        throw wrong(number, "its sparse part doesn't fit");
     const auto count = static_cast<std::size_t>(sparse.count);
     const auto indices =
         elementsOf<std::uint32_t>(numbers,
@@ -454,8 +454,7 @@ void replaceSparse(const GltfNumbers& numbers,
                                      width);
     for (std::size_t i = 0; i < count; ++i)
     {
-        if (indices[i] >= accessor.count)
-            throw wrong(number, "what replaces some of it goes beyond it");
+        if (indices[i] >= accessor.count) throw wrong(number, "its sparse part goes beyond it");
         std::copy_n(&given[i * width], width, &values[indices[i] * width]);
     }
 }
@@ -489,14 +488,13 @@ readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages&
                                               folder)
                 : reader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
     }
-    catch (const std::exception& thrown) // by nlohmann's JSON and containers
+    catch (const std::exception& thrown) // from nlohmann's JSON and containers
     {
         error = thrown.what();
     }
     if (!files.refused.empty())
         throw GltfError("it names " + files.refused + "; only files beside it are read");
-    if (!good)
-        throw GltfError(error.empty() ? "it is not understood" : error.substr(0, error.find('\n')));
+    if (!good) throw GltfError(error.empty() ? "it is invalid" : error.substr(0, error.find('\n')));
     std::istringstream lines(warning);
     for (std::string line; std::getline(lines, line);)
         if (!line.empty()) messages.say(line);
@@ -529,7 +527,7 @@ int GltfNumbers::componentsOf(int accessor) const
 {
     const int count =
         tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(find(accessor).type));
-    if (count < 1) throw wrong(accessor, "its type is not known");
+    if (count < 1) throw wrong(accessor, "its type is unknown");
     return count;
 }
 
@@ -558,7 +556,7 @@ std::vector<T> GltfNumbers::read(int number, int components)
     const auto width = static_cast<std::size_t>(components);
     if (accessor.count > _left / width)
         throw wrong(number,
-                    fmt::format("with it the file has more than {} numbers, which are the most "
+                    fmt::format("with it the file exceeds {} numbers, the most "
                                 "possible",
                                 kMost));
     _left -= accessor.count * width;

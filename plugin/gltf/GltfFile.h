@@ -17,7 +17,7 @@ inline void requireGltf(bool isRight, const char* what)
     if (!isRight) throw GltfError(what);
 }
 
-/// The entry of \a all that a file refers to by \a number; null if there is none.
+/// Returns entry \a number of \a all; null if there is none.
 template<class T>
 const T* gltfEntry(const std::vector<T>& all, int number)
 {
@@ -25,30 +25,31 @@ const T* gltfEntry(const std::vector<T>& all, int number)
     return number >= 0 && at < all.size() ? &all[at] : nullptr;
 }
 
-/// Reads the file at \a path, regular and of a limited size, and what it names beside it or below
-/// its folder; a name of anything else throws. Images are left as their files' bytes, those within
-/// buffers as they are there. Throws GltfError.
+/// Reads the file at \a path, regular and of limited size, and files that it references beside it
+/// or below its folder; throws for others. Images are kept as their files' bytes, those in buffers
+/// stay there. Throws GltfError.
 tinygltf::Model readGltfModel(const std::string& path, GltfMessages& messages);
 
-/// The same of a file's bytes. \a folder: where it may name files; empty: nowhere.
+/// The same for a file's bytes. \a folder: where referenced files may be; empty: nowhere.
 tinygltf::Model
 readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages& messages);
 
-/// Reads the numbers that accessors stand for, sparse ones too, and checks all that they refer to;
-/// throws GltfError, which names the accessor.
+/// Reads the numbers of accessors, including sparse ones, and checks all their references; throws
+/// GltfError, which names the accessor.
 class GltfNumbers
 {
 public:
-    /// Numbers that are read from one file; a file may name the same ones any number of times.
+    /// Limit on numbers read from one file, because a file may reference the same ones any number
+    /// of times.
     static constexpr std::size_t kMost = std::size_t(64) << 20;
 
     explicit GltfNumbers(const tinygltf::Model& model) : _model(model) {}
 
-    /// Numbers of \a components each: floats, or normalized whole ones. All are finite.
+    /// Elements of \a components floats or normalized whole numbers each. All are finite.
     std::vector<float> floats(int accessor, int components);
-    /// Whole numbers of \a components each (indices, joints).
+    /// Elements of \a components whole numbers each (indices, joints).
     std::vector<std::uint32_t> whole(int accessor, int components);
-    /// 1 .. 16; of the accessor's type.
+    /// 1 .. 16; by the accessor's type.
     int componentsOf(int accessor) const;
 
     /// The bytes of a buffer view. Throws GltfError.
@@ -63,7 +64,7 @@ private:
     std::size_t _left = kMost;
 };
 
-/// A model that is being read: what all who make something of it use.
+/// A model being read: state shared by its readers.
 struct GltfReading
 {
     const tinygltf::Model& model;

@@ -28,11 +28,11 @@ namespace osgMidair
 namespace
 {
 
-/// Width and height as the header of a PNG or JPEG file says, before anything is decoded: a file of
-/// some bytes may say that it has gigabytes.
+/// Width and height from the header of a PNG or JPEG file, before decoding: a file of a few bytes
+/// may announce gigabytes.
 struct ImageSize
 {
-    std::size_t width = 0; ///< 0: no PNG nor JPEG
+    std::size_t width = 0; ///< 0: neither PNG nor JPEG
     std::size_t height = 0;
     const char* extension = ""; ///< "png", "jpg"
 };
@@ -45,13 +45,13 @@ std::size_t bigEndian(const unsigned char* bytes, int count)
     return value;
 }
 
-/// A JPEG file is a row of segments, of which one begins a frame and has its size.
+/// A JPEG file is a sequence of segments; one of them begins a frame and has its size.
 ImageSize jpegSize(const unsigned char* bytes, std::size_t size)
 {
     for (std::size_t at = 2; at + 9 <= size && bytes[at] == 0xFF;)
     {
         const unsigned char marker = bytes[at + 1];
-        if (marker == 0xFF) // fills
+        if (marker == 0xFF) // fill bytes
         {
             ++at;
             continue;
@@ -80,8 +80,8 @@ osg::Texture::WrapMode wrapOf(int mode)
                                                            : osg::Texture::REPEAT;
 }
 
-/// Member \a name of an extension as \a count numbers; \a otherwise if it has none. Throws
-/// GltfError.
+/// Returns member \a name of an extension as \a count numbers; \a otherwise if it is missing.
+/// Throws GltfError.
 std::vector<double>
 numbersIn(const tinygltf::Value& extension, const char* name, std::vector<double> otherwise)
 {
@@ -103,7 +103,7 @@ numbersIn(const tinygltf::Value& extension, const char* name, std::vector<double
 
 constexpr std::size_t kMostMorphs = 256;
 
-/// -1: the primitive has no such attribute.
+/// Returns -1 if the primitive lacks the attribute.
 int attributeOf(const std::map<std::string, int>& attributes, const std::string& name)
 {
     const auto found = attributes.find(name);
@@ -125,8 +125,8 @@ osg::ref_ptr<Vectors> vectorsOf(const std::vector<float>& numbers)
 GLenum modeOf(int mode)
 {
     if (mode < 0) return GL_TRIANGLES;
-    if (mode > TINYGLTF_MODE_TRIANGLE_FAN) failGltf("mode {} is not known", mode);
-    return static_cast<GLenum>(mode); // they are OpenGL's
+    if (mode > TINYGLTF_MODE_TRIANGLE_FAN) failGltf("mode {} is unknown", mode);
+    return static_cast<GLenum>(mode); // OpenGL's values
 }
 
 bool isTriangles(GLenum mode)
@@ -134,12 +134,12 @@ bool isTriangles(GLenum mode)
     return mode == GL_TRIANGLES || mode == GL_TRIANGLE_STRIP || mode == GL_TRIANGLE_FAN;
 }
 
-/// Decodes a model's PNG and JPEG images, each once, by OSG's plugins for them. One that can't be
-/// is left out, and told.
+/// Decodes a model's PNG and JPEG images, each once, with OSG's plugins. Invalid images are left
+/// out with a message.
 class GltfImages
 {
 public:
-    static constexpr std::size_t kMostPixels = std::size_t(64) << 20; ///< of all together
+    static constexpr std::size_t kMostPixels = std::size_t(64) << 20; ///< in total
     static constexpr std::size_t kLongestSide = 16384;
 
     explicit GltfImages(GltfReading& from) :
@@ -149,7 +149,7 @@ public:
     {
     }
 
-    /// Image \a number; null if there is none.
+    /// Returns image \a number; null if there is none.
     osg::ref_ptr<osg::Image> get(int number)
     {
         if (!gltfEntry(_images, number)) return nullptr;
@@ -181,8 +181,7 @@ private:
             else if (seen.width == 0)
                 why = "it is no PNG or JPEG";
             else if (!isSmall)
-                why = fmt::format(
-                    "{} x {} pixels are more than there is room for", seen.width, seen.height);
+                why = fmt::format("{} x {} pixels are too many", seen.width, seen.height);
             else if (reader =
                          osgDB::Registry::instance()->getReaderWriterForExtension(seen.extension);
                      !reader)
@@ -215,7 +214,7 @@ private:
     std::vector<osg::ref_ptr<osg::Image>> _images;
 };
 
-/// How a primitive's texture coordinates lead to its material's image.
+/// Maps a primitive's texture coordinates to its material's image.
 struct GltfCoordinates
 {
     int set = -1; ///< 0 for TEXCOORD_0; -1: there is no texture
@@ -225,8 +224,8 @@ struct GltfCoordinates
     double rotation_rad = 0.0;
     /// \}
 
-    /// The place in OSG's image, which begins at the bottom; glTF's begins at the top.
-    // As the extension's example has it: a turn by 90 degrees leads (u v) to (v -u).
+    /// Position in OSG's image, whose origin is at the bottom; glTF's is at the top. As in the
+    /// extension's example a rotation by 90 degrees maps (u v) to (v -u).
     osg::Vec2 inImage(const osg::Vec2& coordinates) const
     {
         const double u = coordinates.x() * scale.x();
@@ -237,7 +236,7 @@ struct GltfCoordinates
     }
 };
 
-/// Base colours and their textures; what else a material has isn't drawn.
+/// Base colours and their textures; other parts of materials aren't drawn.
 class GltfMaterials
 {
 public:
@@ -248,7 +247,7 @@ public:
     {
     }
 
-    /// The state of material \a number; null if there is none.
+    /// Returns the state of material \a number; null if there is none.
     osg::ref_ptr<osg::StateSet> get(int number)
     {
         const tinygltf::Material* material = find(number);
@@ -258,7 +257,7 @@ public:
         return state;
     }
 
-    /// Where its base colour's texture is. Throws GltfError.
+    /// Returns the texture coordinates of its base colour. Throws GltfError.
     GltfCoordinates coordinatesOf(int number) const
     {
         GltfCoordinates way;
@@ -292,7 +291,7 @@ private:
         const std::vector<double>& factor = material.pbrMetallicRoughness.baseColorFactor;
         for (unsigned int i = 0; i < 4 && i < factor.size(); ++i)
             color[i] = static_cast<float>(std::clamp(factor[i], 0.0, 1.0));
-        // Colours of vertices take the place of the material's.
+        // Vertex colours replace the material's.
         drawn->setColorMode(osg::Material::AMBIENT_AND_DIFFUSE);
         drawn->setDiffuse(osg::Material::FRONT_AND_BACK, color);
         drawn->setAmbient(osg::Material::FRONT_AND_BACK, color);
@@ -315,7 +314,7 @@ private:
             material.occlusionTexture.index >= 0 ||
             material.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
             _from.messages.sayOfPicture(
-                "of its materials the base colour is drawn, and no other texture");
+                "only the base colour of its materials is drawn, no other texture");
         return state;
     }
 
@@ -342,14 +341,14 @@ private:
     std::vector<osg::ref_ptr<osg::StateSet>> _states;
 };
 
-/// Makes geometries of a model's meshes. A primitive that is wrong is left out, and told.
+/// Makes geometries of a model's meshes. Invalid primitives are left out with a message.
 class GltfMeshes
 {
 public:
     explicit GltfMeshes(GltfReading& from) : _from(from), _materials(from) {}
 
-    /// The parts of mesh \a number, read anew, with the weights of its morph targets: its own ones
-    /// if \a weights are empty. Throws GltfError if there is no such mesh.
+    /// Reads the parts of mesh \a number anew, with the \a weights of its morph targets; empty: its
+    /// own ones. Throws GltfError if there is no such mesh.
     std::vector<GltfPart> read(int number, const std::vector<double>& weights)
     {
         const tinygltf::Mesh* found = gltfEntry(_from.model.meshes, number);
@@ -402,7 +401,7 @@ private:
         if (normals >= 0)
         {
             const auto given = vectorsOf<osg::Vec3Array>(_from.numbers.floats(normals, 3));
-            requireGltf(given->size() == count, "it has not as many normals as vertices");
+            requireGltf(given->size() == count, "the numbers of normals and vertices differ");
             geometry.setNormalArray(given, osg::Array::BIND_PER_VERTEX);
         }
         else if (isTriangles(geometry.getPrimitiveSet(0)->getMode()))
@@ -410,13 +409,13 @@ private:
         return part;
     }
 
-    // A mesh is felt as it is at rest: its weights are those that the file gives it.
+    // A mesh is played at rest, with the weights in the file.
     void addMorphs(const tinygltf::Primitive& primitive,
                    const std::vector<double>& weights,
                    osg::Vec3Array& vertices)
     {
         if (primitive.targets.empty()) return;
-        _from.messages.say("its morph targets stay as they are at rest");
+        _from.messages.say("its morph targets keep their initial weights");
         requireGltf(primitive.targets.size() <= kMostMorphs, "it has more than 256 morph targets");
         for (std::size_t k = 0; k < std::min(primitive.targets.size(), weights.size()); ++k)
         {
@@ -424,12 +423,14 @@ private:
             const auto weight = static_cast<float>(weights[k]);
             if (moved < 0 || weight == 0.0F) continue;
             const auto by = vectorsOf<osg::Vec3Array>(_from.numbers.floats(moved, 3));
-            requireGltf(by->size() == vertices.size(), "a morph target has not as many vertices");
+            requireGltf(by->size() == vertices.size(),
+                        "a morph target has another number of vertices");
             for (std::size_t i = 0; i < vertices.size(); ++i)
                 vertices[i] += (*by)[i] * weight;
         }
         for (const osg::Vec3& vertex : vertices)
-            requireGltf(std::isfinite(vertex.length2()), "its morph targets lead to no place");
+            requireGltf(std::isfinite(vertex.length2()),
+                        "its morph targets give positions that are not finite");
     }
 
     void
@@ -440,15 +441,13 @@ private:
         const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
         if (places < 0)
         {
-            _from.messages.sayOfPicture(
-                fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
-                            geometry.getName(),
-                            way.set));
+            _from.messages.sayOfPicture(fmt::format(
+                "mesh \"{}\" has a texture, but no TEXCOORD_{}", geometry.getName(), way.set));
             return;
         }
         const auto coordinates = vectorsOf<osg::Vec2Array>(_from.numbers.floats(places, 2));
         requireGltf(coordinates->size() == count,
-                    "it has not as many texture coordinates as vertices");
+                    "the numbers of texture coordinates and vertices differ");
         for (osg::Vec2& one : *coordinates)
             one = way.inImage(one);
         geometry.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
@@ -472,7 +471,7 @@ private:
         requireGltf(width == 3 || width == 4, "colours should have three or four components");
         const std::vector<float> given = _from.numbers.floats(number, width);
         requireGltf(given.size() == count * static_cast<std::size_t>(width),
-                    "it has not as many colours as vertices");
+                    "the numbers of colours and vertices differ");
         const osg::ref_ptr<osg::Vec4Array> colors =
             new osg::Vec4Array(osg::Array::BIND_PER_VERTEX, static_cast<unsigned int>(count));
         for (std::size_t i = 0; i < count; ++i)
@@ -501,7 +500,7 @@ private:
         elements->reserve(indices.size());
         for (const std::uint32_t index : indices)
         {
-            if (index >= count) failGltf("index {} is of none of its {} vertices", index, count);
+            if (index >= count) failGltf("index {} is beyond its {} vertices", index, count);
             elements->push_back(index);
         }
         requireGltf(!indices.empty(), "it has no indices");
@@ -514,11 +513,11 @@ private:
         const int weights = attributeOf(primitive.attributes, "WEIGHTS_0");
         if (joints < 0 || weights < 0) return;
         if (attributeOf(primitive.attributes, "JOINTS_1") >= 0)
-            _from.messages.say("of its vertices' joints the first four move them");
+            _from.messages.say("only the first four joints of each vertex are used");
         part.joints = _from.numbers.whole(joints, 4);
         part.weights = _from.numbers.floats(weights, 4);
         requireGltf(part.joints.size() == 4 * count && part.weights.size() == 4 * count,
-                    "it has not as many joints and weights as vertices");
+                    "the numbers of joints, weights and vertices differ");
     }
 
     GltfReading& _from;

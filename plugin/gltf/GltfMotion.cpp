@@ -17,7 +17,7 @@ namespace osgMidair
 namespace
 {
 
-/// A cubic spline is played as so many straight pieces between two of its keys.
+/// Number of straight pieces that replace a cubic spline between two keys.
 constexpr int kPieces = 8;
 
 /// The keys of one channel: values of \a width numbers each.
@@ -70,7 +70,7 @@ Keys readKeys(const tinygltf::AnimationSampler& sampler, std::size_t width, Gltf
     const bool isSpline = sampler.interpolation == "CUBICSPLINE";
     requireGltf(!keys.times_s.empty(), "it has no keys");
     requireGltf(keys.values.size() == (isSpline ? 3 : 1) * width * keys.size(),
-                "it has not as many values as times");
+                "the numbers of values and times differ");
     for (std::size_t i = 0; i < keys.size(); ++i)
         requireGltf(keys.times_s[i] >= 0.0F && (i == 0 || keys.times_s[i] > keys.times_s[i - 1]),
                     "its times don't rise");
@@ -87,7 +87,7 @@ osg::Quat valueOf(const Keys& keys, std::size_t i, osg::Quat* /*kind*/)
 {
     const float* v = &keys.values[4 * i];
     const osg::Quat turn(v[0], v[1], v[2], v[3]);
-    requireGltf(turn.length() > 1e-3, "a rotation of it is none");
+    requireGltf(turn.length() > 1e-3, "one of its rotations is zero");
     return turn / turn.length();
 }
 
@@ -165,7 +165,7 @@ void addGltfAnimations(GltfReading& from, osg::Node& root)
                 if (movesATransform(one.channels[k]))
                     animation->addChannel(readChannel(one, one.channels[k], from.numbers));
                 else
-                    from.messages.say("animations move nodes alone, no " +
+                    from.messages.say("animations move only nodes, no " +
                                       one.channels[k].target_path);
             }
             catch (const GltfError& error)
@@ -177,7 +177,7 @@ void addGltfAnimations(GltfReading& from, osg::Node& root)
     }
     if (manager->getAnimationList().empty()) return;
     if (manager->getAnimationList().size() > 1)
-        from.messages.say(fmt::format("of its {} animations the first is played",
+        from.messages.say(fmt::format("only the first of its {} animations is played",
                                       manager->getAnimationList().size()));
     manager->playAnimation(manager->getAnimationList().front());
     root.addUpdateCallback(manager);
@@ -198,7 +198,7 @@ void GltfSkins::readSkin(const tinygltf::Skin& skin)
     std::vector<float> given;
     if (skin.inverseBindMatrices >= 0) given = _from.numbers.floats(skin.inverseBindMatrices, 16);
     if (!given.empty() && given.size() < 16 * skin.joints.size())
-        throw GltfError("skin \"" + skin.name + "\" has not as many matrices as joints");
+        throw GltfError("skin \"" + skin.name + "\": the numbers of matrices and joints differ");
     for (std::size_t i = 0; i < skin.joints.size(); ++i)
     {
         const int joint = skin.joints[i];
@@ -206,11 +206,11 @@ void GltfSkins::readSkin(const tinygltf::Skin& skin)
             failGltf("skin \"{}\" has a joint {}, which is no node", skin.name, joint);
         const auto node = static_cast<std::size_t>(joint);
         osg::Matrixd inverse;
-        // Column by column for column vectors is row by row for OSG's row vectors.
+        // Column by column for column vectors equals row by row for OSG's row vectors.
         if (!given.empty()) inverse.set(&given[16 * i]);
         if (_isJoint[node] && inverse != _inverse[node])
             _from.messages.say(
-                "two skins have a joint in two places at rest: it is where the first has it");
+                "two skins place a joint differently at rest: the first one is used");
         else
             _inverse[node] = inverse;
         _isJoint[node] = _isBone[node] = true;
@@ -226,8 +226,8 @@ void GltfSkins::addParents(const std::vector<int>& parents)
             _isBone[static_cast<std::size_t>(above)] = true;
 }
 
-// OSG moves vertices once a frame has updated the bones; what is looked at before, the size of a
-// model above all, has to be right, too.
+// OSG moves vertices only after a frame has updated the bones; earlier queries, above all the
+// model's size, need correct vertices, too.
 osg::ref_ptr<osg::Vec3Array> GltfSkins::atRest(const GltfPart& part,
                                                const std::vector<int>& joints,
                                                const std::vector<osg::Matrixd>& places) const
@@ -252,7 +252,7 @@ osg::ref_ptr<osg::Vec3Array> GltfSkins::atRest(const GltfPart& part,
         (*moved)[i] = weights > 0.0 ? osg::Vec3(place / weights) : from[i];
         if (!(*moved)[i].valid() || !std::isfinite((*moved)[i].length2()))
             throw GltfError("the bones of mesh \"" + part.geometry->getName() +
-                            "\" lead to no place");
+                            "\" give positions that are not finite");
     }
     return moved;
 }

@@ -15,43 +15,43 @@
 namespace osgMidair
 {
 
-/// \{ Names of what animations move at a node's transform.
+/// \{ Names of the animated parts of a node's transform.
 constexpr const char* kGltfTranslation = "translation";
 constexpr const char* kGltfRotation = "rotation";
 constexpr const char* kGltfScale = "scale";
 /// \}
 
-/// "node 12": the name by which animations find a node's transform.
+/// Returns "node 12": the name by which animations find a node's transform.
 std::string gltfTargetName(int node);
 
-/// For each node whether an animation moves it.
+/// Returns for each node whether an animation moves it.
 std::vector<bool> movedByGltf(const tinygltf::Model& model);
 
-/// Lets an animation manager at \a root play the model's first animation over and over; others are
-/// there for programs. A channel that is wrong is left out, and told.
+/// Lets an animation manager at \a root repeat the model's first animation; programs can use the
+/// others. Invalid channels are left out with a message.
 void addGltfAnimations(GltfReading& from, osg::Node& root);
 
-/// The skins of a model: which nodes are bones, and geometries that follow them, by software, so
-/// that what is felt follows, too.
+/// The skins of a model: finds the bones, and makes geometries that follow them in software, so
+/// that the played shape follows, too.
 class GltfSkins
 {
 public:
-    /// Throws GltfError if a skin refers to what isn't there.
+    /// Throws GltfError if a skin has an invalid reference.
     explicit GltfSkins(GltfReading& from);
 
-    /// True for joints, and for the nodes \a parents says are above them: a bone's place is known
-    /// through bones alone.
+    /// True for joints and for their ancestors by \a parents: a bone's pose is known only through
+    /// bones.
     bool isBone(int node) const { return _isBone[static_cast<std::size_t>(node)]; }
     void addParents(const std::vector<int>& parents);
 
-    /// From a joint's vertices at rest to its own frame.
+    /// Transform from a joint's vertices at rest to its own frame.
     const osg::Matrixd& inverseBind(int node) const
     {
         return _inverse[static_cast<std::size_t>(node)];
     }
 
-    /// \a part as skin \a skin moves it, as bones of \a names do; until they do, where the nodes'
-    /// \a places at rest lead it.
+    /// Returns \a part moved by skin \a skin and the bones of \a names; before these move, at the
+    /// nodes' \a places at rest.
     osg::ref_ptr<osg::Geometry> follow(const GltfPart& part,
                                        int skin,
                                        const std::vector<std::string>& names,

@@ -38,7 +38,7 @@ using osgAnimation::UpdateMatrixTransform;
 
 const std::string kInstancing = "EXT_mesh_gpu_instancing";
 
-/// The \a count numbers of a node's property; those of \a otherwise if it has none.
+/// Returns the \a count numbers of a node's property; \a otherwise if it is missing.
 std::vector<double> numbersOf(const std::vector<double>& given,
                               std::vector<double> otherwise,
                               const char* what,
@@ -53,7 +53,7 @@ std::vector<double> numbersOf(const std::vector<double>& given,
     return given;
 }
 
-/// A node's place as glTF has it: a matrix, or what an animation may move.
+/// A node's transform in glTF: a matrix, or the animated parts.
 struct Place
 {
     osg::Matrixd matrix;
@@ -103,15 +103,15 @@ osg::Matrixd upright()
     return osg::Matrixd::rotate(osg::PI_2, osg::X_AXIS);
 }
 
-/// Makes the nodes of a model below one that is theirs.
+/// Makes the nodes of a model below a given one.
 class GltfNodes
 {
 public:
-    static constexpr int kDeepest = 200; ///< OSG's visitors go as deep
+    static constexpr int kDeepest = 200; ///< limit for the recursion of OSG's visitors
     static constexpr std::size_t kMostNodes = 200000;
     static constexpr std::size_t kMostSkinnedParts = 10000;
 
-    /// Throws GltfError if the nodes are no trees, are too many or have no place.
+    /// Throws GltfError if the nodes are no trees, are too many or have no valid transform.
     GltfNodes(GltfReading& from, GltfSkins& skins) :
         _from(from),
         _skins(skins),
@@ -127,7 +127,7 @@ public:
         nameNodes();
     }
 
-    /// Adds the nodes of scene \a scene (-1: all that have no parent) below \a root, which is the
+    /// Adds the nodes of scene \a scene (-1: all without a parent) below \a root, which is the
     /// skeleton if there are skins.
     void addTo(osg::Group& root, int scene)
     {
@@ -141,12 +141,12 @@ public:
         for (const int top : tops)
         {
             if (top < 0 || static_cast<std::size_t>(top) >= _parents.size())
-                failGltf("the scene has a node {}, which is none", top);
+                failGltf("the scene has a node {}, which doesn't exist", top);
             if (_parents[static_cast<std::size_t>(top)] >= 0 || !seen.insert(top).second)
                 failGltf("node {} of the scene is below another, or there twice", top);
         }
         addAll(tops, root);
-        // OSG moves what follows bones once it has come past them.
+        // OSG moves skinned nodes after it has visited the bones.
         for (const osg::ref_ptr<osg::Node>& skinned : _skinnedNodes)
             root.addChild(skinned);
         _skinnedNodes.clear();
@@ -159,7 +159,7 @@ private:
             for (const int child : _from.model.nodes[i].children)
             {
                 if (child < 0 || static_cast<std::size_t>(child) >= _parents.size())
-                    failGltf("node {} has the child {}, which is none", i, child);
+                    failGltf("node {} has the child {}, which doesn't exist", i, child);
                 int& parent = _parents[static_cast<std::size_t>(child)];
                 if (parent >= 0)
                     failGltf("node {} is below node {} and below node {}; nodes "
@@ -171,7 +171,7 @@ private:
             }
     }
 
-    // With one parent each, what isn't below a root is on a circle.
+    // As each node has one parent, nodes that aren't below a root form a cycle.
     void checkDepth() const
     {
         for (std::size_t i = 0; i < _parents.size(); ++i)
@@ -184,7 +184,7 @@ private:
         }
     }
 
-    // Skins find their bones by their names.
+    // Skins find their bones by name.
     void nameNodes()
     {
         std::set<std::string> taken;
@@ -198,7 +198,7 @@ private:
         }
     }
 
-    // OSG wants the bones below a bone, or a skeleton, before anything else that is below it.
+    // OSG needs the bones below a bone or a skeleton before its other children.
     void addAll(const std::vector<int>& numbers, osg::Group& to)
     {
         for (const bool areBones : {true, false})
@@ -213,9 +213,9 @@ private:
         node->setName(_names[static_cast<std::size_t>(number)]);
         const bool isSkinned = from.mesh >= 0 && from.skin >= 0;
         const tinygltf::Value& ofMesh = meshExtras(number);
-        // A node's tag counts for all that is below it, a mesh's for the mesh: where there is more
-        // below the node, the mesh has a tag of its own (addMesh()). A skinned mesh is not below
-        // its node, and its tag goes with it.
+        // A node's tag counts for everything below it, a mesh's for the mesh: if there is more
+        // below the node, the mesh gets a tag of its own (addMesh()). A skinned mesh is not below
+        // its node and takes its tag along.
         if (!isSkinned && from.children.empty())
             addGltfTags(
                 joinedExtras(from.extras, ofMesh), nameForMessages(number), *node, _from.messages);
@@ -294,7 +294,7 @@ private:
         return shared;
     }
 
-    /// Adds \a mesh once, or as often as EXT_mesh_gpu_instancing of node \a number says.
+    /// Adds \a mesh once, or for each instance in EXT_mesh_gpu_instancing of node \a number.
     void addInstances(int number, osg::Node& mesh, osg::Group& node)
     {
         const tinygltf::Node& from = nodeAt(number);
@@ -320,7 +320,8 @@ private:
         const auto fits = [&](const std::vector<float>& given, std::size_t width)
         { return given.empty() || given.size() == count * width; };
         if (count == 0 || !fits(moves, 3) || !fits(turns, 4) || !fits(sizes, 3))
-            failGltf("the instances of node {} should have places, turns or scales, as many of "
+            failGltf("the instances of node {} should have translations, rotations or scales, as "
+                     "many of "
                      "each",
                      number);
         if ((_instances += count) > kMostNodes) failGltf("more than {} instances", kMostNodes);
@@ -338,16 +339,16 @@ private:
         }
     }
 
-    // Its bones alone say where a skinned mesh is (glTF 2.0, 3.7.3.3), so it is below the skeleton;
-    // it is felt as its node and those above it are.
+    // Only its bones place a skinned mesh (glTF 2.0, 3.7.3.3), so it is below the skeleton; it gets
+    // the tags of its node and those above it.
     void addSkinned(int number)
     {
         const tinygltf::Node& from = nodeAt(number);
         if (!gltfEntry(_from.model.skins, from.skin))
-            failGltf("node {} has the skin {}, which is none", number, from.skin);
+            failGltf("node {} has the skin {}, which doesn't exist", number, from.skin);
         if (from.extensions.count(kInstancing) > 0)
             _from.messages.say(nameForMessages(number) +
-                               ": of a mesh with a skin there is one instance");
+                               ": a mesh with a skin has only one instance");
         const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
         for (const GltfPart& part : _meshes(from.mesh, from.weights))
         {
@@ -381,7 +382,7 @@ private:
         return "node \"" + printable(nodeAt(number).name) + "\"";
     }
 
-    /// The extras of a node's mesh; null: it has none.
+    /// Returns the extras of a node's mesh; null: none.
     const tinygltf::Value& meshExtras(int number) const
     {
         static const tinygltf::Value none;
@@ -389,7 +390,7 @@ private:
         return mesh ? mesh->extras : none;
     }
 
-    /// Where a node is in the model at rest, of all nodes.
+    /// Returns the transforms of all nodes in the model at rest.
     const std::vector<osg::Matrixd>& places()
     {
         if (!_places.empty()) return _places;
@@ -408,7 +409,7 @@ private:
     std::vector<bool> _isMoved;
     /// meshes without skins, by their numbers and the weights of their morph targets
     std::map<std::pair<int, std::vector<double>>, osg::ref_ptr<osg::Node>> _shared;
-    std::vector<osg::Matrixd> _places; ///< of places(); empty: not asked for yet
+    std::vector<osg::Matrixd> _places; ///< of places(); empty: not computed yet
     std::size_t _instances = 0;
     std::vector<osg::ref_ptr<osg::Node>> _skinnedNodes; ///< to be added below the root
     std::size_t _skinned = 0;
@@ -418,7 +419,7 @@ int sceneOf(const tinygltf::Model& model, GltfMessages& messages)
 {
     if (model.scenes.empty()) return -1;
     if (model.scenes.size() > 1)
-        messages.say(fmt::format("of its {} scenes one is read", model.scenes.size()));
+        messages.say(fmt::format("only one of its {} scenes is read", model.scenes.size()));
     if (model.defaultScene < 0) return 0;
     if (static_cast<std::size_t>(model.defaultScene) >= model.scenes.size())
         failGltf("there is no scene {}", model.defaultScene);
@@ -490,7 +491,7 @@ osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& er
     const osg::ref_ptr<osg::Node> node = readGltfAndTell(path, messages, error);
     if (!messages.settings().empty())
         OSG_WARN << "osgMidair: " << printable(path)
-                 << ": what its scene says of the array isn't followed, as it would be in "
+                 << ": its scene's settings of the array are ignored; they would count in "
                  << osgDB::getSimpleFileName(printable(path))
                  << ".haptic: " << printable(messages.settings()) << std::endl;
     return node;

@@ -14,7 +14,7 @@
 namespace osgMidair
 {
 
-/// A glTF file that isn't read; what() says what is wrong and what would be right.
+/// An unreadable glTF file; what() names the error and what would be valid.
 class GltfError : public std::runtime_error
 {
 public:
@@ -28,8 +28,8 @@ template<typename... Values>
     throw GltfError(fmt::format(what, std::forward<Values>(values)...));
 }
 
-/// What is told of one file, each once, up to kMost: what concerns how it is felt, and what is only
-/// drawn in another way.
+/// Messages about one file, each once, up to kMost: those that concern what is played, and those
+/// that concern only the picture.
 class GltfMessages
 {
 public:
@@ -37,13 +37,13 @@ public:
 
     void say(const std::string& message) { add(_all, message); }
     void sayOfPicture(const std::string& message) { add(_ofPicture, message); }
-    /// For what might have made it quieter, and isn't followed.
+    /// For an ignored extra that might have made it quieter.
     void sayUnfollowed(const std::string& message)
     {
         say(message);
         add(_unfollowed, message);
     }
-    /// What the extras of its scene say of a HapticScene, as assignments.
+    /// Adds a HapticScene's setting from the scene's extras, as an assignment.
     void addSetting(const std::string& assignment) { _settings += assignment + "\n"; }
     const std::vector<std::string>& all() const { return _all; }
     const std::vector<std::string>& ofPicture() const { return _ofPicture; }
@@ -65,18 +65,17 @@ private:
 
 /// Reads a glTF 2.0 model, .gltf or .glb: nodes, meshes, base colours, textures, skins, animations,
 /// and the extras of nodes, meshes and the scene as tags; metres, turned from y up to OSG's z up.
-/// Throws GltfError, which says what is wrong; what is left out of a model that is read is in \a
-/// messages.
+/// Throws GltfError; \a messages get the parts left out.
 osg::ref_ptr<osg::Node> readGltf(const std::string& path, GltfMessages& messages);
 
-/// The same of a file's bytes, which name no other file.
+/// The same for a file's bytes, which reference no other file.
 osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes, GltfMessages& messages);
 
-/// The same, telling the messages as OSG's warnings and notices, too; null, with the reason in \a
-/// error, if it isn't read.
+/// The same, and also logs the messages as OSG's warnings and notices; null, with the reason in \a
+/// error, on failure.
 osg::ref_ptr<osg::Node>
 readGltfAndTell(const std::string& path, GltfMessages& messages, std::string& error);
-/// The same for who follows nothing of what the scene says of the array: that is told, too.
+/// The same for callers that ignore the scene's settings of the array: warns about these, too.
 osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error);
 
 } // namespace osgMidair

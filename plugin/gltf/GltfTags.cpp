@@ -19,7 +19,8 @@ namespace
 using midair::base::didYouMean;
 using midair::base::nearestWords;
 
-/// The value as a tag has it; false for lists and objects, as a text that no property takes.
+/// Returns the value as text for a tag; for lists and objects false and a text that no property
+/// accepts.
 bool textOf(const tinygltf::Value& value, std::string& text)
 {
     if (value.IsString())
@@ -35,7 +36,7 @@ bool textOf(const tinygltf::Value& value, std::string& text)
     return value.IsString() || value.IsBool() || value.IsNumber();
 }
 
-/// Blender has no yes and no in its older files: 0 and 1 stand for them.
+/// Older Blender files have no booleans: 0 and 1 stand for them.
 bool isNo(const std::string& text)
 {
     return text == "false" || text == "0";
@@ -46,7 +47,7 @@ bool isYes(const std::string& text)
     return text == "true" || text == "1";
 }
 
-/// What a property's name in extras may be a slip of the pen for; itself if it is one.
+/// Names that a property's name in extras may be a misspelling of; itself if it is valid.
 std::vector<std::string> meantBy(const std::string& name)
 {
     const std::vector<std::string> names = surfaceProperties().names();
@@ -54,7 +55,7 @@ std::vector<std::string> meantBy(const std::string& name)
     return nearestWords(name, names);
 }
 
-/// A value in a tag, so that nothing in it ends it.
+/// Quotes a value for a tag, so that nothing in it ends it.
 std::string quoted(std::string text)
 {
     std::replace(text.begin(), text.end(), '"', '\'');
@@ -68,7 +69,7 @@ bool isProperty(const std::string& name)
     return surfaceProperties().find(name) != nullptr;
 }
 
-/// Extras of what isn't marked: they aren't followed, which may not be what was meant.
+/// Reports extras of untagged objects: they are ignored, which may be a mistake.
 void tellUnmarked(const std::string& name, const std::string& where, GltfMessages& messages)
 {
     const std::string meant = didYouMean(name, {"haptic", "obstacle"});
@@ -77,7 +78,7 @@ void tellUnmarked(const std::string& name, const std::string& where, GltfMessage
     else if (isProperty(name))
     {
         const std::string text = where + "has the extra \"" + name +
-                                 "\", which isn't followed without \"haptic\": true beside it";
+                                 "\", which is ignored without \"haptic\": true beside it";
         if (surfaceProperties().concernsSafety(name))
             messages.sayUnfollowed(text);
         else
@@ -136,12 +137,12 @@ void addGltfTags(const tinygltf::Value& extras,
             tellUnmarked(name, where + ": ", messages);
         else
             messages.say(where + ": the extra \"" + printable(name) +
-                         "\" is like no property, and is left to others");
+                         "\" resembles no property and is ignored");
     }
     if (isHaptic) node.setUserValue("haptic", tag);
 }
 
-// "enabled" is a setting and a property; a scene's is the setting, as in options.
+// "enabled" is a setting and a property; on a scene it is the setting, as in options.
 void addGltfSceneTags(const tinygltf::Scene& scene, osg::Node& root, GltfMessages& messages)
 {
     tinygltf::Value::Object others;

@@ -1,5 +1,4 @@
-// In the place of the other sources here where tinygltf wasn't found: a model in glTF is refused by
-// name.
+// Replaces the other sources here if tinygltf wasn't found: refuses glTF models with a message.
 
 #include "plugin/gltf/GltfScene.h"
 

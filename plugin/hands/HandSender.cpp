@@ -59,13 +59,11 @@ bool HandSender::send(const std::vector<Hand>& hands, double time)
 
 bool HandSender::send(const Head& head, double time)
 {
-    const osg::Quat& q = head.orientation;
-    const Eigen::Quaterniond turn(q.w(), q.x(), q.y(), q.z());
-    return _part->sender.send(
-        {time,
-         midair::bridge::headPose(midair::bridge::toEigen(head.position), turn),
-         true,
-         head.age});
+    return _part->sender.send({time,
+                               midair::bridge::headPose(midair::bridge::toEigen(head.position),
+                                                        midair::bridge::toEigen(head.orientation)),
+                               true,
+                               head.age});
 }
 
 bool HandSender::say(const std::string& text)

@@ -1,16 +1,15 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
-#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/extending/ArrayConversion.h"
+#include "plugin/extending/MadeBy.h"
 #include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
 
 #include <osgMidair/HandSource>
 #include <osgMidair/HandSourceFactory>
 
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,7 +29,7 @@ bool isMouse(const std::string& uri)
     return uri == "mouse" || uri == "mouse:";
 }
 
-/// A source of the bridge for an application. What it plays begins with the first call.
+/// Makes a source of the bridge available to an application. Playback begins with the first call.
 class BridgedHands : public HandSource
 {
 public:
@@ -38,7 +37,7 @@ public:
         _source(
             [source = std::move(source)](bool isFirst)
             {
-                // In the child of a fork there are none.
+                // The child of a fork has none.
                 if (isFirst) return std::make_unique<bridge::FromItsBegin>(source);
                 return std::make_unique<bridge::FromItsBegin>(
                     std::make_shared<bridge::InjectedHandSource>());
@@ -62,18 +61,6 @@ private:
     midair::base::OfProcess<bridge::FromItsBegin> _source;
     bridge::HandFrame _frame;
 };
-
-/// Makes a source that the application registered; throws why there is none.
-std::shared_ptr<bridge::HandSource> makeOwn(const HandSourceFactory& make,
-                                            const std::string& options)
-{
-    osg::ref_ptr<HandSource> source;
-    std::string why;
-    const std::string thrown = midair::base::thrownBy([&] { source = make(options, why); });
-    if (!thrown.empty()) throw std::runtime_error("what makes it has thrown " + thrown);
-    if (!source) throw std::runtime_error(why.empty() ? "it could not be made" : why);
-    return std::make_shared<KitHands>(source.get());
-}
 
 } // namespace
 
@@ -119,7 +106,7 @@ bool InjectedHands::getHands(double /*time*/, std::vector<Hand>& hands)
 std::string InjectedHands::getStatus() const
 {
     const midair::base::Lock lock(_injected->mutex);
-    return fmt::format("hands set by the application, {} times so far", _injected->set);
+    return fmt::format("hands set by the application, {} times", _injected->set);
 }
 
 bool registerHandSource(const std::string& name, HandSourceFactory make, std::string& error)
@@ -127,7 +114,7 @@ bool registerHandSource(const std::string& name, HandSourceFactory make, std::st
     bridge::HandSourceMaker maker;
     if (make)
         maker = [make = std::move(make)](const std::string& options)
-        { return makeOwn(make, options); };
+        { return std::make_shared<KitHands>(madeBy<HandSource>(make, options).get()); };
     return bridge::registerHands(name, std::move(maker), error);
 }
 

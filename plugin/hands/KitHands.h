@@ -25,9 +25,8 @@ inline Hand fromBridge(const midair::bridge::Hand& hand)
     for (std::size_t i = 0; i < Hand::kJoints; ++i)
     {
         const midair::bridge::HandJoint& joint = hand.joints[i];
-        const Eigen::Quaterniond& q = joint.orientation;
         result.joints[i] = {midair::bridge::toOsg(joint.position),
-                            osg::Quat(q.x(), q.y(), q.z(), q.w()),
+                            midair::bridge::toOsg(joint.orientation),
                             joint.radius_m,
                             joint.positionValid,
                             joint.orientationValid};
@@ -43,9 +42,8 @@ inline midair::bridge::Hand toBridge(const Hand& hand)
     for (std::size_t i = 0; i < Hand::kJoints; ++i)
     {
         const HandJoint& joint = hand.joints[i];
-        const osg::Quat& q = joint.orientation;
         result.joints[i] = {midair::bridge::toEigen(joint.position),
-                            Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()),
+                            midair::bridge::toEigen(joint.orientation),
                             joint.radius,
                             joint.positionValid,
                             joint.orientationValid};
@@ -53,7 +51,7 @@ inline midair::bridge::Hand toBridge(const Hand& hand)
     return result;
 }
 
-/// A hand source of an application of the kit's, as trackers take it.
+/// Adapts a hand source of a kit's application for trackers.
 class KitHands : public midair::bridge::HandSource
 {
 public:
@@ -76,7 +74,7 @@ private:
     std::vector<Hand> _hands;
 };
 
-/// Opens what a scene's setting `hands` names; as midair::bridge::openHands(), and "mouse:".
+/// Opens the source of a scene's setting `hands`; as midair::bridge::openHands(), and "mouse:".
 std::shared_ptr<midair::bridge::HandSource> openSceneHands(const std::string& uri);
 
 /// As midair::bridge::unknownHands() for the setting `hands`.

@@ -5,6 +5,9 @@
 #include <osgGA/GUIEventAdapter>
 
 #include <cmath>
+#include <cstdlib>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -12,7 +15,7 @@ namespace osgMidair
 namespace
 {
 
-/// Handler in a view; it does nothing once the source is gone.
+/// Event handler in a view; inactive once the source is gone.
 class MouseEvents : public osgGA::GUIEventHandler
 {
 public:
@@ -36,7 +39,7 @@ private:
 constexpr double kWheelStep_m = 2e-3;
 constexpr int kKey = 't';
 
-/// Where a camera looks, of unit length, in the world.
+/// View direction of a camera, of unit length, in the world.
 struct Look
 {
     osg::Vec3d ahead;
@@ -74,6 +77,8 @@ void MouseSource::attach(osgViewer::View& view, double metresPerUnit, const osg:
     if (isKnown && metresPerUnit == _metresPerUnit) return;
     _mouse = new MouseHand(metresPerUnit, depthPoint);
     _metresPerUnit = metresPerUnit;
+    _isMovedInDepth = false;
+    _depth_m = 0.0;
     if (isKnown) return;
     _view = &view;
     view.addEventHandler(new MouseEvents(this));
@@ -83,6 +88,7 @@ bool MouseSource::getHands(double time, std::vector<Hand>& hands)
 {
     hands.clear();
     if (!_mouse && _waited <= kPatience) ++_waited;
+    if (!_isMoved) waitAside();
     return _mouse && _mouse->getHandSource()->getHands(time, hands);
 }
 
@@ -101,7 +107,42 @@ std::vector<std::string> MouseSource::takeMessages()
 
 bool MouseSource::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& adapter)
 {
-    return _mouse && _mouse->handle(event, adapter);
+    using Event = osgGA::GUIEventAdapter;
+    const int type = event.getEventType();
+    _isMoved = _isMoved || type == Event::MOVE || type == Event::DRAG;
+    if (!_mouse) return false;
+    const osg::Vec3d before = _mouse->getDepthPoint();
+    const bool isHandled = _mouse->handle(event, adapter);
+    const auto* view = dynamic_cast<osgViewer::View*>(&adapter);
+    if (view && view->getCamera() && _mouse->getDepthPoint() != before)
+    {
+        _depth_m += _metresPerUnit *
+                    ((_mouse->getDepthPoint() - before) * lookOf(*view->getCamera()).ahead);
+        _isMovedInDepth = true;
+    }
+    return isHandled;
+}
+
+std::string MouseSource::depthText() const
+{
+    if (!_isMovedInDepth) return {};
+    const long depth_mm = std::lround(1e3 * _depth_m);
+    if (depth_mm == 0) return "in the middle";
+    return fmt::format(
+        "{} mm {} the middle", std::abs(depth_mm), depth_mm > 0 ? "behind" : "before");
+}
+
+// As if the mouse were there, however the camera has moved by now.
+void MouseSource::waitAside()
+{
+    osgViewer::View* const view = _view.get(); // mostly on a stack, where it can't be locked
+    if (!_mouse || !view) return;
+    const osg::ref_ptr<osgGA::GUIEventAdapter> event = new osgGA::GUIEventAdapter;
+    event->setEventType(osgGA::GUIEventAdapter::MOVE);
+    event->setInputRange(-1.0F, -1.0F, 1.0F, 1.0F);
+    event->setX(0.7F);
+    event->setY(-0.7F);
+    _mouse->handle(*event, *view);
 }
 
 MouseHand::MouseHand(double metresPerUnit, const osg::Vec3d& depthPoint) :
@@ -124,7 +165,11 @@ void MouseHand::follow(const osgGA::GUIEventAdapter& event, const osg::Camera& c
     if (!(std::abs(along) > 0.0)) return;
     const osg::Vec3d tip = near + (far - near) * (((_depthPoint - near) * ahead) / along);
     if (!tip.valid()) return;
-    _hands->setHands({openHand(1, tip * _metresPerUnit, turned(ahead, up))});
+    // The wrist is at the lower right, so that the hand hides neither its fingertips nor what they
+    // touch.
+    osg::Vec3d fingers = ahead * 0.55 + up * 0.65 - (ahead ^ up) * 0.5;
+    fingers.normalize();
+    _hands->setHands({openHand(1, tip * _metresPerUnit, turned(fingers, up - ahead))});
 }
 
 bool MouseHand::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& adapter)
@@ -152,8 +197,8 @@ bool MouseHand::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdap
 
 void MouseHand::getUsage(osg::ApplicationUsage& usage) const
 {
-    usage.addKeyboardMouseBinding("t", "osgMidair: take the mouse's hand away, bring it back");
-    usage.addKeyboardMouseBinding("Ctrl+wheel", "osgMidair: move the mouse's hand in depth");
+    usage.addKeyboardMouseBinding("t", "osgMidair: hide or show the mouse hand");
+    usage.addKeyboardMouseBinding("Ctrl+wheel", "osgMidair: move the mouse hand in depth");
 }
 
 } // namespace osgMidair

@@ -18,7 +18,7 @@ using midair::bridge::TouchEvent;
 namespace
 {
 
-/// Returns true for two of the same finger and object.
+/// Returns true if both have the same finger and object.
 bool isSame(const TouchTeller::Told& a, const TouchTeller::Told& b)
 {
     return a.object == b.object && a.touch.hand == b.touch.hand && a.touch.finger == b.touch.finger;
@@ -89,7 +89,7 @@ TouchTeller::gather(const midair::bridge::HandProximity& touched,
         if (told.kind != TouchEvent::LEAVE) _current.push_back(told);
     }
     for (Told& one : _current)
-        one.node = nullptr; // kept alive by the caller alone, while it tells
+        one.node = nullptr; // during the callback only the caller keeps it alive
     return all;
 }
 

@@ -17,8 +17,7 @@
 namespace osgMidair
 {
 
-/// Tells the touches that hands begin and end, at nodes and in the scene's units. For the update
-/// thread.
+/// Reports the beginning and end of touches, at nodes and in scene units. For the update thread.
 class TouchTeller
 {
 public:
@@ -30,21 +29,22 @@ public:
     {
         midair::bridge::TouchEvent::Kind kind = midair::bridge::TouchEvent::ENTER;
         std::uint64_t object = 0;
-        osg::ref_ptr<osg::Node> node; ///< keeps that of the touch
+        osg::ref_ptr<osg::Node> node; ///< keeps the touch's node alive
         Touch touch;
     };
 
-    /// Returns what is to be told of \a touched, and keeps current(). \a nodeOf returns the node of
-    /// an object or null. \a arrayToScene: transform from the array to the world in scene units.
+    /// Returns the changes in \a touched to report, and updates current(). \a nodeOf returns the
+    /// node of an object or null. \a arrayToScene: transform from the array to the world in scene
+    /// units.
     std::vector<Told> gather(const midair::bridge::HandProximity& touched,
                              const std::function<osg::Node*(std::uint64_t)>& nodeOf,
                              const Eigen::Affine3d& arrayToScene);
 
-    /// The touches that have begun and not ended, by the last gather().
+    /// The touches that have not ended, as of the last gather().
     std::vector<Touch> current() const;
 
-    /// Calls the callbacks. These may do anything with the scene, so call it last. Returns what
-    /// they have thrown.
+    /// Calls the callbacks. They may change the scene, so call it last. Returns their exceptions as
+    /// messages.
     std::vector<midair::base::Message> tell(const std::vector<Told>& all);
 
 private:

@@ -1,17 +1,16 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/heads/HeadOpening.h"
-#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/extending/ArrayConversion.h"
+#include "plugin/extending/MadeBy.h"
 #include "plugin/heads/KitHead.h"
 #include "plugin/heads/MouseHead.h"
 
 #include <osgMidair/HeadSource>
 
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,7 +30,7 @@ bool isMouseHead(const std::string& text)
     return text == "mouse" || text == "mouse:";
 }
 
-/// A source of the bridge for an application; in the child of a fork there is no head.
+/// Makes a source of the bridge available to an application; the child of a fork has no head.
 class BridgedHead : public HeadSource
 {
 public:
@@ -61,28 +60,13 @@ private:
     midair::base::OfProcess<std::shared_ptr<bridge::HeadSource>> _source;
 };
 
-/// Makes a source that the application registered; throws why there is none.
-std::shared_ptr<bridge::HeadSource> makeOwnHead(const HeadSourceFactory& make,
-                                                const std::string& options)
-{
-    osg::ref_ptr<HeadSource> source;
-    std::string why;
-    const std::string thrown = midair::base::thrownBy([&] { source = make(options, why); });
-    if (!thrown.empty()) throw std::runtime_error("what makes it has thrown " + thrown);
-    if (!source) throw std::runtime_error(why.empty() ? "it could not be made" : why);
-    return std::make_shared<KitHead>(source.get());
-}
-
 } // namespace
 
 bool KitHead::headAt(double time_s, bridge::Head& head)
 {
     Head seen;
     head = {time_s, Eigen::Isometry3d::Identity(), _source->getHead(time_s, seen), seen.age};
-    const osg::Quat& q = seen.orientation;
-    if (head.isTracked)
-        head.pose = bridge::headPose(bridge::toEigen(seen.position),
-                                     Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()));
+    if (head.isTracked) head = toBridge(seen, time_s);
     return head.isTracked;
 }
 
@@ -124,7 +108,7 @@ bool InjectedHead::getHead(double /*time*/, Head& head)
 std::string InjectedHead::getStatus() const
 {
     const midair::base::Lock lock(_injected->mutex);
-    return fmt::format("head set by the application, {} times so far", _injected->set);
+    return fmt::format("head set by the application, {} times", _injected->set);
 }
 
 bool registerHeadSource(const std::string& name, HeadSourceFactory make, std::string& error)
@@ -132,7 +116,7 @@ bool registerHeadSource(const std::string& name, HeadSourceFactory make, std::st
     bridge::HeadSourceMaker maker;
     if (make)
         maker = [make = std::move(make)](const std::string& options)
-        { return makeOwnHead(make, options); };
+        { return std::make_shared<KitHead>(madeBy<HeadSource>(make, options).get()); };
     return bridge::registerHeads(name, std::move(maker), error);
 }
 
@@ -153,7 +137,7 @@ osg::ref_ptr<HeadSource> openHeadSource(const std::string& text, std::string& er
     const auto open = [&]
     {
         source = openSceneHead(text);
-        if (bridge::RecordedUri::parse(text)) // it begins with the first call
+        if (bridge::RecordedUri::parse(text)) // starts with the first call
             source = std::make_shared<bridge::OpeningHead>(source);
     };
     if (!succeeds(open, error) || !source) return nullptr;

@@ -16,13 +16,22 @@ namespace osgMidair
 
 inline Head fromBridge(const midair::bridge::Head& head)
 {
-    const Eigen::Quaterniond q(head.pose.linear());
     return {midair::bridge::toOsg(Eigen::Vector3d(head.pose.translation())),
-            osg::Quat(q.x(), q.y(), q.z(), q.w()),
+            midair::bridge::toOsg(Eigen::Quaterniond(head.pose.linear())),
             head.age_s};
 }
 
-/// A head source of an application of the kit's, as trackers take it.
+/// Converts \a head, which is tracked, at \a time_s.
+inline midair::bridge::Head toBridge(const Head& head, double time_s)
+{
+    return {time_s,
+            midair::bridge::headPose(midair::bridge::toEigen(head.position),
+                                     midair::bridge::toEigen(head.orientation)),
+            true,
+            head.age};
+}
+
+/// Adapts a head source of a kit's application for trackers.
 class KitHead : public midair::bridge::HeadSource
 {
 public:
@@ -44,7 +53,7 @@ private:
     osg::ref_ptr<osgMidair::HeadSource> _source;
 };
 
-/// Opens what a scene's setting `heads` names; as midair::bridge::openHead(), and "mouse:".
+/// Opens the source of a scene's setting `heads`; as midair::bridge::openHead(), and "mouse:".
 std::shared_ptr<midair::bridge::HeadSource> openSceneHead(const std::string& text);
 
 /// As midair::bridge::unknownHead() for the setting `heads`.

@@ -10,7 +10,7 @@ namespace osgMidair
 namespace
 {
 
-/// Handler in a view; it does nothing once the source is gone.
+/// Event handler in a view; inactive once the source is gone.
 class MouseHeadEvents : public osgGA::GUIEventHandler
 {
 public:
@@ -25,7 +25,7 @@ public:
     void getUsage(osg::ApplicationUsage& usage) const override
     {
         if (_source.valid())
-            usage.addKeyboardMouseBinding("Alt+wheel", "osgMidair: move the mouse's head in depth");
+            usage.addKeyboardMouseBinding("Alt+wheel", "osgMidair: move the mouse head in depth");
     }
 
 private:

@@ -13,10 +13,11 @@
 namespace osgMidair
 {
 
-/// The head source "mouse:", for rehearsals: a head that begins at the camera of the view that
-/// shows the scene, and follows the mouse. With the mouse in the window's middle it is where the
-/// camera was first; at an edge it is kAside_m to that side, Alt with the wheel moves it ahead and
-/// back. Without a view there is no head, which is told once. For the update thread only.
+/// The head source "mouse:", for rehearsals: a head that starts at the camera of the view that
+/// shows the scene, and follows the mouse. With the mouse in the window's middle it is at the
+/// camera's initial position; at an edge it is kAside_m to that side. Alt with the wheel moves it
+/// forward and back. Without a view there is no head, which is logged once. For the update thread
+/// only.
 class MouseHead : public HeadSource
 {
 public:
@@ -31,17 +32,17 @@ public:
     std::string getStatus() const override;
     std::vector<std::string> takeMessages() override;
 
-    /// Takes an event of the view. Returns true if it is handled.
+    /// Handles an event of the view. Returns true if it is handled.
     bool handle(const osgGA::GUIEventAdapter& event);
 
 private:
-    static constexpr int kPatience = 120; ///< frames without a view before that is told
+    static constexpr int kPatience = 120; ///< frames without a view before a warning
 
     osg::observer_ptr<osgViewer::View> _view;
     osg::Vec3d _begin;      ///< m, world
-    osg::Quat _orientation; ///< of the camera then
+    osg::Quat _orientation; ///< of the camera at the start
     osg::Vec3d _moved;      ///< m, in the frame of _orientation
-    bool _isKnown = false;  ///< there was a view
+    bool _isKnown = false;  ///< a view was found
     int _waited = 0;
 };
 

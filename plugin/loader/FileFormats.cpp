@@ -1,5 +1,5 @@
-// Tells OSG where the kit's own plugins are: beside this library, wherever it was installed or
-// moved to. Without it, scene files of a kit in a private prefix need OSG_LIBRARY_PATH.
+// Tells OSG where the kit's plugins are: beside this library, wherever it was installed or moved
+// to. Otherwise scene files of a kit in a private prefix would need OSG_LIBRARY_PATH.
 #include "haptics/base/UserEnvironment.h"
 #include "plugin/gltf/GltfScene.h"
 #include "plugin/serializers/Wrappers.h"
@@ -19,7 +19,7 @@ namespace
 bool addOwnFolder()
 {
     const std::string folder = midair::base::ownFolder().string();
-    // First, so that the plugins of another version, in the system's folders, are not taken.
+    // First, so that plugins of another version in the system's folders are not used.
     if (!folder.empty()) osgDB::Registry::instance()->getLibraryFilePathList().push_front(folder);
     return true;
 }

@@ -2,12 +2,15 @@
 
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/surface/ObjReader.h"
 #include "plugin/gltf/GltfScene.h"
 #include "plugin/loader/PlyCheck.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/SceneMarks.h"
+#include "plugin/serializers/ObjectNumbers.h"
+#include "plugin/serializers/XmlOutline.h"
 #include "plugin/settings/Grants.h"
 
 #include <osgMidair/FileFormats>
@@ -16,6 +19,7 @@
 #include <osg/Geometry>
 #include <osg/MatrixTransform>
 #include <osg/Notify>
+#include <osgAnimation/RigGeometry>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/Registry>
@@ -50,7 +54,7 @@ std::string tried(const std::string& file, const std::string& options)
     const std::string program = midair::bridge::programBeside("midair-check");
     if (program.empty())
     {
-        OSG_INFO << "osgMidair: midair-check is not there, so " << printable(file)
+        OSG_INFO << "osgMidair: midair-check is not installed, so " << printable(file)
                  << " is read without a trial" << std::endl;
         return {};
     }
@@ -76,9 +80,9 @@ std::string tried(const std::string& file, const std::string& options)
     }
 }
 
-// A file that was read and is as it was needs no second trial.
-/// Lets another process (midair-check, where it is installed beside the kit) read \a file with
-/// OSG's \a options, which may end it, and returns why this one should not; empty: it may.
+// Lets another process (midair-check, if it is installed beside the kit) read \a file with OSG's \a
+// options, because it may crash. Returns why this process should not read it; empty: it may. A file
+// unchanged since it was read needs no second trial.
 std::string whyNotToRead(const std::string& file, const std::string& options)
 {
     struct Tried
@@ -102,10 +106,10 @@ std::string whyNotToRead(const std::string& file, const std::string& options)
 
 using Result = osgDB::ReaderWriter::ReadResult;
 
-/// Options of a process that tries to read a model: there is no other one to try it for this.
+/// Option of the trial process, which reads without a further trial.
 const char* const kTrial = "osgMidair.trial";
 
-/// OSG's readers scan numbers by the locale of the thread, where "0.5" may be 0.
+/// OSG's readers parse numbers in the thread's locale, in which "0.5" may be 0.
 class PointAsDecimalSign
 {
 public:
@@ -127,7 +131,7 @@ private:
     locale_t _before;
 };
 
-/// Reads what models name (ProxyNode, PagedLOD and the like) as the models themselves.
+/// Reads files that models reference (ProxyNode, PagedLOD and the like) like the models themselves.
 class ReadModels : public osgDB::ReadFileCallback
 {
 public:
@@ -146,7 +150,7 @@ private:
     bool _isTrial;
 };
 
-// Once, however often a model is read, as a gallery does for days.
+// Logged once, even if a gallery reads a model for days.
 void tell(osg::NotifySeverity severity, const std::string& text)
 {
     constexpr std::size_t kMostTold = 1000;
@@ -162,7 +166,7 @@ void tell(osg::NotifySeverity severity, const std::string& text)
     osg::notify(severity) << "osgMidair: " << printable(text) << std::endl;
 }
 
-/// Returns a copy of \a options with which all below the model is read as it is.
+/// Returns a copy of \a options that reads everything below the model in the same way.
 osg::ref_ptr<osgDB::Options> forAllBelow(const osgDB::Options* options)
 {
     osgDB::Registry* registry = osgDB::Registry::instance();
@@ -174,7 +178,7 @@ osg::ref_ptr<osgDB::Options> forAllBelow(const osgDB::Options* options)
     return own;
 }
 
-/// Gives pictures, which that reader finds beside the model, the names that others find them by.
+/// Renames pictures, which that reader finds beside the model, to names that other readers find.
 class NamePictures : public osg::NodeVisitor
 {
 public:
@@ -203,7 +207,23 @@ private:
     const osgDB::Options* _options;
 };
 
-// The kit's reader says what is in the file, and OSG's dresses it, with materials and pictures.
+/// What is wrong with the numbers of the objects in an .osgt or .osgx file; empty: nothing. One
+/// that can't be read here is told by OSG.
+std::string numberProblem(const std::string& file, bool isXml)
+{
+    constexpr std::size_t kMostBytes = std::size_t(2) << 30;
+    try
+    {
+        const std::string text = midair::base::readRegularFile(file, kMostBytes);
+        return isXml ? repeatedXmlNumber(text) : repeatedNumber(text);
+    }
+    catch (const midair::base::InputError&)
+    {
+        return {};
+    }
+}
+
+// The kit's reader provides the geometry, OSG's the materials and pictures.
 Result readObjModel(const std::string& file, const osgDB::Options* options)
 {
     midair::haptics::PlainObj plain;
@@ -230,7 +250,7 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
     read.getNode()->accept(names);
     if (plain.origin.isZero(0.0)) return read;
     osg::Vec3d origin(plain.origin.x(), plain.origin.y(), plain.origin.z());
-    // That reader takes y as up.
+    // That reader assumes y up.
     if (own->getOptionString().find("noRotation") == std::string::npos)
         origin.set(origin.x(), -origin.z(), origin.y());
     const osg::ref_ptr<osg::MatrixTransform> placed =
@@ -239,8 +259,8 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
     return Result(placed.get());
 }
 
-/// Leaves out what OSG's readers let pass and what would end a program that draws or reads it, and
-/// looks for coordinates without the digits that they need.
+/// Removes data that OSG's readers accept but that would crash drawing or reading, and looks for
+/// coordinates that lack digits.
 class MendModel : public osg::NodeVisitor
 {
 public:
@@ -303,12 +323,12 @@ private:
 
 void mend(osg::Node& model, const std::string& file)
 {
-    constexpr double kShare = 1e-3; // of the model's size, below which steps are not felt
+    constexpr double kShare = 1e-3; // of the model's size, below which steps can't be felt
     MendModel visitor;
     model.accept(visitor);
     if (visitor.leftOut > 0)
         tell(osg::WARN,
-             fmt::format("{}: {} of its sets of faces refer to vertices that are not there; they "
+             fmt::format("{}: {} of its sets of faces refer to missing vertices and "
                          "are left out",
                          file,
                          visitor.leftOut));
@@ -318,22 +338,37 @@ void mend(osg::Node& model, const std::string& file)
         std::max({box.xMax() - box.xMin(), box.yMax() - box.yMin(), box.zMax() - box.zMin()});
     if (visitor.step > kShare * size && visitor.farthest > 0.0)
         tell(osg::WARN,
-             fmt::format("{}: its coordinates, up to {:.4g}, have lost digits in reading: steps of "
-                         "{:.2g} in a shape {:.2g} wide; move the model to the origin",
-                         file,
-                         visitor.farthest,
-                         visitor.step,
-                         size));
+             fmt::format(
+                 "{}: its coordinates, up to {:.4g}, lose digits in single precision: steps of "
+                 "{:.2g} in a shape {:.2g} wide; move the model to the origin",
+                 file,
+                 visitor.farthest,
+                 visitor.step,
+                 size));
 }
 
-/// The same as OSG's visitor in double.
+/// Returns the box of a drawable's vertices. OSG doubles that of a skin, so that it holds it
+/// however it moves.
+osg::BoundingBox boxOf(const osg::Drawable& drawable)
+{
+    const auto* skin = dynamic_cast<const osgAnimation::RigGeometry*>(&drawable);
+    const auto* places =
+        skin ? dynamic_cast<const osg::Vec3Array*>(skin->getVertexArray()) : nullptr;
+    if (!places) return drawable.getBoundingBox();
+    osg::BoundingBox box;
+    for (const osg::Vec3& place : *places)
+        box.expandBy(place);
+    return box;
+}
+
+/// OSG's visitor in double precision.
 class BoundsInDouble : public osg::ComputeBoundsVisitor
 {
 public:
     using osg::ComputeBoundsVisitor::apply;
     void apply(osg::Drawable& drawable) override
     {
-        const osg::BoundingBox own = drawable.getBoundingBox();
+        const osg::BoundingBox own = boxOf(drawable);
         if (!own.valid()) return;
         const osg::Matrixd matrix =
             getMatrixStack().empty() ? osg::Matrixd() : getMatrixStack().back();
@@ -374,6 +409,8 @@ Result readModel(const std::string& name, const osgDB::Options* options)
     const bool isTried = !isObj && !file.empty() && extension != "haptic" &&
                          own->getPluginStringData(kTrial).empty();
     std::string why = extension == "ply" && !file.empty() ? plyProblem(file) : std::string();
+    if ((extension == "osgt" || extension == "osgx") && !file.empty())
+        why = numberProblem(file, extension == "osgx");
     if (!why.empty()) return Result(printable(file + ": " + why));
     if (isTried) why = whyNotToRead(file, own->getOptionString());
     if (!why.empty()) return Result(printable(why));
@@ -397,7 +434,7 @@ ModelFile readModelFile(const std::string& name, const osgDB::Options* options)
     ModelFile model;
     const std::string file = osgDB::findDataFile(name, options);
     const std::string extension = osgDB::getLowerCaseFileExtension(name);
-    // What is in no file may be in a program's own callback.
+    // A name without a file may belong to a program's own callback.
     if (file.empty())
         model.read = osgDB::Registry::instance()->readNode(name, options);
     else if (extension != "gltf" && extension != "glb")
@@ -411,12 +448,16 @@ ModelFile readModelFile(const std::string& name, const osgDB::Options* options)
         model.settings = messages.settings();
         model.unfollowed = messages.unfollowed();
     }
-    if (!model.read.validNode() || (extension != "gltf" && extension != "glb")) return model;
-    markTags(*model.read.getNode());
-    SceneMarks marks;
-    marks.look({model.read.getNode()});
-    model.isTagged = marks.state() == SceneMarks::State::SOME;
+    model.isTagged = model.read.validNode() && saysWhatIsFelt(*model.read.getNode());
     return model;
+}
+
+bool saysWhatIsFelt(osg::Node& model)
+{
+    markTags(model);
+    SceneMarks marks;
+    marks.look({&model});
+    return marks.state() == SceneMarks::State::SOME;
 }
 
 } // namespace osgMidair

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <osg/BoundingBox>
 #include <osg/Node>
 #include <osg/ref_ptr>
 #include <osgDB/Options>
@@ -12,22 +11,19 @@
 namespace osgMidair
 {
 
-/// A model for MODEL.EXT.haptic, as it is in its file.
+/// A model for MODEL.EXT.haptic, unchanged.
 struct ModelFile
 {
     osgDB::ReaderWriter::ReadResult read; ///< as of readModel() in <osgMidair/FileFormats>
-    /// true: its tags say what of it is felt; false: all of it is
+    /// true: only tagged parts are played; false: all of it
     bool isTagged = false;
-    std::string settings; ///< of the HapticScene, as assignments; from a file, so wishes
-    /// What says how something is felt and isn't followed; with it, all of it may not be felt.
+    /// of the HapticScene, as assignments; requests, because they are from a file
+    std::string settings;
+    /// Ignored haptic statements; if there are any, an untagged model may not be played as a whole.
     std::vector<std::string> unfollowed;
 };
 
-/// Reads \a name as readModel() does, and glTF with its extras as tags.
+/// Reads \a name as readModel() does, and its tags and the scene settings of glTF.
 ModelFile readModelFile(const std::string& name, const osgDB::Options* options);
-
-/// The box of all below \a node in the frame of its parent. (OSG's own has floats, which lose the
-/// digits of places far from the origin.)
-osg::BoundingBoxd boundsOf(osg::Node& node);
 
 } // namespace osgMidair

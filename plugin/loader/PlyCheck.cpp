@@ -21,7 +21,7 @@ namespace
 {
 
 constexpr std::size_t kMostPlyBytes = std::size_t(1) << 30;
-constexpr std::size_t kMostPlyLine = 4094; ///< characters that OSG's reader has room for
+constexpr std::size_t kMostPlyLine = 4094; ///< buffer size of OSG's reader, characters
 
 struct PlyType
 {
@@ -43,7 +43,7 @@ const PlyType kPlyTypes[] = {{"char", "int8", 1, true, false},
 
 struct PlyProperty
 {
-    const PlyType* count; ///< of a list; null: one number
+    const PlyType* count; ///< of a list; null: a single number
     const PlyType* type;
     std::string name;
 };
@@ -68,7 +68,7 @@ const PlyType* plyType(const std::string& name)
     failPly("the header has a property of the unknown type \"{}\"", name.substr(0, 40));
 }
 
-/// Goes through a file as its header says.
+/// Checks a file against its header.
 class PlyCheck
 {
 public:
@@ -166,7 +166,7 @@ private:
             for (long long i = 0; i < count; ++i)
             {
                 const long long value = number(*property.type);
-                // Strips of triangles are divided by -1.
+                // -1 separates strips of triangles.
                 const bool isDivider = value == -1 && element.name != "face";
                 if (isIndex && !isDivider && (value < 0 || value >= _vertices))
                     failPly("{}{} {} refers to vertex {}; the file has {} vertices, "
@@ -216,7 +216,7 @@ private:
 
     std::string_view _text;
     std::size_t _at = 0;
-    std::string_view _words; ///< what is left of the line of an element
+    std::string_view _words; ///< rest of an element's line
     int _line = 0;
     bool _isText = true;
     bool _isTurned = false;

@@ -5,8 +5,8 @@
 namespace osgMidair
 {
 
-/// What is wrong with a PLY file; empty: nothing. OSG's reader trusts the header, the lines and all
-/// indices: what lies beyond may end the program at once, later or never, so that no trial tells.
+/// Returns the error in a PLY file; empty: none. OSG's reader trusts the header, the lines and all
+/// indices: reading beyond may crash at once, later or never, so a trial can't detect it.
 std::string plyProblem(const std::string& file);
 
 } // namespace osgMidair

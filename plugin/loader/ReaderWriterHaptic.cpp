@@ -34,11 +34,8 @@ namespace
 
 constexpr std::size_t kMostSettingsBytes = 1 << 20;
 
-/// Options that place a model.
-const char* const kPlacing[] = {"size", "position", "rotation", "overlays"};
-
-/// If the value of \a row in \a object, given as \a value, is out of range, puts the default in its
-/// place, says so in \a error, and returns false.
+/// Replaces the value of \a row in \a object, given as \a value, by the default if it is out of
+/// range; then sets \a error and returns false.
 template<class T>
 bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
 {
@@ -61,13 +58,12 @@ struct LoaderOptions
     bool isSizeSet = false;
     osg::ref_ptr<HapticOverlays> overlays; ///< null: none
 
-    /// True for a viewer's device, which plays the viewer's scene in its place: options that place
-    /// a model give a warning.
+    /// True for a viewer's device, which plays the viewer's scene instead of a model: options that
+    /// place a model cause a warning.
     bool forDevice = false;
 
-    /// Parses options; warns about those that aren't understood, naming \a where they came from.
-    /// What may concern safety silences the scene. \a isOwnFile: nobody else's options are among
-    /// them.
+    /// Parses options; warns about invalid ones, with \a where they came from. If safety may depend
+    /// on one, silences the scene. \a isOwnFile: no other plugin's options are among them.
     void parse(const std::string& text, const std::string& where, bool isOwnFile = false)
     {
         std::set<std::string> seen;
@@ -76,7 +72,7 @@ struct LoaderOptions
             std::string error;
             const bool isUnclear = !take(one, isOwnFile, seen, error);
             if (error.empty()) continue;
-            // Of the settings files that the kit reads, people want to know the line.
+            // Warnings about settings files of the kit name the line.
             const bool hasLines = isOwnFile && forDevice;
             const std::string place = hasLines ? where + ":" + std::to_string(one.line) : where;
             error.insert(0, place + ": ");
@@ -88,28 +84,27 @@ struct LoaderOptions
 
     void silenceWithProperty() { silenceFor(property.whySilenced); }
 
-    // Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
+    // If something in the viewer's scene is tagged, the property of the whole scene isn't checked.
     void silenceFor(const std::vector<std::string>& reasons)
     {
         for (const std::string& reason : reasons)
             silence(settings, reason);
     }
 
-    /// Tags say what is felt, and how: warns where the property says something, too.
+    /// Tags define the haptics: warns if the property is set, too.
     void leaveToTags(const std::string& where)
     {
         silenceWithProperty();
         if (property != HapticProperty())
             OSG_WARN << "osgMidair: "
                      << printable(where +
-                                  ": options of how it is felt are not used, since nodes of the "
-                                  "model have tags, which say that")
+                                  ": haptic options are ignored, because nodes of the model have "
+                                  "their own haptic tags")
                      << std::endl;
     }
 
 private:
-    /// Takes one assignment in, and says in \a error what is wrong with it. Returns false if that
-    /// may concern safety.
+    /// Sets one assignment, or sets \a error. Returns false if safety may depend on it.
     bool
     take(const Assignment& one, bool isOwnFile, std::set<std::string>& seen, std::string& error)
     {
@@ -123,7 +118,7 @@ private:
             return !isSafety;
         }
         if (setOwn(name, one.value, error)) return true;
-        // "enabled" is a name in both tables; here it means the array.
+        // "enabled" is in both tables; here it means the array.
         if (const auto* row = sceneSettings().find(name))
             return (settings.set(name, one.value, error) &&
                     keepInRange(*row, one.value, settings, error)) ||
@@ -136,31 +131,30 @@ private:
         return true;
     }
 
-    static bool isKnown(const std::string& name)
+    static bool isPlacing(const std::string& name)
     {
-        return sceneSettings().find(name) || surfaceProperties().find(name) ||
-               std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing);
+        return std::find(std::begin(kPlacingOptions), std::end(kPlacingOptions), name) !=
+               std::end(kPlacingOptions);
     }
 
-    // Options may be another plugin's; a file of settings is the kit's alone.
+    static bool isKnown(const std::string& name)
+    {
+        return sceneSettings().find(name) || surfaceProperties().find(name) || isPlacing(name);
+    }
+
+    // Options may be another plugin's; a file of settings belongs to the kit alone.
     static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error)
     {
-        error = cutListWarning(word);
-        // "maxPressure 800" comes as one, too.
-        const std::string first = word.substr(0, word.find(' '));
-        const Setting<HapticSettings>* row = sceneSettings().find(first);
-        const bool isSafety = isOwnFile || (row && row->isSafety) || first == "pressure";
-        if (!error.empty() || !isSafety) return isSafety;
-        error = "\"" + word + "\" stands alone, should be name=value; nothing is played";
+        error = wordWarning(word);
+        if (!isOwnFile && !isSafetyWord(word)) return false;
+        if (error.empty()) error = "\"" + word + "\" should be name=value";
+        error += "; nothing is played";
         return true;
     }
 
     static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error)
     {
-        std::vector<std::string> names = sceneSettings().names();
-        for (const std::string& property : surfaceProperties().names())
-            names.push_back(property);
-        names.insert(names.end(), std::begin(kPlacing), std::end(kPlacing));
+        const std::vector<std::string> names = optionNames();
         const bool isUnclear = sceneSettings().concernsSafety(name) ||
                                surfaceProperties().concernsSafety(name) ||
                                (isOwnFile && midair::base::nearestWords(name, names).empty());
@@ -171,12 +165,11 @@ private:
 
     bool setOwn(const std::string& name, const std::string& value, std::string& error)
     {
-        if (forDevice &&
-            std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing))
+        if (forDevice && isPlacing(name))
         {
             error = name +
-                    " is for MODEL.haptic and is not used here: a viewer's scene is felt where it "
-                    "is seen (metresPerUnit and calibration say where the array is)";
+                    " is for MODEL.haptic and is ignored here: a viewer's scene is felt where it "
+                    "is seen (metresPerUnit and calibration place the array)";
             return true;
         }
         if (name == "size")
@@ -202,7 +195,7 @@ private:
         return true;
     }
 
-    // Yes, no, or the words of those that are shown.
+    // Yes, no, or the names of overlays to show.
     void setOverlays(const std::string& value, std::string& error)
     {
         bool isYes = false;
@@ -221,7 +214,7 @@ private:
     }
 };
 
-/// MODEL.EXT.haptic, or MODEL.EXT.(NAME=VALUE, ..).haptic with options of this object alone.
+/// MODEL.EXT.haptic, or MODEL.EXT.(NAME=VALUE, ..).haptic with options for this object alone.
 struct ObjectName
 {
     std::string model;   ///< MODEL.EXT
@@ -232,13 +225,13 @@ struct ObjectName
         const std::size_t open = model.rfind(".(");
         if (model.empty() || model.back() != ')' || open == std::string::npos) return;
         options = model.substr(open + 2, model.size() - open - 3);
-        // As in "cow.osg.(1,0,0).trans", which is of OSG's own: these are numbers.
+        // As in OSG's own "cow.osg.(1,0,0).trans": these are numbers.
         if (options.find('=') == std::string::npos) options.clear();
         if (!options.empty()) model.erase(open);
     }
 };
 
-/// Returns \a model scaled and placed as the options say.
+/// Returns \a model scaled and placed by the options.
 osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 {
     const osg::BoundingBoxd box = boundsOf(*model);
@@ -262,17 +255,18 @@ osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 
 } // namespace
 
-/// OSG plugin that reads MODEL.haptic, any model that OSG reads, made haptic below a HapticScene;
-/// and FILE.haptic, settings for --device.
+/// OSG plugin that reads MODEL.haptic, any model that OSG reads, as a haptic object below a
+/// HapticScene; and FILE.haptic, settings for --device.
 class ReaderWriterHaptic : public osgDB::ReaderWriter
 {
 public:
     ReaderWriterHaptic()
     {
         supportsExtension("haptic", "Mid-air haptics: MODEL.EXT.haptic, or settings for --device");
-        supportsOption("size=<metres>",
-                       "largest extent of the model, which is centred, or with its unit: 8 cm "
-                       "(default: as it is)");
+        supportsOption(
+            "size=<metres>",
+            "largest extent of the model, in metres or with a unit: 8 cm; also centres it "
+            "(default: unchanged)");
         supportsOption("position=<x y z>", "metres, or with a unit: 0 0 12 cm (default 0 0 0)");
         supportsOption("rotation=<x y z>", "degrees about x, then y, then z (default 0 0 0)");
         std::string words;
@@ -287,7 +281,7 @@ public:
             supportsOption(name + "=", help);
     }
 
-    /// With the names that the program has registered by now.
+    /// Includes the names that the program has registered by now.
     const FormatDescriptionMap& supportedOptions() const override
     {
         _options = _supportedOptions;
@@ -360,7 +354,7 @@ public:
         object->addChild(placed(model.read.getNode(), loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
-        scene->setJoined(true); // osgviewer shows several files beside each other
+        scene->setJoined(true); // osgviewer shows several files side by side
         scene->addChild(object);
         if (loader.overlays) scene->addChild(loader.overlays);
         return scene.get();

@@ -51,17 +51,17 @@ struct HandBodies::Part
             OSG_WARN << "osgMidair: " << printable(what) << std::endl;
     }
 
-    /// Tells of a step that isn't one.
+    /// Warns of an invalid step.
     void check(double length_s) const
     {
         if (isStep(length_s)) return;
         say(midair::base::MessageCode::SETTINGS_INVALID,
-            fmt::format("a HandBodies has steps of {:g} s, should be 0 or more; 1/240 s is used",
+            fmt::format("the step of a HandBodies is {:g} s, should be 0 or more; 1/240 s is used",
                         length_s));
     }
 
-    /// Puts the hands at \a time into frame. What the source throws is told once; then there are
-    /// none.
+    /// Stores the hands at \a time in frame. An exception of the source is logged once; then there
+    /// are no hands.
     void ask(double time)
     {
         frame.hands.clear();
@@ -91,7 +91,7 @@ struct HandBodies::Part
     std::shared_ptr<midair::bridge::HandSource> source;
     osg::observer_ptr<HapticScene> scene;
     midair::bridge::HandFrame frame;
-    std::string told; ///< what the source has thrown last
+    std::string told; ///< the source's last exception
     double time_s = 0.0;
 };
 
@@ -117,7 +117,7 @@ void HandBodies::update(double time)
     _part->ask(time);
     for (midair::bridge::Hand& hand : _part->frame.hands)
         midair::bridge::leaveOutImpossible(hand);
-    constexpr double kMost = 240.0; // steps of a frame, among which a way is divided
+    constexpr double kMost = 240.0; // steps of a frame, for subdividing a motion
     const double steps = _part->step_s > 0.0 ? (time - _part->time_s) / _part->step_s : 1.0;
     _part->time_s = time;
     _part->bodies->update(_part->frame,

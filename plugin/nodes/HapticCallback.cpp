@@ -16,9 +16,9 @@ namespace osgMidair
 namespace
 {
 
-constexpr const char* kNeverCalled = "its node is in no scene that is shown, or the viewer's "
-                                     "eventTraversal() is not called; without "
-                                     "that, add it as an update callback";
+constexpr const char* kNeverCalled = "its node is in no displayed scene, or the viewer's "
+                                     "eventTraversal() is not called; in that case "
+                                     "add it as an update callback";
 
 bool isAmong(osg::Callback* first, const osg::Callback& wanted)
 {
@@ -36,7 +36,7 @@ HapticCallback::HapticCallback(const HapticSettings& settings) :
 {
 }
 
-// OSG tells a callback nothing of traversals that never come.
+// OSG doesn't notify a callback of missing traversals.
 HapticCallback::~HapticCallback()
 {
     if (!_engine->get())
@@ -54,7 +54,7 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
         {
             osg::ref_ptr<HapticCallback> callback;
             if (!self.lock(callback)) return false;
-            auto& where = const_cast<osg::Node&>(root); // has getters of two kinds
+            auto& where = const_cast<osg::Node&>(root); // has two kinds of getters
             return isAmong(where.getEventCallback(), *callback) ||
                    isAmong(where.getUpdateCallback(), *callback);
         };

@@ -17,7 +17,7 @@ namespace osgMidair
 namespace
 {
 
-/// Returns the view that \a device was added to, which OSG doesn't tell a device.
+/// Returns the view of \a device, which OSG doesn't pass to a device.
 osgViewer::View* viewOf(osgGA::Device* device)
 {
     for (osg::GraphicsContext* context : osg::GraphicsContext::getAllRegisteredGraphicsContexts())
@@ -39,7 +39,7 @@ HapticDevice::HapticDevice(const HapticSettings& settings, const HapticProperty&
     _property(property),
     _engine(std::make_unique<OwnedEngine>(_settings, OwnerKind::DEVICE))
 {
-    setCapabilities(RECEIVE_EVENTS); // else checkEvents() is never called
+    setCapabilities(RECEIVE_EVENTS); // otherwise checkEvents() is never called
 }
 
 HapticDevice::~HapticDevice()
@@ -49,7 +49,7 @@ HapticDevice::~HapticDevice()
         OSG_WARN << "osgMidair: a HapticDevice has played nothing: " << why << std::endl;
 }
 
-// OSG tells a device neither the view that it is added to nor that nobody asks it for events.
+// OSG notifies a device neither of its view nor of missing calls for events.
 std::string HapticDevice::whySilent() const
 {
     switch (_state)

@@ -18,7 +18,7 @@ unsigned int nextCount()
 
 } // namespace
 
-// Found by its request for the event traversal, as a HapticSurface.
+// Found by its request for the event traversal, like a HapticSurface.
 HapticPoints::HapticPoints() : _modified(nextCount())
 {
     setNumChildrenRequiringEventTraversal(1);
@@ -40,13 +40,13 @@ HapticPoints::~HapticPoints() = default;
 void HapticPoints::setPoints(const std::vector<osg::Vec3d>& points,
                              const std::vector<double>& pressures)
 {
-    // Copies, as either may be this node's own.
+    // Copies, because the arguments may be this node's own vectors.
     std::vector<osg::Vec3d> newPoints = points;
     std::vector<double> newPressures = pressures;
     _points.swap(newPoints);
     _pressures.swap(newPressures);
     _modified = nextCount();
-    dirtyBound(); // so that a scene at rest looks at once, too
+    dirtyBound(); // so that a scene at rest also checks at once
 }
 
 osg::BoundingSphere HapticPoints::computeBound() const

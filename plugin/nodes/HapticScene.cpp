@@ -62,7 +62,7 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
             SceneKeys::addTo(view, *_engine);
             showOnDisplayOfUser(view);
         }
-        // This node alone may have asked for the traversal; a large scene need not be looked at.
+        // If only this node has requested the traversal, the rest of a large scene can be skipped.
         if (getNumChildrenRequiringUpdateTraversal() <= 1) return;
     }
     osg::Group::traverse(visitor);
@@ -91,6 +91,11 @@ void HapticScene::setHandSource(HandSource* source)
 HandSource* HapticScene::getHandSource() const
 {
     return _engine->handSource();
+}
+
+void HapticScene::setDisplayTime(double steady_s)
+{
+    _engine->setDisplayTime(steady_s);
 }
 
 void HapticScene::setHeadSource(HeadSource* source)

@@ -26,8 +26,7 @@ HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copy
 
 HapticSurface::~HapticSurface() = default;
 
-// The surface itself handles no events, so the traversal goes on only if something below requested
-// it.
+// The surface handles no events itself, so the traversal goes on only if a node below requested it.
 void HapticSurface::traverse(osg::NodeVisitor& visitor)
 {
     const bool isEvent = visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR;

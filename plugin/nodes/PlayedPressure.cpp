@@ -12,7 +12,7 @@ namespace osgMidair
 namespace
 {
 
-constexpr double kLongest_s = 0.1; // ArrayDevice::playedSince() goes back no further
+constexpr double kLongest_s = 0.1; // the maximum of ArrayDevice::playedSince()
 
 } // namespace
 
@@ -25,7 +25,7 @@ playedPressure(const HapticScene& scene, const osg::Vec3d& place, double duratio
     const bridge::PlayedDrives played = SceneAccess::engine(scene).playedOfLate(duration_s);
     const Eigen::Vector3d there = Eigen::Affine3d(result->worldToArray) * bridge::toEigen(place);
     std::vector<float> pressure_Pa;
-    // What can't be probed has no values.
+    // A place that can't be probed has no values.
     midair::base::thrownBy(
         [&]
         {

@@ -1,5 +1,5 @@
-// What OSG loads where a file's name ends with .gltf or .glb and nobody else has a plugin for that:
-// osgdb_gltf and osgdb_glb. Another one on OSG's library path is loaded in place of this one.
+// OSG loads this for file names ending with .gltf or .glb if there is no other plugin: osgdb_gltf
+// and osgdb_glb. Another one on OSG's library path replaces it.
 
 #include <osgMidair/FileFormats>
 
@@ -26,7 +26,7 @@ fs::path ownFile()
     return fs::canonical(info.dli_fname, error);
 }
 
-/// Another plugin for the same files; empty if there is none.
+/// Returns another plugin for the same files; empty if there is none.
 std::string otherPlugin()
 {
     const fs::path own = ownFile();
@@ -53,7 +53,7 @@ bool isRead()
                        [](const auto& one) { return one->acceptsExtension(MIDAIR_EXTENSION); });
 }
 
-// The other one may be the kit's, of another build, which finds this one and steps aside itself.
+// The other one may be the kit's from another build, which finds this one and also steps aside.
 bool registerOrStepAside()
 {
     const std::string other = otherPlugin();

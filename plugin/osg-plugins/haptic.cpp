@@ -1,4 +1,4 @@
-// What OSG loads where a file's name ends with .haptic: osgdb_haptic.
+// OSG loads this for file names ending with .haptic: osgdb_haptic.
 
 #include <osgMidair/FileFormats>
 

@@ -1,4 +1,4 @@
-// What OSG loads where a file names a class of osgMidair: osgdb_serializers_osgmidair.
+// OSG loads this for files with a class of osgMidair: osgdb_serializers_osgmidair.
 
 #include <osgMidair/FileFormats>
 

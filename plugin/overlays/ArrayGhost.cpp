@@ -67,8 +67,8 @@ void main()
 }
 )";
 
-/// Returns the radius that transducers are drawn with: 0.44 times the distance from the first one
-/// to its nearest neighbour.
+/// Returns the radius of the drawn discs: 0.44 times the distance from the first transducer to its
+/// nearest neighbour.
 double discRadius(const TransducerArray& array)
 {
     double nearest = 0.010;
@@ -177,7 +177,7 @@ public:
     {
         osg::Vec4ubArray& colors = colorsOf(*discs);
         if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
-            return; // result for another array, whose setArray() follows
+            return; // a result for another array; its setArray() follows
         for (Eigen::Index i = 0; i < result->played().size(); ++i)
         {
             const std::complex<float> q = result->played()[i];

@@ -6,7 +6,6 @@
 
 #include <osg/Geometry>
 #include <osg/LineWidth>
-#include <osgGA/GUIEventAdapter>
 
 #include <string>
 
@@ -25,7 +24,7 @@ const OverlayRegistration
                        "axes",
                        "the axes of the array's frame",
                        "the axes of the array's frame from its origin, x red, y green, z blue",
-                       osgGA::GUIEventAdapter::KEY_F1,
+                       0,
                        25,
                        makeOverlay<AxesOverlay>,
                        {kAxesLength},
@@ -66,14 +65,8 @@ void AxesOverlay::setLength(double length_m)
             ends->push_back(one);
             colors->push_back(kAxisColors[axis]);
         }
-        osg::ref_ptr<osgText::Text> name = pixels::text(std::string(1, "xyz"[axis]),
-                                                        {},
-                                                        0.2F * length,
-                                                        kAxisColors[axis],
-                                                        osgText::TextBase::CENTER_CENTER);
-        name->setPosition(end * 1.15F);
-        name->setAxisAlignment(osgText::TextBase::SCREEN);
-        addChild(name);
+        addChild(pixels::axisLabel(
+            std::string(1, "xyz"[axis]), end * 1.15F, 0.2F * length, kAxisColors[axis]));
     }
     osg::ref_ptr<osg::Geometry> lines = new osg::Geometry;
     lines->setVertexArray(ends);

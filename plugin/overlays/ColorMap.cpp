@@ -146,8 +146,8 @@ ColorMap ColorMap::through(const std::vector<osg::Vec3f>& colors)
 const ColorMap& ColorMap::diverging()
 {
     // Straight lines in Oklab from the middle: both arms lose the same lightness and gain the same
-    // chroma. Blue and orange can be told apart by hue or lightness with red-green and with
-    // blue-yellow blindness.
+    // chroma. Blue and orange differ in hue or lightness for red-green and for blue-yellow
+    // blindness.
     static const ColorMap map = []
     {
         const osg::Vec3f low = lch(0.50F, 0.15F, 255.0F);

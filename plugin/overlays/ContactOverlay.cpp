@@ -56,7 +56,7 @@ void main()
 }
 )";
 
-// With a dark rim, so that it is seen on anything.
+// With a dark rim, to be visible on any background.
 const char* const kDotFragment = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
@@ -81,7 +81,7 @@ osg::ref_ptr<osg::Geometry> makeLines()
     return lines;
 }
 
-/// Foci are on the skin inside the object, so that depth would hide them.
+/// Foci are on the skin inside the object, so a depth test would hide them.
 void drawThrough(osg::Geometry& geometry)
 {
     drawTranslucent(geometry, POINT_BIN);
@@ -110,7 +110,7 @@ public:
         drawThrough(*dots);
     }
 
-    // What is near, but has no foci, is not drawn.
+    // Contacts without foci are not drawn.
     void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
     {
         ContactScene scene;

@@ -45,8 +45,8 @@ void main()
 }
 )";
 
-// A ring, so that the field in its middle stays visible, with dark rims, so that it is visible on
-// bright and on dark ground.
+// A ring, so that the field in its middle stays visible, with dark rims to be visible on bright and
+// on dark ground.
 const char* const kControlPointFragmentSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;

@@ -48,6 +48,7 @@ constexpr float kMostLines = 16.0F; // of equal level
 constexpr float kText_px = 22.0F;   // its digits are half as high
 constexpr float kApart = 0.12F;     // between two labels, radii
 constexpr double kMapPause_s = 0.1; // between two maps
+constexpr float kLabelRoom_m = 0.03F;
 const osg::Vec4 kExposureInk(0.95F, 0.95F, 0.85F, 1.0F);
 
 osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
@@ -57,7 +58,7 @@ osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
     return made;
 }
 
-// The sphere's middle is the origin, so that a place is its own normal.
+// The sphere's middle is the origin, so a position is its own normal.
 const char* const kLineVertex = R"(#version 120
 varying vec4 color;
 varying float inner;
@@ -79,27 +80,47 @@ void main()
 }
 )";
 
-/// Leaves out labels on the side of the sphere that is seen from outside.
-class InnerSide : public osg::DrawableCullCallback
+} // namespace
+
+/// Hides labels on the side of the sphere seen from outside, except that of the loudest place, and
+/// those before or behind the haptic objects.
+class ReadableLabels : public osg::DrawableCullCallback
 {
 public:
     bool cull(osg::NodeVisitor* visitor, osg::Drawable* drawable, osg::State*) const override
     {
-        const osg::Vec3 place = static_cast<osgText::Text*>(drawable)->getPosition();
-        return place * (place - visitor->getEyePoint()) <= 0.0F;
+        const auto& label = static_cast<const osgText::Text&>(*drawable);
+        const osg::Vec3 place = label.getPosition();
+        const osg::Vec3 eye = visitor->getEyePoint();
+        const bool isLoudest = label.getAlignment() == osgText::TextBase::LEFT_CENTER;
+        return (!isLoudest && place * (place - eye) <= 0.0F) || isInTheWay(eye, place);
+    }
+
+    osg::BoundingSphere felt; ///< with room for a label around it
+
+private:
+    bool isInTheWay(const osg::Vec3& eye, const osg::Vec3& place) const
+    {
+        osg::Vec3 look = place - eye;
+        look.normalize();
+        const osg::Vec3 ahead = felt.center() - eye;
+        const float along = ahead * look;
+        return felt.valid() && along > 0.0F && ahead.length2() - along * along < felt.radius2();
     }
 };
 
-osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest)
+namespace
 {
-    osg::ref_ptr<osgText::Text> label =
-        pixels::label("",
-                      {},
-                      isLoudest ? 1.3F * kText_px : kText_px,
-                      kExposureInk,
-                      isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER,
-                      true);
-    if (!isLoudest) label->setCullCallback(new InnerSide);
+
+osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest, ReadableLabels* readable)
+{
+    osg::ref_ptr<osgText::Text> label = pixels::label("",
+                                                      {},
+                                                      isLoudest ? 1.3F * kText_px : kText_px,
+                                                      kExposureInk,
+                                                      isLoudest ? osgText::TextBase::LEFT_CENTER
+                                                                : osgText::TextBase::CENTER_CENTER);
+    label->setCullCallback(readable);
     drawTranslucent(*label, BOX_BIN);
     return label;
 }
@@ -130,7 +151,7 @@ float shareOf(float level_dB)
 class ExposureOverlay::Part : public OverlayPart
 {
 public:
-    // The inner sides alone are drawn, so that it is behind whatever is in it, seen from inside and
+    // Draws only the inner sides, so that the map is behind everything in it, seen from inside and
     // from outside.
     explicit Part(ExposureOverlay& owner) : _owner(owner)
     {
@@ -155,8 +176,16 @@ public:
         if (!_array || result->played().size() != _array->size()) return;
         _result = result;
         _isShown = false;
+        _readable->felt.init();
+        const Eigen::Matrix3Xd& places = result->points.positions;
+        for (Eigen::Index l = 0; l < places.cols(); ++l)
+            _readable->felt.expandBy(osgVec(places.col(l)));
+        if (result->touched)
+            for (const midair::bridge::ContactView& contact : result->touched->contacts)
+                _readable->felt.expandBy(osgVec(contact.patch.centre));
+        if (_readable->felt.valid()) _readable->felt.radius() += kLabelRoom_m;
         if (_exposure || _coming.valid()) return;
-        // Some 300 places take longer than a frame, so another thread computes them.
+        // About 300 places take longer than a frame, so another thread computes them.
         _coming = std::async(
             std::launch::async,
             [array = _array, medium = _medium]
@@ -169,7 +198,7 @@ public:
         show(0.0);
     }
 
-    /// Waits for the map of the array for \a timeout_s, and shows the newest field on it. Returns
+    /// Waits up to \a timeout_s for the map of the array, and shows the newest field on it. Returns
     /// false if that isn't possible yet.
     bool show(double timeout_s)
     {
@@ -200,7 +229,7 @@ public:
 
     osg::ref_ptr<osg::Geometry> sphere = makeGeometry(GL_TRIANGLES);
     osg::ref_ptr<osg::Geometry> lines = makeGeometry(GL_LINES);
-    osg::ref_ptr<osg::Geode> labels = new osg::Geode; ///< the first is of the loudest place
+    osg::ref_ptr<osg::Geode> labels = new osg::Geode; ///< the loudest place's is the first
 
 private:
     void draw(const Eigen::VectorXf& levels_dB)
@@ -264,7 +293,7 @@ private:
     osgText::Text& labelAt(unsigned int index)
     {
         while (labels->getNumDrawables() <= index)
-            labels->addDrawable(makeLabel(labels->getNumDrawables() == 0));
+            labels->addDrawable(makeLabel(labels->getNumDrawables() == 0, _readable));
         return static_cast<osgText::Text&>(*labels->getDrawable(index));
     }
 
@@ -272,6 +301,7 @@ private:
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
     std::shared_ptr<const midair::bridge::HologramResult> _result;
+    osg::ref_ptr<ReadableLabels> _readable = new ReadableLabels;
     bool _isShown = false; ///< the result
     double _shown_s = 0.0; ///< steady clock
     std::future<std::unique_ptr<midair::haptics::Exposure>> _coming;

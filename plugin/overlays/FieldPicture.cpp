@@ -51,8 +51,8 @@ osg::ref_ptr<osg::Image> colored(const FieldPicture& picture, float largest)
     return colors;
 }
 
-/// Returns the colour of a point for achieved over wanted pressure, or a light grey if that is not
-/// known.
+/// Returns the colour of a point for achieved over wanted pressure, or a light grey if that is
+/// unknown.
 osg::Vec4 pointColor(const FieldPicture::Point& point)
 {
     if (point.wanted_Pa <= 0.0) return {0.95F, 0.95F, 0.95F, 1.0F};
@@ -123,7 +123,7 @@ axes(const FieldPicture& picture, const osg::Vec2& lowerLeft, const osg::Vec2& s
     strokes.frame(lowerLeft, lowerLeft + size, 1.2F, kPictureInk);
     const Axis across = axisOf(picture.corner, picture.across, "u");
     const Axis up = axisOf(picture.corner, picture.up, "v");
-    // Both axes alike: the ticks of one lie along \a along and point \a outwards.
+    // Both axes are drawn alike: ticks along \a along, pointing \a outwards.
     const auto drawTicks = [&](double start_m,
                                double length_m,
                                const osg::Vec2& along,
@@ -214,7 +214,7 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
     return group;
 }
 
-/// Returns only the slice, enlarged to about the size of the figure, with control points as white
+/// Returns the slice alone, enlarged to about the size of the figure, with control points as white
 /// squares with a dark rim.
 osg::ref_ptr<osg::Image> withoutText(const FieldPicture& picture)
 {

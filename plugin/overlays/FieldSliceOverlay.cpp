@@ -29,7 +29,7 @@ namespace osgMidair
 namespace
 {
 
-/// Makes a square with \a texture, in which its shape is. The caller sets the vertices.
+/// Makes a square with \a texture, whose alpha has the disc's shape. The caller sets the vertices.
 osg::ref_ptr<osg::Geometry> makeSliceDisc(osg::Texture2D* texture)
 {
     // The centres of the outermost texels lie on the rim.
@@ -50,7 +50,7 @@ const OverlayNumber kFieldSliceRadius =
     overlayNumber<FieldSliceOverlay, &FieldSliceOverlay::setRadius, &FieldSliceOverlay::getRadius>(
         "sliceRadius",
         "radius of the slice; 0: 16 mm beyond the farthest control point",
-        {0.0, 0.5}, // the time for a slice grows with its square, and a scene's file may set it
+        {0.0, 0.5}, // the computing time grows with its square, and a scene's file may set it
         "m");
 const OverlayNumber kRange = overlayNumber<FieldSliceOverlay,
                                            &FieldSliceOverlay::setRange,
@@ -77,11 +77,10 @@ const OverlayRegistration kFieldSliceRegistration(
 constexpr double kFlat = 0.08;
 constexpr double kNotFlat = 0.14;
 
-/// s between two slices that the thread computes beside the GPU's, for the peak and the range.
+/// s between the thread's slices while the GPU draws, for the peak and the range.
 constexpr double kBeside_s = 0.25;
 
-/// Returns the method that the environment names, or \a otherwise; warns once about an invalid
-/// name.
+/// Returns the method in the environment, or \a otherwise; warns once about an invalid name.
 FieldSliceOverlay::Method methodOf(FieldSliceOverlay::Method otherwise)
 {
     const std::string asked = midair::base::variableNow("OSG_MIDAIR_SLICE").value_or("");
@@ -94,9 +93,22 @@ FieldSliceOverlay::Method methodOf(FieldSliceOverlay::Method otherwise)
                    [&]
                    {
                        OSG_WARN << "osgMidair: OSG_MIDAIR_SLICE is \"" << asked
-                                << "\"; auto, cpu or gpu is right" << std::endl;
+                                << "\", should be auto, cpu or gpu" << std::endl;
                    });
     return otherwise;
+}
+
+/// The felt places of \a result, array frame: the foci of contacts, else the control points.
+Eigen::Matrix3Xd feltPlaces(const midair::bridge::HologramResult& result)
+{
+    Eigen::Matrix3Xd foci(3, 0);
+    if (result.touched)
+        for (const midair::bridge::ContactView& contact : result.touched->contacts)
+        {
+            foci.conservativeResize(3, foci.cols() + contact.foci.cols());
+            foci.rightCols(contact.foci.cols()) = contact.foci;
+        }
+    return foci.cols() > 0 ? foci : result.points.positions;
 }
 
 double median(Eigen::VectorXd values)
@@ -137,7 +149,7 @@ public:
     {
         if (!_array || result->played().size() != _array->size()) return;
         chooseMethod();
-        const Eigen::Matrix3Xd& points = result->points.positions;
+        const Eigen::Matrix3Xd points = feltPlaces(*result);
         SliceRequest request;
         request.frame = result->frame;
         request.array = _array;
@@ -171,14 +183,13 @@ public:
             const Eigen::Matrix3Xd d = points.colwise() - request.centre;
             const double reach =
                 points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
-            // Rounded up in steps, so that the disc doesn't change its size all the time while the
-            // object turns.
+            // Rounded up in steps, so that the disc's size stays constant while the object turns.
             request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
         }
         request.range_Pa = _owner._range_Pa;
-        if (!worker) worker = startSlices(); // no thread before something is shown
+        if (!worker) worker = startSlices(); // no thread before the first use
         const double now = midair::base::steadySeconds();
-        // The shader needs a range, which the first slice of the thread gives.
+        // The shader needs a range, which the thread's first slice provides.
         const bool onGpu = gpu && _owner._shownRange_Pa > 0.0F;
         if (onGpu) showOnGpu(request);
         if (onGpu && now - _submitted_s < kBeside_s) return;
@@ -261,7 +272,7 @@ private:
     FieldSliceOverlay& _owner; ///< gets the disc with the first slice
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
-    bool _flat = false; ///< the points counted as flat in the last result
+    bool _flat = false; ///< the points of the last result were flat
     osg::ref_ptr<osg::Geometry> _disc;
     osg::ref_ptr<osg::Image> _image;
     osg::ref_ptr<osg::Texture2D> _texture; ///< of _image

@@ -90,7 +90,7 @@ public:
         request.result = result;
         request.margin_m = _owner._margin_m;
         request.threshold = _owner._threshold;
-        // No thread before something is shown.
+        // No thread before the first use.
         if (!worker) worker = startVolumes();
         worker->submit(std::move(request));
     }

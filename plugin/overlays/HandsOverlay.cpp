@@ -1,4 +1,5 @@
 #include "haptics/base/Units.h"
+#include "haptics/probe/Feeling.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/HandGeometry.h"
@@ -7,19 +8,22 @@
 
 #include <osgMidair/HandsOverlay>
 
+#include <osg/Camera>
 #include <osg/Geometry>
 #include <osgGA/GUIEventAdapter>
 #include <osgText/Text>
 #include <osgUtil/CullVisitor>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
-
-#include <fmt/format.h>
+#include <string>
+#include <utility>
 
 namespace osgMidair
 {
@@ -48,8 +52,12 @@ const OverlayRegistration kHandsRegistration({7,
                                               {kCapsules, kOcclude}});
 
 constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
-/// Height of a label in units of hudScale(), however near the hand is: ten fingers have one each.
-constexpr float kLabel = 11.0F;
+/// Height of a label in units of labelScale(), whatever the hand's distance.
+constexpr float kLabel = 26.0F;
+/// Radius of a ring around a finger, in radii of the finger.
+constexpr float kRingRadii = 1.15F;
+constexpr std::array<const char*, midair::bridge::HAND_FINGERS> kFingers = {
+    "thumb", "index", "middle", "ring", "little", "palm"};
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
 const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 
@@ -142,12 +150,42 @@ osg::ref_ptr<osg::Geometry> makeCapsules()
 class HandsOverlay::Part : public OverlayPart
 {
 public:
-    /// A touch that goes on, or has ended and fades.
+    /// A current touch, or one that has ended and fades.
     struct Mark
     {
-        midair::bridge::HandContact contact; ///< as it was last
+        midair::bridge::HandContact contact; ///< its last state
         double seen_s = 0.0;
+        double felt_s = -std::numeric_limits<double>::infinity(); ///< last force; at first never
+        osg::Vec3 place;     ///< of the ring: within the touching bone, at the object
+        float bone_m = 0.0F; ///< radius of the bone
         osg::ref_ptr<osgText::Text> label;
+        std::string text; ///< of the label, preceded by empty lines
+
+        /// The ring is drawn this far before its place, so that the finger doesn't hide it.
+        float radius_m() const
+        {
+            const double radius_m = std::sqrt(contact.overlap_m2 / midair::base::kPi);
+            return std::max(kRingRadii * bone_m,
+                            static_cast<float>(std::clamp(radius_m, 3e-3, 15e-3)));
+        }
+
+        void placeAt(const std::vector<midair::bridge::HandCapsule>& hands)
+        {
+            place = osgVec(contact.position);
+            bone_m = 0.0F;
+            const auto bone =
+                std::find_if(hands.begin(),
+                             hands.end(),
+                             [this](const midair::bridge::HandCapsule& one)
+                             { return one.hand == contact.hand && one.bone == contact.bone; });
+            if (bone == hands.end()) return;
+            const auto& [a, b, radius_m] = bone->shape;
+            const Eigen::Vector3d along = b - a;
+            const double share =
+                (contact.position - a).dot(along) / std::max(1e-12, along.squaredNorm());
+            place = osgVec((a + std::clamp(share, 0.0, 1.0) * along).eval());
+            bone_m = static_cast<float>(radius_m);
+        }
     };
 
     explicit Part(HandsOverlay& owner) :
@@ -157,13 +195,14 @@ public:
         _owner(owner)
     {
         setOcclude(false);
+        pixels::paintInOrder(*labels, HUD_BIN - 1); // over the hand, whose depth would hide them
         rings->setCullingActive(false);
         rings->getOrCreateStateSet()->setAttributeAndModes(
             makeProgram("osgMidair touches", kRingVertex, kRingFragment));
         drawTranslucent(*rings, POINT_BIN);
     }
 
-    /// Capsules are drawn translucent, at the skin that may hide what is behind it; those that hide
+    /// Capsules are translucent over the skin, which may hide what is behind it; the hiding skins
     /// are drawn first.
     void setOcclude(bool occlude)
     {
@@ -180,6 +219,11 @@ public:
     }
 
     bool followsHands() const override { return true; }
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override
+    {
+        most_N = result->fingertip.force_N;
+    }
 
     void setHands(const std::vector<midair::bridge::HandCapsule>& hands,
                   const std::vector<midair::bridge::HandContact>& contacts,
@@ -199,30 +243,32 @@ public:
             if (mark == marks.end())
             {
                 mark = marks.emplace(marks.end());
-                mark->label = pixels::label("",
-                                            {},
-                                            kLabel,
-                                            osg::Vec4(kTouching, 1.0F),
-                                            osgText::TextBase::LEFT_BASE_LINE,
-                                            true);
-                drawTranslucent(*mark->label, POINT_BIN);
-                _owner.addChild(mark->label);
+                mark->label = pixels::label(
+                    "", {}, kLabel, osg::Vec4(kTouching, 1.0F), osgText::TextBase::LEFT_BASE_LINE);
+                labels->addChild(mark->label);
             }
             mark->contact = contact;
             mark->seen_s = time_s;
+            mark->placeAt(hands);
+            if (contact.force_N > 0.0) mark->felt_s = time_s;
         }
-        if (!areCapsules) handMesh(); // made now rather than when the first hand comes
+        if (!areCapsules) handMesh(); // made now rather than for the first hand
         _owner._bones = static_cast<int>(hands.size());
         drawBones(asSkins(hands));
         drawMarks(time_s);
+        drawLabels(hands, time_s);
     }
 
-    /// hudScale() of the view that was culled last, perhaps in another thread
-    std::atomic<float> unit_pixels{1.0F};
+    void setHandNote(const std::string& note) override { _note = note; }
+
+    /// labelScale() of the last culled view, perhaps on another thread
+    std::atomic<float> unit_pixels{1.4F}; ///< at first that of 1200 x 800
     std::vector<Mark> marks;
+    double most_N = std::numeric_limits<double>::infinity(); ///< force at the strongest place
     osg::ref_ptr<osg::Geometry> capsules;
     osg::ref_ptr<osg::Geometry> rings;
     osg::ref_ptr<osg::Uniform> hides; ///< 1: yes
+    osg::ref_ptr<osg::Group> labels = new osg::Group;
     bool areCapsules = false;
 
 private:
@@ -236,7 +282,7 @@ private:
                            });
     }
 
-    /// A hand that is hidden, of that side.
+    /// Returns an unused skin of that side.
     HandGeometry& freeSkin(bool isLeft, std::vector<HandGeometry*>& used)
     {
         for (const auto& skin : _skins)
@@ -311,35 +357,114 @@ private:
                 ++mark;
                 continue;
             }
-            _owner.removeChild(mark->label);
+            labels->removeChild(mark->label);
             mark = marks.erase(mark);
         }
-        const int count = static_cast<int>(marks.size());
-        if (count == 0 && verticesOf(*rings).empty()) return;
-        resizeDiscs(*rings, count);
-        for (int i = 0; i < count; ++i)
-        {
-            const Mark& mark = marks[i];
-            const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
-            const osg::Vec3 place = osgVec(mark.contact.position);
-            const auto radius = static_cast<float>(
-                std::clamp(std::sqrt(mark.contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3));
-            setDisc(*rings, i, place, bytes(kTouching, opacity), osg::Vec3(0.0F, 0.0F, radius));
-            std::string force;
-            if (mark.contact.force_N > 0.0)
-                force = fmt::format("  {:.2f} mN", 1e3 * mark.contact.force_N);
-            const std::string label = midair::bridge::boneName(mark.contact.bone) + force;
-            if (mark.label->getText().createUTF8EncodedString() != label)
-                mark.label->setText(label, osgText::String::ENCODING_UTF8);
-            mark.label->setPosition(place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
-            mark.label->setColor(osg::Vec4(kTouching, opacity));
-            const float height = kLabel * unit_pixels;
-            if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);
-        }
+        // What isn't felt, as nothing is played, has no ring.
+        std::vector<std::pair<const Mark*, float>> felt;
+        for (const Mark& mark : marks)
+            if (const float opacity = opacityAfter(mark.felt_s, time_s); opacity > 0.0F)
+                felt.emplace_back(&mark, opacity);
+        if (marks.empty() && verticesOf(*rings).empty()) return;
+        resizeDiscs(*rings, static_cast<int>(felt.size()));
+        for (std::size_t i = 0; i < felt.size(); ++i)
+            setDisc(*rings,
+                    static_cast<int>(i),
+                    felt[i].first->place,
+                    bytes(kTouching, felt[i].second),
+                    osg::Vec3(0.0F, 0.0F, felt[i].first->radius_m()));
         showChanges(*rings);
     }
 
-    HandsOverlay& _owner; ///< parent of the labels
+    static float opacityAfter(double last_s, double time_s)
+    {
+        return static_cast<float>(std::clamp(1.0 - (time_s - last_s) / kFade_s, 0.0, 1.0));
+    }
+
+    /// Draws a label for each touching finger, those of a hand below each other beside it: they
+    /// share one origin, so they never overlap from any viewpoint. The note of the first hand is
+    /// the last.
+    void drawLabels(const std::vector<midair::bridge::HandCapsule>& hands, double time_s)
+    {
+        std::map<std::pair<int, int>, std::vector<Mark*>> fingers; // by hand and finger
+        std::map<int, osg::Vec3> corners; // by hand: right of the rings, above
+        for (Mark& mark : marks)
+        {
+            fingers[{mark.contact.hand, mark.contact.finger}].push_back(&mark);
+            const float radius = mark.radius_m();
+            const osg::Vec3 corner = mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius);
+            osg::Vec3& all = corners.emplace(mark.contact.hand, corner).first->second;
+            all.x() = std::max(all.x(), corner.x());
+            all.z() = std::max(all.z(), corner.z());
+        }
+        std::map<int, std::size_t> lines; // by hand
+        for (const auto& [who, touches] : fingers)
+        {
+            double force_N = 0.0;
+            for (Mark* mark : touches)
+            {
+                force_N += mark->contact.force_N;
+                mark->text.clear();
+                setText(*mark->label, {}, 0);
+            }
+            std::string text = kFingers.at(static_cast<std::size_t>(who.second));
+            // That of a touch is an upper estimate; nowhere does a fingertip get more than the
+            // most.
+            force_N = std::min(force_N, most_N);
+            if (force_N > 0.0) text += " " + midair::haptics::forceText(force_N);
+            Mark& first = *touches.front();
+            first.text = text;
+            setText(*first.label, text, lines[who.first]++);
+            first.label->setPosition(corners[who.first]);
+            first.label->setColor(osg::Vec4(kTouching, opacityAfter(first.seen_s, time_s)));
+        }
+        drawNote(hands, corners, lines);
+    }
+
+    void setText(osgText::Text& label, const std::string& text, std::size_t line) const
+    {
+        const std::string shown = text.empty() ? text : std::string(line, '\n') + text;
+        if (label.getText().createUTF8EncodedString() != shown)
+            label.setText(shown, osgText::String::ENCODING_UTF8);
+        const float height = kLabel * unit_pixels;
+        if (label.getCharacterHeight() != height) label.setCharacterSize(height);
+    }
+
+    /// \a corners, \a lines: of the labels of touches, by hand.
+    void drawNote(const std::vector<midair::bridge::HandCapsule>& hands,
+                  const std::map<int, osg::Vec3>& corners,
+                  std::map<int, std::size_t>& lines)
+    {
+        const auto tip =
+            std::find_if(hands.rbegin(),
+                         hands.rend(),
+                         [&hands](const midair::bridge::HandCapsule& one)
+                         {
+                             return one.hand == hands.front().hand &&
+                                    midair::bridge::fingerOf(one.bone) == midair::bridge::INDEX;
+                         });
+        if (_note.empty() || tip == hands.rend())
+        {
+            if (_noteLabel) setText(*_noteLabel, {}, 0);
+            return;
+        }
+        if (!_noteLabel)
+        {
+            _noteLabel = pixels::label(
+                "", {}, kLabel, osg::Vec4(kSkin, 1.0F), osgText::TextBase::LEFT_BASE_LINE);
+            labels->addChild(_noteLabel);
+        }
+        const auto corner = corners.find(tip->hand);
+        const auto radius = static_cast<float>(tip->shape.radius_m);
+        _noteLabel->setPosition(corner != corners.end()
+                                    ? corner->second
+                                    : osgVec(tip->shape.b) + osg::Vec3(radius, 0.0F, radius));
+        setText(*_noteLabel, _note, lines[tip->hand]);
+    }
+
+    HandsOverlay& _owner;                   ///< parent of the hands
+    std::string _note;                      ///< of the first hand
+    osg::ref_ptr<osgText::Text> _noteLabel; ///< null: there was none yet
     std::vector<std::unique_ptr<HandGeometry>> _skins;
 };
 
@@ -349,7 +474,8 @@ HandsOverlay::HandsOverlay() :
 {
     addChild(_part.capsules);
     addChild(_part.rings);
-    getOrCreateStateSet()->addUniform(_part.hides); // the part is made before the node is
+    addChild(_part.labels);
+    getOrCreateStateSet()->addUniform(_part.hides); // the part is constructed before the node
 }
 
 HandsOverlay::~HandsOverlay() = default;
@@ -358,8 +484,11 @@ void HandsOverlay::traverse(osg::NodeVisitor& visitor)
 {
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
     const osg::Viewport* viewport = cull ? cull->getViewport() : nullptr;
-    if (viewport)
-        _part.unit_pixels = static_cast<float>(hudScale(viewport->width(), viewport->height()));
+    const osg::Camera* camera = cull ? cull->getCurrentCamera() : nullptr;
+    // Not the size of a shadow's or a mirror's picture.
+    const bool isSeen = camera && camera->getRenderOrder() != osg::Camera::PRE_RENDER;
+    if (viewport && isSeen)
+        _part.unit_pixels = static_cast<float>(labelScale(viewport->width(), viewport->height()));
     Overlay::traverse(visitor);
 }
 
@@ -392,8 +521,7 @@ int HandsOverlay::getNumTouches() const
 
 std::string HandsOverlay::getLabel(int touch) const
 {
-    const Part::Mark& mark = _part.marks.at(static_cast<std::size_t>(touch));
-    return mark.label->getText().createUTF8EncodedString();
+    return _part.marks.at(static_cast<std::size_t>(touch)).text;
 }
 
 } // namespace osgMidair

@@ -1,6 +1,8 @@
 #include "haptics/base/text/Number.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
+#include "plugin/hands/KitHands.h"
+#include "plugin/hands/MouseSource.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/Grants.h"
 
@@ -11,6 +13,7 @@
 
 #include <osg/Notify>
 #include <osgGA/EventVisitor>
+#include <osgUtil/CullVisitor>
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +28,13 @@ namespace
 
 using Keys = osgGA::GUIEventAdapter;
 
+/// Returns how far the mouse's hand is, once the wheel has moved it; empty: no such hand.
+std::string noteOf(const midair::bridge::HandTracker& tracker)
+{
+    const auto* mouse = dynamic_cast<const MouseSource*>(KitHands::of(tracker.active().get()));
+    return mouse ? mouse->depthText() : std::string();
+}
+
 } // namespace
 
 HapticOverlays::HapticOverlays() :
@@ -37,7 +47,7 @@ HapticOverlays::HapticOverlays() :
         if (kind.isHidden) _parts.back().overlay->setShown(false);
     }
     _hud = get<Hud>();
-    if (!_hud) _hud = new Hud; // the kind was refused: never added to the scene
+    if (!_hud) _hud = new Hud; // if the kind was refused: never added to the scene
     _hud->setFieldSlice(get<FieldSliceOverlay>());
     _hud->setFieldVolume(get<FieldVolumeOverlay>());
     _banner = _hud->makeBanner();
@@ -52,8 +62,8 @@ HapticOverlays::HapticOverlays() :
         (each.kind->layer == 0 ? static_cast<osg::Group*>(this) : _frame.get())
             ->addChild(each.overlay);
     addChild(_banner);
-    // The keys are handled in traverse(): an event callback would be saved in files, and displace
-    // the one of the overlays that are read from them.
+    // The keys are handled in traverse(): an event callback would be saved in files, and replace
+    // that of the overlays read from them.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
     setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
 }
@@ -135,7 +145,7 @@ std::vector<OverlayDescription> HapticOverlays::describe()
         one.help = kind.what;
         one.seen = kind.seen;
         one.key = kind.keyName();
-        const osg::ref_ptr<Overlay> fresh = kind.make(); // has the defaults
+        const osg::ref_ptr<Overlay> fresh = kind.make(); // with the defaults
         one.node = fresh->className();
         for (const OverlayNumber& number : kind.numbers)
         {
@@ -162,17 +172,17 @@ void HapticOverlays::setShowAll(bool shown)
 bool HapticOverlays::hasKey(int key)
 {
     const auto& kinds = overlayKinds();
-    return key == Keys::KEY_F7 ||
+    return key == Keys::KEY_F1 || key == Keys::KEY_F7 ||
            std::any_of(kinds.begin(),
                        kinds.end(),
-                       [key](const auto& kind) { return kind.second.key == key; });
+                       [key](const auto& kind) { return key != 0 && kind.second.key == key; });
 }
 
 std::string HapticOverlays::keyNames()
 {
-    std::string names;
+    std::string names = "F1, ";
     for (const auto& [place, kind] : overlayKinds())
-        names += kind.keyName() + ", ";
+        if (kind.key != 0) names += kind.keyName() + ", ";
     return names + "F7";
 }
 
@@ -183,7 +193,7 @@ void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 
 OverlayFeed::OverlayFeed(HapticOverlays& overlays) : _overlays(overlays) {}
 
-OverlayFeed& OverlayFeed::of(HapticOverlays& overlays)
+OverlayFeed& OverlayFeed::of(const HapticOverlays& overlays)
 {
     return *overlays._feed;
 }
@@ -211,7 +221,7 @@ OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
         const std::string& name = settings.array.empty() ? array->name : settings.array;
         _overlays._hud->setTitle(fmt::format("{}{} ({} transducers)", of, name, array->size()));
     }
-    // With a length that is none nothing is played, and the pictures stay where they are.
+    // With an invalid length nothing is played, and the overlays don't move.
     const double unitsPerMetre = 1.0 / settings.metresPerUnit;
     if (unitsPerMetre > 0.0 && std::isfinite(unitsPerMetre))
         _overlays.setArrayToParent(osg::Matrix::inverse(settings.calibration) *
@@ -221,9 +231,12 @@ OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
     for (const HapticOverlays::Part& each : _overlays._parts)
         if (OverlayPart& part = OverlayPart::of(*each.overlay);
             each.overlay->isShown() && part.followsHands())
-            part.setHands(midair::bridge::handCapsules(tracker.frame()),
+        {
+            part.setHandNote(noteOf(tracker));
+            part.setHands(midair::bridge::handCapsules(tracker.shown()),
                           tracker.proximity().contacts(),
                           tracker.frame().time_s);
+        }
     return engine.latestResult();
 }
 
@@ -246,8 +259,30 @@ void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResul
     }
 }
 
+void OverlayFeed::noteSight(osgUtil::CullVisitor& visitor)
+{
+    unsigned int seen = 0;
+    unsigned int bit = 1;
+    for (const HapticOverlays::Part& each : _overlays._parts)
+    {
+        osg::BoundingSphere bound = each.overlay->getBound();
+        if (each.kind->layer == 0 || !each.overlay->isShown())
+            seen |= bit;
+        else if (bound.valid())
+        {
+            const osg::Matrix& place = _overlays._frame->getMatrix();
+            bound.radius() *= static_cast<float>(place.getScale().x());
+            bound.center() = osg::Vec3(osg::Vec3d(bound.center()) * place);
+            if (!visitor.isCulled(bound)) seen |= bit;
+        }
+        bit <<= 1;
+    }
+    _seen |= seen;
+}
+
 void OverlayFeed::update(const osg::NodePath& path, double time_s)
 {
+    if (const unsigned int seen = _seen.exchange(0)) _inSight = seen; // else nothing was drawn
     const osg::ref_ptr<HapticEngine> engine = SceneAccess::playing(path);
     show(engine ? follow(*engine, path) : _shown);
     OverlayPart::of(*_overlays._hud).update(_overlays, engine, time_s);
@@ -268,15 +303,19 @@ void HapticOverlays::handleKeys(osg::NodeVisitor& visitor)
 bool HapticOverlays::press(int key)
 {
     if (!hasKey(key) || _hud->getPlain()) return false;
-    OverlayPart::of(*_hud).noteKey();
+    OverlayPart::of(*_hud).noteKey(key);
+    if (key == Keys::KEY_F1) return true;
     for (const Part& each : _parts)
         if (each.kind->key == key)
         {
             each.overlay->setShown(!each.overlay->isShown());
             return true;
         }
-    setShowAll(std::none_of(
-        _parts.begin(), _parts.end(), [](const Part& each) { return each.overlay->isShown(); }));
+    // The first press shows all overlays, even if some are already visible.
+    setShowAll(std::any_of(_parts.begin(),
+                           _parts.end(),
+                           [](const Part& each)
+                           { return !each.kind->isHidden && !each.overlay->isShown(); }));
     return true;
 }
 
@@ -293,6 +332,7 @@ void HapticOverlays::traverse(osg::NodeVisitor& visitor)
         handleKeys(visitor);
         break;
     case osg::NodeVisitor::CULL_VISITOR:
+        if (osgUtil::CullVisitor* cull = visitor.asCullVisitor()) _feed->noteSight(*cull);
         if (!_hud->getPlain()) break;
         _banner->accept(visitor);
         return;
@@ -313,8 +353,10 @@ bool OverlayKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAd
 
 void OverlayKeys::getUsage(osg::ApplicationUsage& usage) const
 {
+    usage.addKeyboardMouseBinding("F1", "Haptics: list the keys");
     for (const auto& [place, kind] : overlayKinds())
-        usage.addKeyboardMouseBinding(kind.keyName(), "Haptics: show or hide " + kind.what);
+        if (kind.key != 0)
+            usage.addKeyboardMouseBinding(kind.keyName(), "Haptics: show or hide " + kind.what);
     usage.addKeyboardMouseBinding("F7", "Haptics: show or hide all overlays");
 }
 

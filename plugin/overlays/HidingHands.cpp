@@ -8,6 +8,7 @@
 
 #include <osg/NodeVisitor>
 
+#include <algorithm>
 #include <cmath>
 
 namespace osgMidair
@@ -16,7 +17,7 @@ namespace osgMidair
 namespace
 {
 
-/// Collects the outermost nodes whose scene is played.
+/// Collects the outermost nodes with a played scene.
 class PlayedNodes : public osg::NodeVisitor
 {
 public:
@@ -46,29 +47,43 @@ HidingHands::HidingHands() : _group(new osg::Group)
 void HidingHands::drawIn(osg::Camera& camera) const
 {
     if (camera.containsNode(_group)) return;
-    camera.addChild(_group); // also after the camera was given another scene
+    camera.addChild(_group); // also after the camera got another scene
     osg::StateSet* state = camera.getOrCreateStateSet();
     if (!state->getUniform(kHandsHide))
         state->addUniform(new osg::Uniform(kHandsHide, 1.0F),
                           osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE);
 }
 
-void HidingHands::update(osg::Node& root)
+void HidingHands::follow(const osg::observer_ptr<osg::Node>& node)
 {
-    if (_root != &root || _scenes.empty())
+    const osg::ref_ptr<osg::MatrixTransform> frame = new osg::MatrixTransform;
+    frame->setDataVariance(osg::Object::DYNAMIC);
+    const osg::ref_ptr<HandsOverlay> hands = new HandsOverlay;
+    hands->setOcclude(true);
+    frame->addChild(hands);
+    _group->addChild(frame);
+    _scenes.emplace_back(node, frame);
+}
+
+void HidingHands::update(osg::Node& root, double now_s)
+{
+    if (_root != &root || now_s - _looked_s >= kLookAgain_s)
     {
         _root = &root;
-        _scenes.clear();
-        _group->removeChildren(0, _group->getNumChildren());
-        for (const osg::observer_ptr<osg::Node>& node : PlayedNodes(root).found)
+        _looked_s = now_s;
+        const std::vector<osg::observer_ptr<osg::Node>> found = PlayedNodes(root).found;
+        const bool isSame =
+            std::equal(found.begin(),
+                       found.end(),
+                       _scenes.begin(),
+                       _scenes.end(),
+                       [](const auto& node, const auto& scene) { return node == scene.first; });
+        if (!isSame)
         {
-            const osg::ref_ptr<osg::MatrixTransform> frame = new osg::MatrixTransform;
-            frame->setDataVariance(osg::Object::DYNAMIC);
-            const osg::ref_ptr<HandsOverlay> hands = new HandsOverlay;
-            hands->setOcclude(true);
-            frame->addChild(hands);
-            _group->addChild(frame);
-            _scenes.emplace_back(node, frame);
+            _scenes.clear();
+            _group->removeChildren(0, _group->getNumChildren());
+            for (const osg::observer_ptr<osg::Node>& node : found)
+                follow(node);
         }
     }
     for (const auto& [node, frame] : _scenes)
@@ -89,7 +104,7 @@ void HidingHands::update(osg::Node& root)
                              osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre));
         const midair::bridge::HandTracker& tracker = engine->hands();
         OverlayPart::of(hands).setHands(
-            midair::bridge::handCapsules(tracker.frame()), {}, tracker.frame().time_s);
+            midair::bridge::handCapsules(tracker.shown()), {}, tracker.frame().time_s);
     }
 }
 

@@ -12,24 +12,29 @@
 namespace osgMidair
 {
 
-/// Hands of haptic scenes that hide what is behind them, for cameras whose picture is added to what
-/// the eye sees: there they are black, with alpha 0, so that one's own are seen. Overlays that show
-/// hands are black there, too, but for capsules. All functions belong to the update thread.
+/// Hands of haptic scenes that hide what is behind them, for cameras whose picture is added to the
+/// user's view: they are black with alpha 0 there, so that the user's own hands are seen. Overlays
+/// that show hands are black there, too, except capsules. Call all functions on the update thread.
 class HidingHands
 {
 public:
     HidingHands();
 
-    /// Has \a camera draw them, if it doesn't yet.
+    /// Makes \a camera draw them, if it doesn't yet.
     void drawIn(osg::Camera& camera) const;
 
-    /// Follows the hands of the scenes below \a root; to be called once a frame, after its update.
-    void update(osg::Node& root);
+    /// Follows the hands of the scenes below \a root, which are searched again after kLookAgain_s.
+    /// Call it once a frame, after its update, at \a now_s of any clock.
+    void update(osg::Node& root, double now_s);
+    static constexpr double kLookAgain_s = 1.0;
 
 private:
+    void follow(const osg::observer_ptr<osg::Node>& node);
+
     osg::ref_ptr<osg::Group> _group;
     osg::observer_ptr<osg::Node> _root;
-    /// What plays each, and its hands.
+    double _looked_s = 0.0; ///< time of the last search for scenes
+    /// The played node of each scene, and its hands.
     std::vector<std::pair<osg::observer_ptr<osg::Node>, osg::ref_ptr<osg::MatrixTransform>>>
         _scenes;
 };

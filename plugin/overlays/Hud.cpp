@@ -51,17 +51,19 @@ const OverlayRegistration
 constexpr float kHudMargin = 10.0F;
 constexpr float kGap = 4.0F;
 
-/// Draws sheets in pixels of a viewport. The scene graph is not changed, as views may cull at the
-/// same time: each pushes its own matrices.
+/// Draws sheets in pixels of a viewport, or on a sheet in the world. It doesn't change the scene
+/// graph, because views may cull at the same time: each pushes its own matrices.
 class SheetCull
 {
 public:
     SheetCull(osgUtil::CullVisitor& visitor, const HudRoom& room) :
         _visitor(visitor),
-        _mode(visitor.getComputeNearFarMode())
+        _mode(visitor.getComputeNearFarMode()),
+        _world(WorldSheet::of(visitor.getCurrentCamera()))
     {
         visitor.setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
-        // Where the scene is drawn for eyes that see it in a mirror, so is this.
+        if (_world) return;
+        // If the scene is drawn mirrored, so is the HUD.
         const osg::RefMatrix* before = visitor.getProjectionMatrix();
         const double side = before && (*before)(0, 0) < 0.0 ? -1.0 : 1.0;
         visitor.pushProjectionMatrix(new osg::RefMatrix(
@@ -70,7 +72,7 @@ public:
     }
     ~SheetCull()
     {
-        _visitor.popProjectionMatrix();
+        if (!_world) _visitor.popProjectionMatrix();
         _visitor.setComputeNearFarMode(_mode);
     }
     SheetCull(const SheetCull&) = delete;
@@ -81,9 +83,10 @@ public:
     {
         if (sheet.size.x() <= 0.0F) return;
         const auto whole = [&](double at) { return std::round(at * scale) / scale; };
-        _visitor.pushModelViewMatrix(new osg::RefMatrix(osg::Matrix::translate(
-                                         whole(lowerLeft.x()), whole(lowerLeft.y()), 0.0)),
-                                     osg::Transform::ABSOLUTE_RF);
+        osg::Matrixd place =
+            osg::Matrixd::translate(whole(lowerLeft.x()), whole(lowerLeft.y()), 0.0);
+        if (_world) place *= _world->toWorld * _visitor.getCurrentCamera()->getViewMatrix();
+        _visitor.pushModelViewMatrix(new osg::RefMatrix(place), osg::Transform::ABSOLUTE_RF);
         sheet.panel->accept(_visitor);
         _visitor.popModelViewMatrix();
     }
@@ -91,19 +94,18 @@ public:
 private:
     osgUtil::CullVisitor& _visitor;
     const osg::CullSettings::ComputeNearFarMode _mode;
+    const WorldSheet* const _world; ///< null: in the viewport
 };
 
-/// Returns the number of the largest layout for \a room; below 0: there is too little even for the
-/// smallest.
-int layoutFor(const HudRoom& room)
+/// Largest fraction of a viewport that figures cover, except in the smallest layout.
+constexpr float kMostCovered = 1.0F / 3.0F;
+
+float areaOf(const HudSheet& sheet)
 {
-    int found = -1;
-    for (const HudLayout& layout : kHudLayouts)
-        if (room.width() >= layout.width && room.height() >= layout.height) ++found;
-    return found;
+    return sheet.size.x() * sheet.size.y();
 }
 
-/// Height of \a sheet with the gap around it; 0: nothing is drawn.
+/// Height of \a sheet with the gap around it; 0: it is empty.
 float heightOf(const HudSheet& sheet)
 {
     return sheet.size.y() > 0.0F ? sheet.size.y() + kGap : 0.0F;
@@ -111,8 +113,8 @@ float heightOf(const HudSheet& sheet)
 
 } // namespace
 
-/// Keeps what is to be said, draws it into the sheets of every layout, and when a view is culled
-/// chooses the layout for the room there.
+/// Keeps the texts, draws them into the sheets of every layout, and when a view is culled chooses
+/// the layout for its room.
 class Hud::Part : public OverlayPart
 {
 public:
@@ -150,34 +152,42 @@ public:
             _news = newsOf(*result);
         const bool isKnown = engine ? _news.statistics.frames > 0 : result != nullptr;
         HudAlarm alarm = isKnown ? alarmOf(_news, result.get()) : HudAlarm();
-        // Hidden figures and visitors leave what is only told to those who look after the array.
-        const bool isSaid =
-            isShown || alarm.word == "MUTED" || (alarm.word == "LOST" && !_owner._isPlain);
+        // With hidden figures and for visitors, signs for the operator are omitted.
+        const bool isOfArray = alarm.word == "LOST" || alarm.word == "FAULT" ||
+                               (_news.isEnabled && _news.statistics.state == ArrayState::CLOSED);
+        const bool isSaid = isShown || alarm.word == "MUTED" || (isOfArray && !_owner._isPlain);
         drawAlarm(isSaid ? std::move(alarm) : HudAlarm());
         if (!isShown || !isKnown) return;
         _skin.update(result, engine, _lastUpdate_s);
         drawFigures(overlays, result);
     }
 
-    void noteKey() override { _hasKey = true; }
+    void noteKey(int key) override
+    {
+        const bool isHelp = key == osgGA::GUIEventAdapter::KEY_F1;
+        // The list that is there for a while stays or goes, too.
+        if (isHelp) _isHelpShown = !_isHelpShown;
+        _hasKey = !isHelp;
+        if (isHelp) _keysSince_s = -1.0;
+    }
 
     /// Draws figures, messages and scales at the bottom.
     void cullFigures(osgUtil::CullVisitor& visitor)
     {
-        const HudRoom room = roomOf(visitor, _owner._scale);
+        const HudRoom room = roomFor(visitor);
         const int layout = layoutFor(room);
         if (layout < 0) return;
         const HudSheets& sheets = _layouts[static_cast<std::size_t>(layout)];
         SheetCull cull(visitor, room);
         const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kHudMargin, kHudMargin);
+        if (isListed(sheets, room) && heightUsed(sheets) > room.height()) return;
         cull.draw(sheets.figures, corner, room.scale);
         const float above = sheets.figures.size.y() + kGap;
-        const float used =
-            above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudMargin;
-        if (used + sheets.messages.size.y() <= room.height())
+        if (heightUsed(sheets) + heightOf(sheets.messages) <= room.height())
             cull.draw(sheets.messages, corner + osg::Vec2(0.0F, above), room.scale);
         const float beside = sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kHudMargin;
-        if (beside <= room.width())
+        if (beside <= room.width() &&
+            covered(sheets) + areaOf(sheets.scales) <= kMostCovered * room.area())
             cull.draw(sheets.scales,
                       {room.upperRight.x() - kHudMargin - sheets.scales.size.x(), corner.y()},
                       room.scale);
@@ -186,12 +196,12 @@ public:
     /// Draws keys and alarm at the top.
     void cullBanner(osgUtil::CullVisitor& visitor)
     {
-        const HudRoom room = roomOf(visitor, _owner._scale);
+        const HudRoom room = roomFor(visitor);
         const HudSheets& sheets = _layouts[static_cast<std::size_t>(std::max(0, layoutFor(room)))];
         SheetCull cull(visitor, room);
-        // It is seen even where there is no room for it.
+        // Drawn even if there is no room for it.
         float top = std::max(room.upperRight.y() - kHudMargin, heightOf(sheets.alarm) + kHudMargin);
-        if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudMargin)
+        if (isListed(sheets, room))
         {
             cull.draw(sheets.keys,
                       {room.lowerLeft.x() + kHudMargin, top - sheets.keys.size.y()},
@@ -199,12 +209,52 @@ public:
             top -= heightOf(sheets.keys);
         }
         const float middle = 0.5F * (room.lowerLeft.x() + room.upperRight.x());
-        cull.draw(sheets.alarm,
-                  {middle - 0.5F * sheets.alarm.size.x(), top - sheets.alarm.size.y()},
-                  room.scale);
+        const float left = _alarm.isSilence ? middle - 0.5F * sheets.alarm.size.x()
+                                            : room.lowerLeft.x() + kHudMargin;
+        cull.draw(sheets.alarm, {left, top - sheets.alarm.size.y()}, room.scale);
     }
 
 private:
+    HudRoom roomFor(osgUtil::CullVisitor& visitor) const
+    {
+        return roomOf(visitor, _owner._scale, std::clamp(_owner._topMargin, 0.0F, 1.0F));
+    }
+
+    /// True: the keys are drawn; false: there are none, or no room for them.
+    static bool isListed(const HudSheets& sheets, const HudRoom& room)
+    {
+        const float least = heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudMargin;
+        return sheets.keys.size.y() > 0.0F && room.height() >= least;
+    }
+
+    /// The height that is always drawn, in one column.
+    float heightUsed(const HudSheets& sheets) const
+    {
+        return (_owner.isShown() ? heightOf(sheets.figures) : 0.0F) + heightOf(sheets.keys) +
+               heightOf(sheets.alarm) + 2.0F * kHudMargin;
+    }
+
+    /// The area that is always drawn.
+    float covered(const HudSheets& sheets) const
+    {
+        const float always = areaOf(sheets.keys) + areaOf(sheets.alarm);
+        return _owner.isShown() ? always + areaOf(sheets.figures) + areaOf(sheets.messages)
+                                : always;
+    }
+
+    /// Returns the index of the largest layout for \a room that leaves enough of the picture and in
+    /// which nothing is over anything else; below 0: even the smallest doesn't fit.
+    int layoutFor(const HudRoom& room) const
+    {
+        int found = -1;
+        for (std::size_t i = 0; i < _layouts.size(); ++i)
+            if (room.width() >= kHudLayouts[i].width && room.height() >= kHudLayouts[i].height &&
+                (found < 0 || (covered(_layouts[i]) <= kMostCovered * room.area() &&
+                               heightUsed(_layouts[i]) <= room.height())))
+                found = static_cast<int>(i);
+        return found;
+    }
+
     /// \a result: null before the first field.
     void drawFigures(const HapticOverlays& overlays,
                      const std::shared_ptr<const midair::bridge::HologramResult>& result)
@@ -252,29 +302,34 @@ private:
         const double age_s = time_s - _keysSince_s;
         if (_owner._isPlain || time_s < 0.0 || age_s < 0.0 || age_s >= _owner._keyTime_s)
             _keysSince_s = -1.0;
-        std::vector<bool> drawn;
-        if (_keysSince_s >= 0.0)
-            for (const auto& [place, kind] : overlayKinds())
-                drawn.push_back(overlays.getOverlay(kind.name)->isShown());
-        if (drawn == _keysDrawn) return;
-        _keysDrawn = std::move(drawn);
-        std::vector<HudKey> all;
-        bool isAnyOn = false;
-        std::size_t next = 0;
-        if (!_keysDrawn.empty())
-            for (const auto& [place, kind] : overlayKinds())
-            {
-                const bool isOn = _keysDrawn[next++];
-                all.push_back({kind.keyName() + " " + kind.word, isOn});
-                isAnyOn = isAnyOn || isOn;
-            }
-        if (!all.empty())
-        {
-            all.push_back({"F7 all", isAnyOn});
-            all.push_back({"F8 mute", true});
-        }
+        std::vector<HudKey> keys;
+        if (_isHelpShown || _keysSince_s >= 0.0) keys = keysOf(overlays);
+        if (keys == _keysDrawn) return;
+        _keysDrawn = std::move(keys);
         for (HudSheets& sheets : _layouts)
-            sheets.drawKeys(all);
+            sheets.drawKeys(_keysDrawn);
+    }
+
+    static std::vector<HudKey> keysOf(const HapticOverlays& overlays)
+    {
+        std::vector<HudKey> keys;
+        bool isAnyOn = false;
+        std::size_t place = 0;
+        for (const auto& [number, kind] : overlayKinds())
+        {
+            const Overlay& overlay = *overlays.getOverlay(kind.name);
+            const bool isOn = overlay.isShown();
+            const bool isSeen = OverlayFeed::of(overlays).isInSight(place++);
+            isAnyOn = isAnyOn || isOn;
+            if (kind.key == 0) continue;
+            const char* why = !isOn || isSeen              ? ""
+                              : overlay.getBound().valid() ? " (out of sight)"
+                                                           : " (nothing yet)";
+            keys.push_back({kind.keyName() + " " + kind.word + why, isOn});
+        }
+        keys.push_back({isAnyOn ? "F7 all" : "F7 shows what is felt", isAnyOn});
+        keys.push_back({"F8 mute", true});
+        return keys;
     }
 
     Hud& _owner;
@@ -284,15 +339,16 @@ private:
     SkinTrace _skin;
     std::shared_ptr<const midair::bridge::HologramResult> _result;
     ArrayNews _news;
-    HudAlarm _alarm;              ///< that is drawn
-    std::vector<bool> _keysDrawn; ///< which overlays were on when the keys were; empty: not drawn
-    bool _hasKey = true;          ///< keys are to be listed from now on
-    double _keysSince_s = -1.0;   ///< below 0: they aren't
+    HudAlarm _alarm;                ///< that is drawn
+    std::vector<HudKey> _keysDrawn; ///< empty: they aren't listed
+    bool _hasKey = true;            ///< keys are to be listed for a while from now on
+    bool _isHelpShown = false;      ///< they are listed until F1 is pressed again
+    double _keysSince_s = -1.0;     ///< below 0: they aren't listed for a while
     double _lastUpdate_s = 0.0;
     int _frames = 0;
 };
 
-/// What a Hud says even while it is hidden: keys, and in large letters what is not as it should be.
+/// The part of a Hud that is shown even while it is hidden: keys, and problems in large letters.
 class Hud::Banner : public osg::Group
 {
 public:
@@ -307,7 +363,7 @@ public:
         osgUtil::CullVisitor* cull = visitor.asCullVisitor();
         if (cull && cull->getViewport()) _hud->_part.cullBanner(*cull);
     }
-    /// Returns an empty bound, as it takes no space in the scene.
+    /// Returns an empty bound because it takes no space in the scene.
     osg::BoundingSphere computeBound() const override { return {}; }
 
 private:

@@ -28,12 +28,12 @@ std::string problemOf(const OverlayKind& kind)
 {
     if (kind.name.empty() || kind.word.empty() || !kind.make)
         return "it has no name, no word or no maker";
-    if (kind.key == Keys::KEY_F7 || kind.key == Keys::KEY_F8)
-        return kind.keyName() + " is the key of all overlays, or mutes";
+    if (kind.key == Keys::KEY_F1 || kind.key == Keys::KEY_F7 || kind.key == Keys::KEY_F8)
+        return kind.keyName() + " is reserved: it lists the keys, switches all overlays or mutes";
     for (const auto& [place, other] : kinds())
         if (place == kind.place || other.name == kind.name || other.word == kind.word ||
-            other.key == kind.key)
-            return "its place, name, word or key is that of " + other.name;
+            (kind.key != 0 && other.key == kind.key))
+            return "its place, name, word or key is taken by " + other.name;
     return {};
 }
 
@@ -41,6 +41,7 @@ std::string problemOf(const OverlayKind& kind)
 
 std::string OverlayKind::keyName() const
 {
+    if (key == 0) return {};
     if (key >= Keys::KEY_F1 && key <= Keys::KEY_F35)
         return fmt::format("F{}", key - Keys::KEY_F1 + 1);
     return key > ' ' && key < 0x7F ? std::string(1, static_cast<char>(key)) : std::to_string(key);
@@ -95,7 +96,7 @@ void Overlay::setShown(bool shown)
     dirtyBound();
 }
 
-// OSG's groups take the bounds of hidden children, too.
+// OSG's groups include the bounds of hidden children.
 osg::BoundingSphere Overlay::computeBound() const
 {
     return isShown() ? osg::Group::computeBound() : osg::BoundingSphere();

@@ -71,13 +71,11 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
         end[axis] = _box._max[axis];
         osg::Vec3 beyond = outward * 0.9F;
         beyond[axis] = 0.6F;
-        addChild(pixels::label(std::string(1, "xyz"[axis]) + " = " +
-                                   pixels::number(std::round(1e3 * _box._max[axis])) + " mm",
-                               end + beyond * textSize,
-                               textSize,
-                               kWorkspaceInk,
-                               osgText::TextBase::CENTER_CENTER,
-                               false));
+        addChild(pixels::axisLabel(std::string(1, "xyz"[axis]) + " = " +
+                                       pixels::number(std::round(1e3 * _box._max[axis])) + " mm",
+                                   end + beyond * textSize,
+                                   textSize,
+                                   kWorkspaceInk));
     }
     osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
     geometry->setVertexArray(lines);

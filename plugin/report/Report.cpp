@@ -38,13 +38,14 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
 {
     nlohmann::ordered_json json = {{"objects", s.objects},
                                    {"stop", s.stop},
+                                   {"feeling", s.feeling},
                                    {"maxPressure_Pa", s.maxPressure_Pa},
                                    {"fieldsInTurn", s.fieldsInTurn},
                                    {"fieldRate_Hz", s.fieldRate_Hz},
                                    {"outline", s.outline},
                                    {"updatesPerSecond", s.updatesPerSecond}};
     json.update(midair::haptics::toJson(s.figures));
-    json.erase("surface"); // stands beside the field
+    json.erase("surface"); // it is beside the field
     // The number of points is written even before the first field.
     if (s.figures.empty()) json["points"] = s.points;
     return json;
@@ -63,6 +64,30 @@ nlohmann::ordered_json exposureJson(const HapticStatistics& s)
     nlohmann::ordered_json json = {{"what", midair::haptics::kExposureMeaning}};
     for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
         std::visit([&](auto member) { json[row.name] = s.exposure.*member; }, row.value);
+    return json;
+}
+
+/// "unknown": with the reason; "none": the object has no such error.
+nlohmann::ordered_json coincidenceJson(const HapticStatistics& s)
+{
+    using midair::bridge::CoincidencePart;
+    const auto partJson = [](const CoincidencePart& part) -> nlohmann::ordered_json
+    {
+        if (part.state == CoincidencePart::NONE) return "none";
+        if (part.state == CoincidencePart::UNKNOWN) return "unknown";
+        return {{"median_mm", part.median_mm}, {"p95_mm", part.most_mm}};
+    };
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (const midair::bridge::CoincidenceFigures& one : s.coincidence)
+    {
+        nlohmann::ordered_json object = {{"path", printable(one.object)},
+                                         {"total", partJson(one.total)},
+                                         {"largest", one.largest},
+                                         {"unknown", one.unknown}};
+        for (const midair::bridge::CoincidenceRow& row : midair::bridge::kCoincidenceParts)
+            object["parts"][row.name] = partJson(one.*row.part);
+        json.push_back(std::move(object));
+    }
     return json;
 }
 
@@ -142,6 +167,7 @@ toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticFi
         {"field", fieldJson(s)},
         {"surface", surfaceJson(s)},
         {"exposure", exposureJson(s)},
+        {"coincidence", coincidenceJson(s)},
         {"latency_ms",
          {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
         {"collect_ms", s.collect_ms},
@@ -154,8 +180,8 @@ nlohmann::ordered_json toJson(const ReportedScene& scene)
     return toJson(scene.statistics, scene.settings, scene.field);
 }
 
-/// The file of the process. Lives as long as the process, as scenes may end in its last moments;
-/// its thread runs while there are scenes that play.
+/// The process's report file. Never deleted, because scenes may end during the process's exit; its
+/// thread runs while scenes play.
 class ReportFile
 {
 public:
@@ -166,7 +192,7 @@ public:
         return **file;
     }
 
-    /// \a isWritten: false: the child of a fork, whose parent writes the file.
+    /// \a isWritten false: in the child of a fork, whose parent writes the file.
     explicit ReportFile(bool isWritten) : _isOthers(!isWritten) {}
 
     bool isDue(const void* scene)
@@ -209,7 +235,7 @@ private:
     struct Live
     {
         ReportedScene scene;
-        double time_s = 0.0; ///< steady clock, when it was kept
+        double time_s = 0.0; ///< steady clock, when it was stored
     };
 
     static constexpr double kInterval_s = 1.0;
@@ -228,7 +254,7 @@ private:
         }
     }
 
-    /// Writes a new file and puts it in the place of the old one.
+    /// Writes a new file and replaces the old one with it.
     void write()
     {
         const midair::base::Lock writing(_writing);
@@ -243,7 +269,7 @@ private:
         }
         for (const auto& [key, one] : live)
             scenes.push_back(toJson(one.scene));
-        // What is no regular file (/dev/stdout, a pipe) can't be replaced.
+        // Special files (/dev/stdout, a pipe) can't be replaced.
         std::error_code error;
         const auto kind = std::filesystem::status(name, error).type();
         const bool isReplaced = kind == std::filesystem::file_type::regular ||
@@ -272,11 +298,11 @@ private:
     nlohmann::ordered_json _ended MIDAIR_GUARDED_BY(_mutex) = nlohmann::ordered_json::array();
     bool _isFresh MIDAIR_GUARDED_BY(_mutex) = false;
     std::thread _thread MIDAIR_GUARDED_BY(_mutex);
-    /// of the thread; one of an earlier number ends
+    /// the thread's number; threads with lower numbers end
     unsigned int _number MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
-constexpr std::size_t kMost = 1000; // lines that wait, if nobody updates a scene any more
+constexpr std::size_t kMost = 1000; // limit on waiting lines, if no scene is updated any more
 
 struct Lines
 {

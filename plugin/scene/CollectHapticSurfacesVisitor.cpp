@@ -80,7 +80,7 @@ bool hasObstacleTag(const osg::Node& node)
 
 bool isOwnObject(const osg::Node& node)
 {
-    // Own objects always ask for the event traversal; this test is the cheapest, so it comes first.
+    // The cheapest test comes first: own objects always request the event traversal.
     return node.getNumChildrenRequiringEventTraversal() > 0 &&
            (dynamic_cast<const HapticSurface*>(&node) || dynamic_cast<const HapticPoints*>(&node) ||
             hasHapticTag(node) || hasObstacleTag(node));
@@ -169,7 +169,7 @@ HapticInstance& CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticP
     return _instances.back();
 }
 
-// A ClipNode's own state switches its planes on, and a state further down may switch them off.
+// A ClipNode's own state enables its planes; a state further down may disable them.
 void CollectHapticSurfacesVisitor::addClips(HapticInstance& instance) const
 {
     for (const Clip& clip : _clips)
@@ -245,7 +245,7 @@ void CollectHapticSurfacesVisitor::apply(osg::ClipNode& node)
 {
     if (!leadsSomewhere(node)) return;
     const std::size_t outer = _clips.size();
-    // One in an absolute frame clips by the camera, not in the world.
+    // One in an absolute frame clips relative to the camera, not in the world.
     if (_inWorld && node.getReferenceFrame() == osg::ClipNode::RELATIVE_RF)
         for (const auto& plane : node.getClipPlaneList())
         {
@@ -266,8 +266,8 @@ void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
 
 void markTags(osg::Node& root)
 {
-    // The function is protected in osg::Node, as only subclasses are expected to request
-    // traversals; here a tag makes a plain node haptic.
+    // The function is protected in osg::Node because only subclasses normally request traversals;
+    // here a tag makes a plain node haptic.
     struct Counts : osg::Node
     {
         using osg::Node::setNumChildrenRequiringEventTraversal;

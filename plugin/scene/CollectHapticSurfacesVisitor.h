@@ -27,16 +27,16 @@ struct HapticInstance
     /// property of a HapticSurface or HapticPoints; null: the node has a tag
     const HapticProperty* property = nullptr;
     const HapticPoints* points = nullptr; ///< the node, if it is one
-    /// false below a camera or an absolute frame, where nodes have no place in the world
+    /// false below a camera or an absolute frame, where nodes have no position in the world
     bool inWorld = true;
-    bool obstacle = false; ///< a real object that blocks sound; not felt itself
-    /// below a node that turns with the camera; world is without that turn
+    bool obstacle = false; ///< a real object that blocks sound; not haptic
+    /// below a node that turns with the camera; world excludes that rotation
     bool followsCamera = false;
-    /// planes of ClipNodes above it, in the world; what is behind one is not seen
+    /// planes of ClipNodes above it, in the world; anything behind one is invisible
     std::vector<osg::Vec4d> clips;
 };
 
-/// A root of what is felt, and the transform from the frame of its parent to the world.
+/// A root of a haptic scene, and the transform from its parent's frame to the world.
 struct SceneRoot
 {
     osg::Node* node = nullptr;
@@ -47,27 +47,28 @@ struct SceneRoot
 /// the active children, once per node path. It respects Switch, node masks and LOD (at its finest
 /// level) and does not depend on any camera. Run it after the update traversal.
 ///
-/// It skips subtrees without haptic nodes: these request the event traversal, and OSG counts such
-/// nodes up to the root. For tagged nodes markTags() has to make that request.
+/// It skips subtrees without haptic nodes: haptic nodes request the event traversal, and OSG counts
+/// such nodes up to the root. For tagged nodes markTags() has to make that request.
 class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
-    /// \a owner: the scene that it collects for. Other scenes that it meets are inside that one:
-    /// their surfaces belong to it, unless they are disabled. Null: the owner is no scene, and all
-    /// scenes that it meets are inside.
+    /// \a owner: the scene that it collects for. Other scenes that it meets are inner ones: their
+    /// surfaces belong to the owner, unless they are disabled. Null: the owner is no scene, and all
+    /// scenes are inner ones.
     explicit CollectHapticSurfacesVisitor(const osg::Node* owner = nullptr);
 
     /// Collects the scenes below all \a roots anew. If nothing haptic is found and \a otherwise is
-    /// not null, the first root itself becomes an instance with that property; it is for roots
-    /// without any mark, hidden ones included. Memory is reused from call to call.
+    /// not null, the first root becomes an instance with that property; this is for roots without
+    /// any tag, including hidden ones. Reuses memory from call to call.
     void collect(const std::vector<SceneRoot>& roots, const HapticProperty* otherwise = nullptr);
 
     const std::vector<HapticInstance>& instances() const { return _instances; }
 
-    /// Returns the enabled scenes inside the owner that the last collect() met.
+    /// Returns the enabled inner scenes of the last collect().
     const std::vector<const HapticScene*>& innerScenes() const { return _innerScenes; }
 
-    /// Calls \a look with each node on the path to an instance of the last collect(), its own too.
+    /// Calls \a look with each node on the path to an instance of the last collect(), including its
+    /// own.
     void lookAlong(const HapticInstance& instance,
                    const std::function<void(const osg::Node&)>& look) const;
 
@@ -94,12 +95,12 @@ private:
     struct Clip
     {
         osg::Vec4d plane;     ///< in the world
-        GLenum mode = 0;      ///< that enables it
+        GLenum mode = 0;      ///< the mode that enables it
         std::size_t from = 0; ///< index of the ClipNode in the node path
     };
     void addClips(HapticInstance& instance) const;
 
-    /// Returns false for a disabled scene inside the owner: nothing below it is felt.
+    /// Returns false for a disabled inner scene: nothing below it is played.
     bool enter(const osg::Node& node);
 
     const osg::Node* const _owner;
@@ -113,7 +114,7 @@ private:
     bool _followsCamera = false;
 };
 
-/// Makes tagged nodes below \a root request the event traversal, as haptic nodes do. Walks the
+/// Makes tagged nodes below \a root request the event traversal, as haptic nodes do. Traverses the
 /// whole subtree: not for every frame.
 void markTags(osg::Node& root);
 

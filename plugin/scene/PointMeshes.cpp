@@ -19,9 +19,9 @@ using midair::base::MessageCode;
 constexpr std::uint64_t kKeptFrames = 60;
 constexpr double kLeastPressure = 1e-6; ///< as of HapticProperty::pressure
 constexpr double kMostPressure = 1e5;
-/// Points nearer than this to each other are at one place, which is felt once.
+/// Points closer than this coincide and are merged.
 constexpr double kSamePlace_m = 1e-6;
-constexpr double kFarthest_m = 1e3; ///< farther away nothing is felt
+constexpr double kFarthest_m = 1e3; ///< nothing farther away is played
 
 bool isPressure(double pressure)
 {
@@ -48,24 +48,24 @@ void tellLeftOut(const HapticPoints& node,
 {
     const std::size_t points = node.getPoints().size();
     if (notFinite.count > 0)
-        told.push_back(fmt::format("{} of {} points not finite and not felt, the first is point {}",
-                                   notFinite.count,
-                                   points,
-                                   notFinite.first));
-    if (noPressure.count > 0)
         told.push_back(
-            fmt::format("{} of {} points not felt for their pressures; the first, that of point "
-                        "{}, is {:g}, should be 0 or {:g} .. {:g}",
-                        noPressure.count,
+            fmt::format("{} of {} points are not finite and left out, the first is point {}",
+                        notFinite.count,
                         points,
-                        noPressure.first,
-                        node.getPressures()[noPressure.first],
-                        kLeastPressure,
-                        kMostPressure));
+                        notFinite.first));
+    if (noPressure.count > 0)
+        told.push_back(fmt::format(
+            "{} of {} points have invalid pressures and are left out; the first, of point "
+            "{}, is {:g}, should be 0 or {:g} .. {:g}",
+            noPressure.count,
+            points,
+            noPressure.first,
+            node.getPressures()[noPressure.first],
+            kLeastPressure,
+            kMostPressure));
 }
 
-/// Returns the indices of the points that can be felt, and puts into \a told what is told of the
-/// others.
+/// Returns the indices of the usable points; \a told gets messages about the others.
 std::vector<std::size_t> usablePoints(const HapticPoints& node, std::vector<std::string>& told)
 {
     std::vector<std::size_t> usable;
@@ -82,7 +82,7 @@ std::vector<std::size_t> usablePoints(const HapticPoints& node, std::vector<std:
     return usable;
 }
 
-/// The mesh of the points \a usable, each a triangle without area; \a pressure: of the strongest.
+/// Returns the points \a usable as a mesh of degenerate triangles; \a pressure: of the strongest.
 midair::haptics::TriangleMesh meshOf(const HapticPoints& node,
                                      const std::vector<std::size_t>& usable,
                                      const Eigen::Matrix3d& stretch,
@@ -106,16 +106,16 @@ midair::haptics::TriangleMesh meshOf(const HapticPoints& node,
     return mesh;
 }
 
-/// Puts points that are at the place of one before them exactly there, and returns what is told of
-/// them: one place is felt once, and of points at one place the first is taken. \a usable: which
-/// points of the node the vertices of \a mesh are.
+/// Moves points that coincide with an earlier one exactly onto it and returns messages about them:
+/// of coinciding points only the first counts. \a usable: the node's points that the vertices of \a
+/// mesh stand for.
 std::vector<std::string> joinCoinciding(const HapticPoints& node,
                                         const std::vector<std::size_t>& usable,
                                         midair::haptics::TriangleMesh& mesh)
 {
     LeftOut coinciding;
-    std::vector<std::size_t> firsts; // the point of each place
-    std::size_t first = 0;           // the one before the first that coincides
+    std::vector<std::size_t> firsts; // the point at each position
+    std::size_t first = 0;           // the one that the first coinciding point joins
     midair::haptics::PointGrid places(kSamePlace_m);
     places.reserve(usable.size());
     for (Eigen::Index k = 0; k < mesh.vertices.cols(); ++k)
@@ -135,14 +135,13 @@ std::vector<std::string> joinCoinciding(const HapticPoints& node,
         coinciding.add(usable[static_cast<std::size_t>(k)]);
     }
     if (coinciding.count == 0) return {};
-    return {
-        fmt::format("{} of {} points at the place of another and not felt by themselves, as the "
-                    "first at a place counts; the first of them is point {}, at the place of "
-                    "point {}",
-                    coinciding.count,
-                    node.getPoints().size(),
-                    coinciding.first,
-                    first)};
+    return {fmt::format("{} of {} points coincide with another and are merged into it; the first "
+                        "of them is point {}, which coincides with "
+                        "point {}",
+                        coinciding.count,
+                        node.getPoints().size(),
+                        coinciding.first,
+                        first)};
 }
 
 } // namespace
@@ -205,7 +204,7 @@ PointMeshes::get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const
 void PointMeshes::endFrame()
 {
     ++_frame;
-    // A caller who holds a mesh may not have asked for it again.
+    // A caller that keeps a mesh doesn't necessarily ask for it again.
     const auto old = [this](const Entry& entry)
     { return _frame - entry.used > kKeptFrames && entry.made.mesh.mesh.useCount() == 1; };
     if (_frame % kKeptFrames == 0)

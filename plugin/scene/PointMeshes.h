@@ -19,21 +19,21 @@ namespace osgMidair
 struct PointMesh
 {
     midair::bridge::CachedMesh mesh;
-    /// in the property's unit; the mesh's intensities are shares of it. 0: the property's own
+    /// in the property's unit; the mesh's intensities are fractions of it. 0: the property's own
     double pressure = 0.0;
-    std::vector<std::string> leftOut; ///< what is told of points that are left out
+    std::vector<std::string> leftOut; ///< messages about points left out
 };
 
-/// Makes meshes of HapticPoints and keeps them while they stay the same.
+/// Makes meshes of HapticPoints and keeps them while they don't change.
 class PointMeshes
 {
 public:
-    /// Gets the code of a message and its text, without the node's path.
+    /// Receives a message's code and its text, without the node's path.
     using Say = std::function<void(midair::base::MessageCode, const std::string&)>;
 
-    /// Returns the points of \a node, which \a toArray takes to the array's frame; null, after \a
-    /// say was told why, if none can be felt. The result stays valid until the next call. \a say is
-    /// told in each call what is left out (POINTS_INVALID): the caller knows what it has said.
+    /// Returns the points of \a node in the array's frame, by \a toArray; null, after a call of \a
+    /// say with the reason, if none is usable. The result is valid until the next call. Each call
+    /// also reports the points left out (POINTS_INVALID); the caller removes repetitions.
     const PointMesh* get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const Say& say);
 
     void endFrame();
@@ -50,7 +50,7 @@ private:
 
     std::vector<Entry> _entries;
     std::uint64_t _frame = 0;
-    std::uint64_t _nextId = std::uint64_t(1) << 63; ///< apart from those of a MeshCache
+    std::uint64_t _nextId = std::uint64_t(1) << 63; ///< distinct from those of a MeshCache
 };
 
 } // namespace osgMidair

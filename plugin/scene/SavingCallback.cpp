@@ -1,5 +1,5 @@
-// What is told at saving: most formats keep neither the kit's nodes nor user values nor
-// descriptions, and OSG doesn't say so. It is installed when the library is loaded.
+// Warnings at saving: most formats keep neither the kit's nodes nor user values nor descriptions,
+// and OSG doesn't report that. Installed when the library is loaded.
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/SceneMarks.h"
 
@@ -42,7 +42,7 @@ public:
     Some descriptions;
 };
 
-/// The format that a file is written in, without what packs it: "ive" of scene.ive.gz.
+/// The format of a file without compression: "ive" of scene.ive.gz.
 std::string formatOf(const std::string& fileName)
 {
     const std::string extension = osgDB::getLowerCaseFileExtension(fileName);
@@ -61,7 +61,7 @@ class SavingCallback : public osgDB::WriteFileCallback
 public:
     using Result = osgDB::ReaderWriter::WriteResult;
 
-    /// \a next: the callback that stood there; null: none, and then OSG's own way of writing.
+    /// \a next: the previous callback; null: none, i.e. OSG's default writer.
     explicit SavingCallback(osgDB::WriteFileCallback* next) :
         _next(next ? next : new osgDB::WriteFileCallback)
     {
@@ -102,21 +102,21 @@ public:
     }
 
 private:
-    /// Tells what the format of \a fileName can't keep of \a node. Returns the reason if the file
-    /// would be empty, so that nothing is written.
+    /// Warns about what the format of \a fileName can't keep of \a node. Returns the reason if the
+    /// file would be empty, so that nothing is written.
     static std::string tell(const osg::Node& node, const std::string& fileName)
     {
         const std::string format = formatOf(fileName);
         if (isOneOf(format, {"osgt", "osgb", "osgx", "osg2"})) return {};
         Lost lost;
-        const_cast<osg::Node&>(node).accept(lost); // it changes nothing
+        const_cast<osg::Node&>(node).accept(lost); // it doesn't modify the node
         const std::string keep = "; .osgt, .osgb and .osgx keep all";
         if (lost.kitNodes.count > 0 && format == "osg")
             return "osgMidair: " + fileName + " is not written: .osg can't hold " +
                    lost.kitNodes.text() + keep;
         if (lost.kitNodes.count > 0)
             OSG_WARN << "osgMidair: " << fileName << ": ." << format << " doesn't keep "
-                     << lost.kitNodes.text() << ", which will not be felt" << keep << std::endl;
+                     << lost.kitNodes.text() << ", which will be missing" << keep << std::endl;
         if (lost.values.count > 0)
             OSG_WARN << "osgMidair: " << fileName << ": ." << format
                      << " keeps no user values; lost are the tags of " << lost.values.text() << keep

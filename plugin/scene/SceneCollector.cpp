@@ -49,7 +49,7 @@ bool isPlain(const osg::Node& node)
            type == typeid(HapticSurface);
 }
 
-// OSG's own comparison takes a matrix with NaN for equal to any other.
+// OSG's own comparison regards a matrix with NaN as equal to any other.
 bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
 {
     const auto isAlike = [](double x, double y)
@@ -166,7 +166,7 @@ void SceneCollector::lookForMarks(const std::vector<SceneRoot>& roots)
     tellMarks(*nodes.front());
 }
 
-// Marks that come later are met first by the visitor, where they are shown.
+// Later tags are met first by the visitor, where they are shown.
 void SceneCollector::noteMarks()
 {
     if (_marks.state() == SceneMarks::State::SOME) return;
@@ -174,7 +174,7 @@ void SceneCollector::noteMarks()
         if (!instance.obstacle && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
 }
 
-// What was told of objects that are not met any more, or are felt no more by wish, has ended.
+// Ends messages about objects that are gone or were disabled.
 void SceneCollector::endGone()
 {
     for (auto one = _told.obstacles.begin(); one != _told.obstacles.end();)
@@ -249,7 +249,7 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
 {
     const auto [found, isNew] = _known.try_emplace(instance.id);
     Known& known = found->second;
-    // Another node may have the address of one that is gone.
+    // Another node may have the address of a deleted one.
     const bool isOther = !isNew && known.node.get() != instance.node;
     if (isOther) known = Known();
     const bool inserted = isNew || isOther;
@@ -268,7 +268,7 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     if (inserted)
     {
         _meshes.spend(kInstanceWork);
-        instance.node->getBound(); // so that no later frame computes those of all
+        instance.node->getBound(); // so that no later frame computes all bounds at once
     }
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
@@ -296,7 +296,7 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     return known;
 }
 
-// Repairs what is out of range, and says that, what was \a wrong before, and what silences.
+// Repairs values out of range; logs this, previous errors in \a wrong, and silencing.
 void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 {
     for (std::string& what : known.property.repair())
@@ -314,7 +314,7 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
     _log().sayNow({MessageCode::PROPERTY_INVALID, known.id}, told);
 }
 
-// A new instance of a frame that has no time left for it. What silences the scene does so at once.
+// A new instance in a frame without time for it. If it silences the scene, it does so at once.
 bool SceneCollector::mustWait(const HapticInstance& instance)
 {
     if (!_meshes.isFull() || _known.count(instance.id) > 0) return false;
@@ -329,7 +329,7 @@ bool SceneCollector::silences(const HapticInstance& instance)
 {
     HapticProperty property;
     std::string tag;
-    std::vector<std::string> wrong; // told when it comes
+    std::vector<std::string> wrong; // logged when it is read
     if (instance.property)
         property = *instance.property;
     else if (hapticTag(*instance.node, tag))
@@ -338,8 +338,8 @@ bool SceneCollector::silences(const HapticInstance& instance)
     return property.enabled && !property.whySilenced.empty();
 }
 
-// What is read of an instance: where all of it is one drawable, that, which others may have as
-// well. Paint depends on what is above.
+// The part of an instance that is read: if it consists of one drawable, that drawable, which others
+// may share. Paint depends on the nodes above.
 osg::Node& SceneCollector::contentOf(osg::Node& node) const
 {
     if (_extract.paint.source != PaintOptions::NONE) return node;
@@ -356,8 +356,8 @@ osg::Node& SceneCollector::contentOf(osg::Node& node) const
     return at->asDrawable() && !at->getCullCallback() ? *at : node;
 }
 
-// Objects of a known instance that a snapshot holds are those of now if they have its origin, which
-// is another one each time.
+// A snapshot's objects of a known instance are up to date if they have its origin, which changes
+// each time.
 void SceneCollector::renew(Known& known)
 {
     known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
@@ -408,7 +408,7 @@ void SceneCollector::fill(const HapticInstance& instance)
     if (!known.objects.empty()) ++_collected.felt;
 }
 
-// Where there are many whose meshes have not changed for a while, these are looked at in turn.
+// If many objects have had unchanged meshes for a while, these are checked in turn.
 bool SceneCollector::mayRest(Known& known, bool isChanged)
 {
     if (isChanged || !_frames.isKept) known.calm = 0;
@@ -447,8 +447,8 @@ void SceneCollector::put(const Known& known)
     }
 }
 
-// Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
-// pressure: in place of the property's, if over 0.
+// Stores the meshes of an instance in _parts; false, after logging the reason, if there are none.
+// \a pressure: replaces the property's, if over 0.
 bool SceneCollector::findParts(const HapticInstance& instance, Known& known, double& pressure)
 {
     std::vector<std::string> leftOut;
@@ -491,7 +491,7 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
     return false;
 }
 
-// Points that are left out are told when that begins, however many they become.
+// Points left out are logged once when that begins, however many they become.
 void SceneCollector::tellLeftOut(const Known& known, const std::vector<std::string>& leftOut)
 {
     std::vector<midair::base::Message> told;
@@ -530,24 +530,23 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
     }
 }
 
-// What a SceneCollector tells of marks and objects.
+// Messages of a SceneCollector about tags and objects.
 
 void SceneCollector::tellMarks(const osg::Node& root)
 {
     const std::string path = midair::bridge::quoted(root);
     std::vector<midair::base::Message> told;
     if (_marks.state() == SceneMarks::State::UNKNOWN)
-        told.push_back(
-            about(MessageCode::SCENE_INCOMPLETE,
-                  path,
-                  fmt::format("{} is not loaded yet and may have what is marked as haptic; nothing "
-                              "is felt until a mark is found or all is loaded",
-                              _marks.missing())));
+        told.push_back(about(
+            MessageCode::SCENE_INCOMPLETE,
+            path,
+            fmt::format("{} is not loaded yet and may have haptic tags; untagged objects aren't "
+                        "played until a tag is found or everything is loaded",
+                        _marks.missing())));
     else if (_marks.state() == SceneMarks::State::NONE && _unmarked)
-        told.push_back(
-            about(MessageCode::SCENE_UNMARKED,
-                  path,
-                  "nothing in it is marked as haptic, shown or hidden, so all of it is felt"));
+        told.push_back(about(MessageCode::SCENE_UNMARKED,
+                             path,
+                             "nothing in it is tagged as haptic, so the whole scene is touchable"));
     else if (_marks.state() == SceneMarks::State::NONE)
         told.push_back(
             about(MessageCode::SCENE_EMPTY,
@@ -555,11 +554,10 @@ void SceneCollector::tellMarks(const osg::Node& root)
                   "has no HapticSurface, no HapticPoints and no node with a haptic tag; nothing is "
                   "felt"));
     else if (_unmarked && !(*_unmarked == HapticProperty()))
-        told.push_back(
-            about(MessageCode::SETTINGS_INVALID,
-                  path,
-                  "how an object is felt is given for a scene in which nothing is marked; here "
-                  "something is, so its own properties count"));
+        told.push_back(about(MessageCode::SETTINGS_INVALID,
+                             path,
+                             "the haptic properties given for an untagged scene are ignored: "
+                             "this one has haptic tags of its own"));
     _log().sayNow({MessageCode::SCENE_EMPTY}, told);
 }
 
@@ -574,8 +572,8 @@ void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
         _log().say(hidden,
                    about(hidden.code,
                          midair::bridge::quoted(*roots.front().node),
-                         "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
-                         "nothing is felt until it is shown"));
+                         "all its haptic objects are hidden, disabled, unloaded or removed; "
+                         "nothing is played until one is shown"));
 }
 
 void SceneCollector::tell(const Known& known, MessageCode code, const std::string& what)
@@ -584,7 +582,7 @@ void SceneCollector::tell(const Known& known, MessageCode code, const std::strin
     if (_log().begins(topic)) _log().say(topic, about(code, known.path, what, known.origin));
 }
 
-// The warnings come when a mesh is read; one that is back says them again.
+// Warnings come when a mesh is read; an instance that is back repeats them.
 void SceneCollector::tellGeometry(Known& known, bool isBack)
 {
     if (_warnings.empty() && !isBack) return;
@@ -594,8 +592,8 @@ void SceneCollector::tellGeometry(Known& known, bool isBack)
     _log().sayNow({MessageCode::OBJECT_GEOMETRY, known.id, kMesh}, known.geometry);
 }
 
-// Objects are filled in again whenever another one has changed; a cause is told once while it
-// lasts, and has ended when there is none.
+// Objects are filled in again whenever another one has changed; a cause is logged once while it
+// lasts, and ends when there is none.
 void SceneCollector::tellCause(Known& known, MessageCode code, const std::string& cause)
 {
     if (known.cause == cause) return;
@@ -605,8 +603,8 @@ void SceneCollector::tellCause(Known& known, MessageCode code, const std::string
     _log().sayNow({MessageCode::OBJECT_INVALID, known.id, kCause}, told);
 }
 
-// What the states on the path to an object do to what is seen of it, when it is met first. What is
-// below it is told when it is read, and a drawable is.
+// Logs how states on the path to an object affect its visible shape, when it is first met. States
+// below it are logged when it and its drawables are read.
 void SceneCollector::tellStates(const HapticInstance& instance, const Known& known)
 {
     const auto look = [&](const osg::Node& node)

@@ -33,24 +33,24 @@ namespace osgMidair
 /// Returns the part of \a property that goes to the hologram thread with each object.
 midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 
-/// Returns what is wrong with the material of \a property, so that nothing is felt where the object
-/// is touched, or with the user's file of materials; empty: nothing.
+/// Returns what is wrong with the material of \a property, so that contacts are not played, or with
+/// the user's file of materials; empty: nothing.
 std::string problemOfMaterial(const HapticProperty& property);
 
 /// Returns the part of \a property that describes the paint of the mesh.
 midair::bridge::PaintOptions paintOf(const HapticProperty& property);
 
-/// HapticObject::origin of what the SceneCollector makes: the node that is felt and its path, for
-/// whoever gets the field. Immutable; any thread may keep it.
+/// HapticObject::origin of a SceneCollector's objects: the haptic node and its path, for receivers
+/// of the field. Immutable; any thread may keep it.
 struct FeltNode
 {
     osg::observer_ptr<osg::Node> node;
     std::string path;
 };
 
-/// Collects the active haptic objects and obstacles below its roots, in array coordinates. Those
-/// that have not changed since the last frame are checked but not made again. New ones come in the
-/// frames in which there is time for them (MeshCache::isFull()), each whole.
+/// Collects the active haptic objects and obstacles below its roots, in array coordinates. Checks
+/// unchanged objects but doesn't rebuild them. Reads new objects, each completely, in frames that
+/// have time for them (MeshCache::isFull()).
 ///
 /// For the thread that updates the scene only.
 class SceneCollector
@@ -58,29 +58,28 @@ class SceneCollector
 public:
     using Log = std::function<midair::base::MessageLog&()>;
 
-    /// \a owner: the HapticScene that it collects for; null: another kind of owner, and all scenes
-    /// that it meets are inside. \a log: gets each reason why something can't be felt, with the
+    /// \a owner: the HapticScene that it collects for; null: another kind of owner, for which all
+    /// scenes are inner ones. \a log: gets each reason why an object can't be played, with the
     /// node's path, and its end.
     SceneCollector(const osg::Node* owner, Log log);
 
-    /// Sets how the whole scene is felt if nothing below the roots is marked as haptic.
+    /// Sets the property for the whole scene if nothing below the roots is tagged as haptic.
     void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
 
-    /// \a toArray: affine transform from the world in scene units to the array. Obstacles count if
-    /// \a shadows is true.
+    /// \a toArray: affine transform from the world in scene units to the array. Obstacles are
+    /// collected if \a shadows is true.
     void configure(const Eigen::Matrix4d& toArray, bool shadows);
 
     /// Makes the next collect() look for tags, which otherwise happens every kTagFrames frames.
     void dirtyTags() { _frames.sinceTags = 0; }
     static constexpr unsigned int kTagFrames = 60;
-    /// An object whose mesh has not changed for so many frames, and is one of more than kMostLooks,
-    /// is looked at in turn with the others: kMostLooks of them in a frame.
+    /// If more than kMostLooks objects have had unchanged meshes for this many frames, each frame
+    /// checks kMostLooks of them in turn.
     static constexpr unsigned int kCalmFrames = 60;
     static constexpr unsigned int kMostLooks = 128;
 
-    /// Collects one frame: puts what is felt below \a roots into \a objects, which may be those of
-    /// an older frame, or none, but of no other collector. Returns false if they have not changed
-    /// since.
+    /// Collects one frame: stores the haptic objects below \a roots in \a objects, which may hold
+    /// an older frame of this collector, or nothing. Returns false if they have not changed since.
     bool collect(const std::vector<SceneRoot>& roots,
                  std::vector<midair::bridge::HapticObject>& objects);
 
@@ -93,33 +92,32 @@ public:
         _obstacles.addTo(props);
     }
 
-    int instances() const { return _collected.felt; } ///< instances that can be felt
-    /// Returns true if the last collect() met an object whose properties keep the whole scene from
-    /// playing.
+    int instances() const { return _collected.felt; } ///< playable instances
+    /// Returns true if the last collect() met an object whose properties silence the whole scene.
     bool isSilenced() const { return _collected.isSilenced; }
-    /// Instances that are new and wait for a later frame, or whose mesh is new and not read whole
-    /// yet: they are felt as before, new ones not yet.
+    /// Instances that wait for a later frame because they are new or their mesh is new and not read
+    /// completely: they keep their previous shape, new ones aren't played yet.
     int beingRead() const { return _collected.beingRead; }
     std::uint64_t extractions() const { return _meshes.extractions(); }
 
-    /// Returns the enabled scenes inside the owner that the last collect() met.
+    /// Returns the enabled inner scenes of the last collect().
     const std::vector<const HapticScene*>& innerScenes() const { return _visitor.innerScenes(); }
 
-    /// Returns all instances that the last collect() met, those that can't be felt too but those
-    /// that wait, in no particular order.
+    /// Returns all instances of the last collect(), in no particular order, including those that
+    /// can't be played but not those that wait.
     std::vector<FoundObject> found() const;
 
     /// Returns the node of an instance; null if it is gone.
     osg::Node* nodeOf(std::uint64_t instance) const;
 
 private:
-    /// What is kept of an instance from frame to frame.
+    /// State of an instance, kept from frame to frame.
     struct Known
     {
         std::uint64_t id = 0; ///< of the instance
         osg::observer_ptr<osg::Node> node;
         std::string path;
-        std::shared_ptr<const FeltNode> origin; ///< the same two for the results
+        std::shared_ptr<const FeltNode> origin; ///< the same two, for results
         std::string tag;
         HapticProperty raw;      ///< as the node has it
         HapticProperty property; ///< raw, with values out of range repaired
@@ -129,20 +127,20 @@ private:
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
         std::size_t first = 0;                             ///< index of its first object
-        std::vector<midair::bridge::HapticObject> objects; ///< none: it can't be felt
-        std::string cause; ///< why it can't be felt, as it was told; empty: it can
-        std::vector<midair::base::Message> geometry; ///< what can't be felt of its shape
-        bool isUnderstood = true;                    ///< nothing is wrong with its property
+        std::vector<midair::bridge::HapticObject> objects; ///< none: not playable
+        std::string cause; ///< the logged reason why it is not playable; empty: it is
+        std::vector<midair::base::Message> geometry; ///< unplayable parts of its shape
+        bool isUnderstood = true;                    ///< its property is valid
     };
 
-    /// What was told of the scene.
+    /// What was logged about the scene.
     struct Told
     {
         std::optional<SceneMarks::State> marks;
-        int known = 0;                                   ///< objects that the last frame met
-        std::map<std::uint64_t, unsigned int> obstacles; ///< when they were met last
+        int known = 0;                                   ///< objects in the last frame
+        std::map<std::uint64_t, unsigned int> obstacles; ///< frame in which each was last met
     };
-    /// What configure() was given.
+    /// Arguments of configure().
     struct Places
     {
         Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();
@@ -152,26 +150,27 @@ private:
     struct Collected
     {
         std::vector<midair::bridge::HapticObject>* objects = nullptr; ///< during collect()
-        std::size_t count = 0;                                        ///< of objects so far
+        std::size_t count = 0;                                        ///< objects added
         int felt = 0;
         int beingRead = 0;
-        int known = 0;          ///< objects that were met
-        bool isAnyBack = false; ///< one was not in the frame before
-        unsigned int calm = 0;  ///< objects that may be looked at in turn
+        int known = 0;          ///< objects met
+        bool isAnyBack = false; ///< one was missing in the frame before
+        unsigned int calm = 0;  ///< objects that may be checked in turn
         bool isChanged = false;
         bool isSilenced = false;
     };
     struct Frames
     {
         unsigned int now = 0;
-        unsigned int sinceTags = 0;                      ///< tags are looked for when it is 0
-        bool isKept = false;                             ///< what is known holds
-        std::size_t objects = 0;                         ///< of the last frame
-        unsigned int calm = 0;                           ///< Collected::calm of the last frame
-        std::unordered_map<std::uint64_t, bool> waiting; ///< whether one that waits silences all
-        std::size_t instances = 0;                       ///< that the last one met
-        unsigned int changes = 0;                        ///< propertyChanges() of the last frame
-        bool isAnySet = true;                            ///< a setter has changed a property since
+        unsigned int sinceTags = 0; ///< tags are looked for at 0
+        bool isKept = false;        ///< the known state is valid
+        std::size_t objects = 0;    ///< of the last frame
+        unsigned int calm = 0;      ///< Collected::calm of the last frame
+        /// waiting ones, and whether each silences all
+        std::unordered_map<std::uint64_t, bool> waiting;
+        std::size_t instances = 0; ///< met in the last frame
+        unsigned int changes = 0;  ///< propertyChanges() of the last frame
+        bool isAnySet = true;      ///< a setter has changed a property since
     };
 
     void lookForMarks(const std::vector<SceneRoot>& roots);
@@ -200,7 +199,7 @@ private:
     void forgetUnseen();
 
     const Log _log;
-    std::optional<HapticProperty> _unmarked; ///< of the root, where nothing is marked
+    std::optional<HapticProperty> _unmarked; ///< of the root, if nothing is tagged
     SceneMarks _marks;
     Told _told;
     Places _places;
@@ -211,7 +210,7 @@ private:
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
-    std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
+    std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance being filled in
     Collected _collected;
     Frames _frames;
 };

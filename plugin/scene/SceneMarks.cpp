@@ -24,7 +24,7 @@ namespace osgMidair
 namespace
 {
 
-// Files are loaded in their order, each as the child of its number.
+// Files are loaded in order, each as the child with its number.
 template<typename Loader>
 std::string firstMissing(const Loader& loader)
 {
@@ -39,7 +39,7 @@ bool isMark(const osg::Node& node)
            hasHapticTag(node);
 }
 
-// Marks request the event traversal, and OSG counts such requests up to the root, hidden or not.
+// Tags request the event traversal, and OSG counts such requests up to the root, hidden or not.
 bool hasMark(const osg::Node& node)
 {
     if (node.getNumChildrenRequiringEventTraversal() == 0) return false;
@@ -61,7 +61,7 @@ std::string findMissing(const osg::Node& node)
     return missing;
 }
 
-/// Tells the active children of one group, as the reader of its mesh meets them.
+/// Reports the active children of one group, as the reader of its mesh meets them.
 class ActiveChildren : public osg::NodeVisitor
 {
 public:
@@ -79,7 +79,7 @@ private:
     std::vector<const osg::Node*> _all;
 };
 
-/// Sorts what is below a node by why it isn't felt.
+/// Sorts the nodes below a node by the reason why they aren't played.
 class Reasons
 {
 public:
@@ -96,19 +96,18 @@ public:
         std::vector<std::string> all;
         if (_hidden.count > 0) all.push_back("is hidden (" + _hidden.text() + ")");
         if (_missing.count > 0) all.push_back("is not loaded (" + _missing.text() + ")");
-        if (_own.count > 0) all.push_back("is marked itself (" + _own.text() + ")");
+        if (_own.count > 0) all.push_back("has its own haptic tags (" + _own.text() + ")");
         if (_cameras.count > 0)
             all.push_back("hangs on a camera, not in the world (" + _cameras.text() + ")");
         if (all.empty() && _isTold) return {};
         if (all.empty() && _shapes == 0) return {"has no drawables below it", false};
         if (all.empty()) return {"has no triangles", false};
-        return {"has nothing to be felt: what is below it " +
-                    fmt::format("{}", fmt::join(all, ", or ")),
+        return {"is not played: each node below it " + fmt::format("{}", fmt::join(all, ", or ")),
                 _hidden.count > 0};
     }
 
 private:
-    /// \a hider: what hides \a node; null: it is shown.
+    /// \a hider: the object that hides \a node; null: it is shown.
     void look(osg::Node& node, const osg::Object* hider)
     {
         if (isOwnObject(node)) return _own.add(node);
@@ -144,7 +143,7 @@ private:
     void addDrawable(const osg::Drawable& drawable, const osg::Object* hider)
     {
         ++_shapes;
-        // The reader names what it meets and can't read.
+        // The reader names objects that it can't read.
         if (hider && (_lastHider != hider || _hidden.count == 0))
             _hidden.add(*hider);
         else if (!hider && !drawable.asGeometry())
@@ -158,7 +157,7 @@ private:
     Some _own;
     Some _cameras;
     int _shapes = 0;
-    bool _isTold; ///< something of it was named when the mesh was read
+    bool _isTold; ///< an unreadable part was logged when the mesh was read
 };
 
 } // namespace
@@ -176,7 +175,7 @@ void SceneMarks::look(const std::vector<const osg::Node*>& roots)
     if (_state == State::SOME) return;
     if (std::any_of(roots.begin(), roots.end(), isMarked)) _state = State::SOME;
     if (_state != State::UNKNOWN) return;
-    // Once it was known that there are none, a part that is unloaded had none either.
+    // Once it is known that there are no tags, a part unloaded later had none either.
     _missing.clear();
     for (const osg::Node* root : roots)
         if (_missing.empty()) _missing = findMissing(*root);

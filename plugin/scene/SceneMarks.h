@@ -10,28 +10,28 @@
 namespace osgMidair
 {
 
-/// Knows whether anything in whole graphs is marked as haptic: shown or hidden, near or far.
+/// Tracks whether anything in whole graphs is tagged as haptic: shown or hidden, near or far.
 ///
-/// Hiding what is marked must not make felt what isn't, so marks that were seen once count for
-/// good, those of parts that have been unloaded since too. While a part is not loaded that may have
-/// the first one, nothing is known.
+/// Hiding tagged objects must not make untagged ones touchable, so a tag that was seen once counts
+/// for good, even after its part was unloaded. While a part that may have the first tag is not
+/// loaded, the state is unknown.
 class SceneMarks
 {
 public:
     enum class State
     {
-        UNKNOWN, ///< there are none in what is loaded, and something isn't
+        UNKNOWN, ///< no tags in the loaded parts, and some part isn't loaded
         NONE,
         SOME
     };
 
-    /// Looks at all that is below \a roots, where markTags() has been. Not for every frame.
+    /// Checks everything below \a roots, where markTags() has run. Not for every frame.
     void look(const std::vector<const osg::Node*>& roots);
-    /// Takes note of a mark that another has seen.
+    /// Notes a tag found elsewhere.
     void note() { _state = State::SOME; }
 
     State state() const { return _state; }
-    /// The first part that is not loaded: "PagedLOD 'tile' (tile.osgt)"; only where UNKNOWN.
+    /// The first part that is not loaded: "PagedLOD 'tile' (tile.osgt)"; only if UNKNOWN.
     const std::string& missing() const { return _missing; }
 
 private:
@@ -39,11 +39,11 @@ private:
     std::string _missing;
 };
 
-/// Returns the first file that a PagedLOD or a ProxyNode names and has not loaded; empty: none, or
-/// another node.
+/// Returns the first file of a PagedLOD or a ProxyNode that is not loaded; empty: none, or another
+/// kind of node.
 std::string missingFile(const osg::Node& node);
 
-/// Some nodes or drawables of one kind, of which the first is named.
+/// Some nodes or drawables of one kind; names the first.
 struct Some
 {
     int count = 0;
@@ -59,16 +59,15 @@ struct Some
     }
 };
 
-/// Why a marked node has no mesh.
+/// Why a tagged node has no mesh.
 struct WhyUnfelt
 {
-    std::string text;      ///< goes on after the node's path; empty: it was said already
-    bool isHidden = false; ///< something below it is hidden, and is felt once it is shown
+    std::string text;      ///< continues after the node's path; empty: already logged
+    bool isHidden = false; ///< something below it is hidden; it is played once that is shown
 };
 
-/// Looks at all below \a root, hidden or not, for what would be its mesh, and says why there is
-/// none. For a node without a mesh, not for every frame. \a isTold: what of it can't be felt was
-/// said when its mesh was read.
+/// Explains why \a root has no mesh, from all nodes below it, hidden or not. For a node without a
+/// mesh, not for every frame. \a isTold: unplayable parts were logged when its mesh was read.
 WhyUnfelt whyUnfelt(osg::Node& root, bool isTold);
 
 } // namespace osgMidair

@@ -17,8 +17,8 @@
 namespace osgMidair
 {
 
-/// Turns nodes tagged "obstacle" into the capsules that shadows are computed with. For the update
-/// thread; a frame in which no shape changes allocates nothing.
+/// Turns nodes tagged "obstacle" into the capsules for computing shadows. For the update thread; a
+/// frame without changed shapes allocates nothing.
 class TaggedObstacles
 {
 public:
@@ -43,12 +43,12 @@ private:
         int unusedFrames = 0;
     };
 
-    /// Says why \a node blocks nothing, once while that is so.
+    /// Logs once why \a node blocks no sound, while that is so.
     void tellIdle(osg::Node& node, bool hasPlace, std::vector<std::string>& warnings);
 
     std::set<const osg::Node*> _idle; ///< without a mesh in this frame; only compared
     std::set<const osg::Node*> _idleBefore;
-    midair::bridge::MeshCache _meshes{false}; ///< an obstacle that isn't known yet blocks no sound
+    midair::bridge::MeshCache _meshes{false}; ///< an unknown obstacle blocks no sound
     midair::bridge::ExtractOptions _extract;
     std::vector<midair::bridge::CachedMesh> _parts;
     std::unordered_map<std::uint64_t, Fit> _fits; ///< by mesh

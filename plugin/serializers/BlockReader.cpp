@@ -2,6 +2,7 @@
 
 #include "engine-bridge/scene/GeometryReader.h"
 #include "haptics/base/text/Words.h"
+#include "plugin/serializers/ObjectNumbers.h"
 #include "plugin/settings/Grants.h"
 
 #include <osgMidair/HapticPoints>
@@ -26,7 +27,7 @@ namespace osgMidair
 namespace
 {
 
-/// Returns the first \a size bytes of \a stream's buffer, and leaves it where it is; empty if it
+/// Returns the first \a size bytes of \a stream's buffer without moving its position; empty if it
 /// can't be read again.
 std::string beginning(std::istream& stream, std::size_t size)
 {
@@ -41,7 +42,7 @@ std::string beginning(std::istream& stream, std::size_t size)
     return text;
 }
 
-/// The same for all that it holds.
+/// The same for the whole buffer.
 std::string wholeText(std::istream& stream)
 {
     std::streambuf* buffer = stream.rdbuf();
@@ -53,9 +54,9 @@ std::string wholeText(std::istream& stream)
     return beginning(stream, static_cast<std::size_t>(std::streamoff(size)));
 }
 
-// OSG hands serializers an open stream and the folder; Linux says which files are open.
-/// Returns the name of the file in \a folder that is being read and has the content \a text, by
-/// which OSG's readers don't tell serializers; empty if there is none.
+// Returns the name of the file in \a folder that is being read and has the content \a text; empty
+// if there is none. OSG passes serializers only an open stream and the folder, so the open files
+// are taken from Linux.
 std::string openFile(const std::string& folder, const std::string& text)
 {
     namespace fs = std::filesystem;
@@ -75,7 +76,7 @@ std::string openFile(const std::string& folder, const std::string& text)
     return {};
 }
 
-/// OSG's stream tells neither its iterator nor the numbers of its objects.
+/// Gives access to the iterator and the object numbers of OSG's stream.
 struct StreamParts : osgDB::InputStream
 {
     static osg::ref_ptr<osgDB::InputIterator>& iterator(osgDB::InputStream& in)
@@ -88,10 +89,9 @@ struct StreamParts : osgDB::InputStream
     }
 };
 
-// What a BlockReader tells of a file, and where in it.
+// Messages of a BlockReader about a file, with positions.
 
-/// Makes \a object silence its scene because of \a reason. Returns false if it is none that is
-/// felt.
+/// Makes \a object silence its scene for \a reason. Returns false if it isn't haptic.
 bool silence(osg::Object& object, const std::string& reason)
 {
     if (auto* scene = dynamic_cast<HapticScene*>(&object))
@@ -130,6 +130,8 @@ BlockReader::BlockReader(osgDB::InputStream& in, osgDB::InputIterator& inner) :
     setStream(inner.getStream());
     setInputStream(&in);
     _isXml = beginning(*getStream(), 5) == "<?xml";
+    const std::string wrong = _isXml ? repeatedXmlNumber(text()) : repeatedNumber(text());
+    if (!wrong.empty()) in.throwException("osgMidair: " + wrong);
 }
 
 void BlockReader::readString(std::string& s)
@@ -164,7 +166,7 @@ void BlockReader::readWrappedString(std::string& str)
 
 void BlockReader::advanceToCurrentEndBracket()
 {
-    // The end may have been read ahead, behind the last value of an object that has no block.
+    // The end may have been read ahead, after the last value of an object without a block.
     const bool isThere = _ended || _next == "}";
     _ended = false;
     _next.clear();
@@ -175,8 +177,8 @@ void BlockReader::advanceToCurrentEndBracket()
         skipRest();
 }
 
-// What OSG's own reader leaves of one of its objects: a class or a property that it doesn't know,
-// or one that it looks for earlier, and all that stands behind that.
+// Skips what OSG's reader leaves of one of its objects: an unknown class or property, or one out of
+// order, and everything after it.
 void BlockReader::skipRest()
 {
     const std::string unknownClass = std::exchange(_unknownClass, {});
@@ -189,7 +191,7 @@ void BlockReader::skipRest()
         if (next == "}" && depth-- == 0) break;
         if (next == "{") ++depth;
         if (next[0] == '"') quoted(next);
-        // These hide what is not to be felt, and hold what marks it.
+        // These hide objects that must not be played, or hold the tags.
         if (next == "NodeMask" || next == "UserDataContainer") concernsSafety = true;
         if (!first.empty()) continue;
         first = next;
@@ -198,7 +200,7 @@ void BlockReader::skipRest()
     if (!first.empty()) tellSkipped(first, place, unknownClass, concernsSafety);
 }
 
-// The serializers of a class are those of all classes that it is associated with.
+// A class has the serializers of all its associates.
 BlockReader::Names BlockReader::namesOf(const osg::Object& object)
 {
     Names all;
@@ -214,7 +216,7 @@ BlockReader::Names BlockReader::namesOf(const osg::Object& object)
         {
             if (!serializer->supportsReadWrite()) continue;
             const auto* own = dynamic_cast<const NamedSerializer*>(serializer.get());
-            // A node mask hides what is not to be felt.
+            // A node mask hides objects that must not be played.
             const bool isSafety = own ? own->concernsSafety() : serializer->getName() == "NodeMask";
             const std::vector<std::string> names =
                 own ? own->names() : std::vector<std::string>{serializer->getName()};
@@ -242,7 +244,7 @@ void BlockReader::readBlock(osg::Object& object)
     block.isMisplaced = _stream.PROPERTY._name != "UniqueID";
     if (block.isMisplaced)
         complain("\"" + _stream.PROPERTY._name +
-                     "\" stands where UniqueID has to, and was not read",
+                     "\" precedes UniqueID, which must come first; it was not read",
                  true);
     if (!_isXml)
         readPlain();
@@ -256,7 +258,7 @@ void BlockReader::readBlock(osg::Object& object)
         if (elements != _objects->end())
             readXml(elements->second);
         else
-            complain("the file's elements can't be followed", true);
+            complain("the file's elements are malformed", true);
     }
     _block = outer;
     _lastWord = outerLast;
@@ -282,14 +284,14 @@ void BlockReader::readPlain()
             continue;
         }
         complain("the text \"" + quoted(name) +
-                     "\" stands where a property's name should; between a name and its value are "
-                     "blanks alone",
+                     "\" is in the place of a property's name; only blanks may separate a name "
+                     "from its value",
                  true);
         name = skipValue("text");
     }
 }
 
-// In XML, OSG's iterator hands out word by word what the outline says; both go side by side.
+// OSG's iterator delivers the outline's XML word by word; both advance together.
 void BlockReader::readXml(const std::vector<XmlElement>& elements)
 {
     for (const XmlElement& element : elements)
@@ -297,7 +299,7 @@ void BlockReader::readXml(const std::vector<XmlElement>& elements)
         _block->element = &element;
         _block->isAttributeRead = false;
         std::string name = word();
-        // What the property before has more than its serializer reads.
+        // Skips the rest of the previous property that its serializer didn't read.
         while (name != element.name && !name.empty() && !_stream.getException())
             name = word();
         if (name.empty()) break;
@@ -319,15 +321,14 @@ void BlockReader::readXml(const std::vector<XmlElement>& elements)
 void BlockReader::readNamed(const std::string& name)
 {
     const Known known = _block->names.at(name);
-    if (!_block->seen.insert(name).second)
-        complain(name + " stands there twice", known.concernsSafety);
+    if (!_block->seen.insert(name).second) complain(name + " occurs twice", known.concernsSafety);
     _next = name;
     if (!known.serializer->read(_stream, _block->object))
         complain(name + " can't be read", known.concernsSafety);
 }
 
-// Skips what follows the unknown \a name: the next word, and what is between brackets or quotes or
-// is a number. Returns the word after that, a name or the object's end.
+// Skips the value after the unknown \a name: the next word, and brackets, quotes or numbers.
+// Returns the word after that, a name or the object's end.
 std::string BlockReader::skipValue(const std::string& name)
 {
     const auto isNext = [this](const std::string& word, bool isFirst)
@@ -349,7 +350,7 @@ std::string BlockReader::skipValue(const std::string& name)
     return {};
 }
 
-// In XML an attribute that ends with a blank comes with an empty word behind it.
+// In XML an attribute that ends with a blank is followed by an empty word.
 std::string BlockReader::word()
 {
     if (!_next.empty()) return std::exchange(_next, {});
@@ -360,7 +361,7 @@ std::string BlockReader::word()
     return read;
 }
 
-// Reads on until the quotes that \a first begins with are closed, and returns what is between.
+// Reads until the quotes that \a first opens are closed, and returns the text between them.
 std::string BlockReader::quoted(std::string first)
 {
     const auto isClosed = [&first]
@@ -458,7 +459,7 @@ std::ptrdiff_t BlockReader::lineAt(std::streamoff place)
     return 1 + std::count(text().begin(), text().begin() + end, '\n');
 }
 
-/// "star.osgt:12: ", or as much of it as is known.
+/// Returns "star.osgt:12: ", or the known part of it.
 std::string BlockReader::placeIn(std::ptrdiff_t line)
 {
     std::string place;
@@ -492,7 +493,7 @@ void BlockReader::tell(std::string told, bool concernsSafety)
     OSG_WARN << "osgMidair: " << told << std::endl;
 }
 
-// OSG asks for the words that name classes by a word alone; other texts are in quotes.
+// OSG reads the words that name classes without quotes; other texts are in quotes.
 bool BlockReader::isUnknownClass(const std::string& word)
 {
     const std::size_t colons = word.find("::");
@@ -507,9 +508,9 @@ void BlockReader::tellSkipped(const std::string& first,
 {
     std::string told = placeIn(place >= 0 ? lineAt(place) : 0);
     if (unknownClass.empty())
-        told += "OSG passes over \"" + first +
-                "\" and what follows it in this object: it reads the properties of its own nodes "
-                "in the order in which it writes them, and others not at all";
+        told += "OSG skips \"" + first +
+                "\" and the rest of this object: it reads only properties of its own nodes, "
+                "in the order in which it writes them";
     else
     {
         std::vector<std::string> known;
@@ -517,16 +518,16 @@ void BlockReader::tellSkipped(const std::string& first,
              osgDB::Registry::instance()->getObjectWrapperManager()->getWrapperMap())
             known.push_back(name);
         told += "unknown class \"" + unknownClass + "\"" +
-                midair::base::didYouMean(unknownClass, known) + "; what it holds isn't there";
+                midair::base::didYouMean(unknownClass, known) + "; its content is lost";
     }
     tell(told, concernsSafety);
 }
 
 void BlockReader::tellUnknown(const std::string& name)
 {
-    if (name == "UniqueID" && _block->isMisplaced) return; // told
+    if (name == "UniqueID" && _block->isMisplaced) return; // already reported
     const std::vector<std::string> nearest = midair::base::nearestWords(name, nameList());
-    // What nothing is near to may be anything, a limit of a newer kit as well.
+    // A name that resembles nothing may be anything, even a limit of a newer kit.
     const bool mayBeSafety =
         nearest.empty() || std::any_of(nearest.begin(),
                                        nearest.end(),

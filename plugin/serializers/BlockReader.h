@@ -17,7 +17,7 @@
 namespace osgMidair
 {
 
-/// A serializer of the kit, and what it says of the properties that it reads from text.
+/// A serializer of the kit, with information on the properties that it reads from text.
 class NamedSerializer : public osgDB::BaseSerializer
 {
 public:
@@ -34,40 +34,39 @@ public:
     }
     /// Names of the properties; none if it reads nothing by name.
     virtual std::vector<std::string> names() const { return {}; }
-    /// True: without its value more might be played than was asked for.
+    /// True: if its value is missing, more may be played than was asked for.
     virtual bool concernsSafety() const { return false; }
 
 protected:
     const std::string _name;
 };
 
-/// Reads the properties of the kit's objects from text (.osgt, .osgx) in any order, and tells what
-/// it doesn't know. OSG asks each serializer once, in their order, whether its name comes next, and
-/// passes over the rest of the object; this asks the file which name comes next, and finds the
-/// serializer. Where a name or a value that isn't understood may concern safety, the object
-/// silences its scene.
+/// Reads the properties of the kit's objects from text (.osgt, .osgx) in any order, and reports
+/// unknown ones. OSG asks each serializer once, in order, whether its name comes next, and skips
+/// the rest of the object; this reader takes the next name from the file and finds the serializer.
+/// If safety may depend on an invalid name or value, the object silences its scene.
 ///
-/// It stands in the place of the stream's own iterator, to which all reading goes on. It belongs to
-/// its stream, and so to one thread.
+/// It replaces the stream's iterator and forwards all reading to it. It belongs to its stream, and
+/// so to one thread.
 class BlockReader : public osgDB::InputIterator
 {
 public:
-    /// Returns the reader of \a in, which gets one if it has none.
+    /// Returns the reader of \a in; creates it if necessary.
     static BlockReader& of(osgDB::InputStream& in);
 
-    /// Reads all properties of \a object, of which nothing but the UniqueID has been read.
+    /// Reads all properties of \a object after its UniqueID.
     void readBlock(osg::Object& object);
 
-    /// Reads the value of the property whose name was just read, without quotes; a further word as
-    /// well if \a continues says that the two belong together ("500", "Pa"). Returns an empty text
-    /// if there is none.
+    /// Reads the value of the property whose name was just read, without quotes, and a second word
+    /// if \a continues says that it belongs to the value ("500", "Pa"). Returns an empty text if
+    /// there is none.
     std::string readValue(const std::function<bool(const std::string&)>& continues = nullptr);
     /// Reads a text, with the escapes that OSG writes; empty if there is none.
     std::string readText();
-    /// Reads the words between the brackets that come next; none if there are no brackets.
+    /// Reads the words in the following brackets; none if there are no brackets.
     std::vector<std::string> readWords();
 
-    /// Tells \a what of the property that is being read, with file and line. \a concernsSafety: the
+    /// Reports \a what about the present property, with file and line. \a concernsSafety: the
     /// object silences its scene.
     void complain(const std::string& what, bool concernsSafety);
 
@@ -106,7 +105,7 @@ private:
     };
     using Names = std::map<std::string, Known>;
 
-    /// The object that is being read, and the property at which it is.
+    /// The object being read, and its present property.
     struct Block
     {
         osg::Object& object;
@@ -150,16 +149,16 @@ private:
     osgDB::InputStream& _stream;
     const osg::ref_ptr<osgDB::InputIterator> _inner;
     Block* _block = nullptr;
-    std::string _next;         ///< a word that was read ahead; empty: none
-    bool _ended = false;       ///< the object's end was read, and OSG doesn't know yet
-    std::string _unknownClass; ///< name of the class of the object that begins; empty: it is known
-    std::string _text;         ///< of the file, once it was needed
+    std::string _next;         ///< word read ahead; empty: none
+    bool _ended = false;       ///< the object's end was read ahead of OSG
+    std::string _unknownClass; ///< class name of an unknown object; empty: known
+    std::string _text;         ///< of the file, once needed
     bool _isXml = false;
     int _words = 0; ///< read so far
-    /// In XML, the count of words at which the property that is being read ends: what OSG takes
-    /// beyond that would be the next one's, since it doesn't see where an object ends.
+    /// In XML, the word count at which the present property ends; beyond it OSG would take words of
+    /// the next one, because it doesn't see where an object ends.
     int _lastWord = 0;
-    /// of an XML file, once it was needed
+    /// of an XML file, once needed
     std::optional<std::map<unsigned int, std::vector<XmlElement>>> _objects;
 };
 

@@ -21,13 +21,13 @@ using osgMidair::OverlayKind;
 using osgMidair::overlayKinds;
 using osgMidair::OverlayNumber;
 
-/// What files keep of an overlay: whether it is shown, or a number that says how it looks.
+/// A stored value of an overlay: its visibility, or a number.
 struct Kept
 {
     const OverlayKind* kind;
-    const OverlayNumber* number; ///< null: whether it is shown
+    const OverlayNumber* number; ///< null: the visibility
     std::string name;            ///< in files
-    double initial;              ///< by default
+    double initial;              ///< the default
 };
 
 const std::vector<Kept>& allKept()
@@ -65,8 +65,8 @@ void setValue(osg::Object& overlays, const Kept& one, double value)
                  << one.number->numbers() << "; " << one.initial << " is used" << std::endl;
 }
 
-/// Serializer of what isn't as by default: by name, also in .osgb, so that there can be further
-/// overlays and numbers.
+/// Serializer of values that differ from the defaults: by name, also in .osgb, so that overlays and
+/// numbers can be added.
 class Looks : public osgMidair::NamedSerializer
 {
 public:
@@ -125,8 +125,7 @@ private:
             if (known != allKept().end())
                 setValue(overlays, *known, value);
             else if (!is.getException())
-                OSG_WARN << "osgMidair: overlays have nothing of the name that a file gives"
-                         << std::endl;
+                OSG_WARN << "osgMidair: a file names an unknown number of an overlay" << std::endl;
         }
     }
 
@@ -151,7 +150,7 @@ private:
 
 } // namespace
 
-// Not written as a Group, since it makes its own children.
+// Not written as a Group, because it creates its own children.
 void osgMidair::registerHapticOverlays()
 {
     static const osgDB::RegisterCustomWrapperProxy proxy(

@@ -19,8 +19,8 @@ namespace
 
 using osgMidair::HapticScene;
 
-/// Serializer without data. It is the last of a scene, and when read it passes the folder of the
-/// file and applies the user's options.
+/// Serializer without data, the last of a scene. When read it passes the file's folder and applies
+/// the user's options.
 class EndOfScene : public osgMidair::NamedSerializer
 {
 public:
@@ -28,7 +28,7 @@ public:
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
-        // OSG's reader puts the folder of the file first, unless it reads from a stream.
+        // OSG's reader puts the file's folder first, unless it reads from a stream.
         const osgDB::Options* options = is.getOptions();
         std::optional<std::string> folder;
         if (options && !options->getDatabasePathList().empty())
@@ -40,11 +40,11 @@ public:
 
 using osgMidair::HapticPoints;
 
-/// More than a scene can hold; a file that claims more is broken.
+/// More entries than a scene can hold; a file that announces more is broken.
 constexpr unsigned int kMost = 200000;
 constexpr const char* kTooMany = "osgMidair: a HapticPoints with too many points";
 
-/// Puts the numbers that make up one entry of a list into it.
+/// Sets one entry of a list from its numbers.
 void setEntry(osg::Vec3d& point, const double* numbers)
 {
     point.set(numbers[0], numbers[1], numbers[2]);
@@ -54,8 +54,8 @@ void setEntry(double& pressure, const double* numbers)
     pressure = *numbers;
 }
 
-/// Reads a list from text: how many entries, and in brackets \a each numbers for every entry. If
-/// it isn't that, the scene is silent, since a pressure may have gone to another point.
+/// Reads a list from text: the number of entries, and in brackets \a each numbers per entry. If the
+/// text is malformed the scene is silenced, because a pressure may have gone to another point.
 template<class T>
 void readPlain(osgDB::InputStream& in, std::vector<T>& list, std::size_t each)
 {
@@ -65,8 +65,8 @@ void readPlain(osgDB::InputStream& in, std::vector<T>& list, std::size_t each)
     if (size > kMost) return in.throwException(kTooMany);
     const std::vector<std::string> words = reader.readWords();
     if (static_cast<double>(words.size()) != static_cast<double>(each) * size)
-        return reader.complain("a list of points or pressures should have as many entries as it "
-                               "says, and has " +
+        return reader.complain("a list of points or pressures announces another number of entries "
+                               "than it has: " +
                                    std::to_string(words.size()) + " numbers",
                                true);
     std::vector<double> numbers(words.size());

@@ -1,4 +1,4 @@
-// What each of the kit's objects begins with in files.
+// The beginning of each of the kit's objects in files.
 #include "haptics/base/text/Number.h"
 #include "plugin/serializers/BlockReader.h"
 #include "plugin/serializers/Wrappers.h"
@@ -20,12 +20,12 @@ namespace
 {
 
 constexpr int kVersion = 1;
-/// Is added to the version in .osgb, "MH" in the file: what stands there in files of before 0.1.0
-/// is no such number.
+/// Added to the version in .osgb, "MH" in the file: files from before 0.1.0 have no such number
+/// there.
 constexpr int kMark = 0x484D0000;
 
-/// Zeros without end, which OSG's reader takes for empty texts and lists. It has no state, so that
-/// all threads share one.
+/// Endless zeros, which OSG's reader takes for empty texts and lists. Stateless, so that all
+/// threads share one.
 class Zeros : public std::streambuf
 {
 protected:
@@ -40,8 +40,8 @@ protected:
     pos_type seekpos(pos_type, std::ios::openmode) override { return {0}; }
 };
 
-/// OSG's reader goes on behind an exception, would take any bytes for lengths of texts, and tells
-/// what it meets last; so it meets nothing more.
+/// Ends the stream after an exception: OSG's reader would go on, take any bytes for lengths of
+/// texts, and report the last error.
 struct EndedStream : osgDB::InputStream
 {
     static void end(osgDB::InputStream& in)
@@ -51,7 +51,7 @@ struct EndedStream : osgDB::InputStream
     }
 };
 
-/// Serializer of no property: it reads all of them from text.
+/// Serializer without a property of its own: it reads all properties from text.
 class Properties : public NamedSerializer
 {
 public:
@@ -64,9 +64,9 @@ public:
     }
 };
 
-/// Serializer of the version of the file formats. In .osgb properties are found by their position,
-/// so that nothing is read of another version; a text of another version silences its scene, and
-/// one without is of this version.
+/// Serializer of the file format's version. In .osgb properties are found by position, so nothing
+/// of another version is read. A text with another version silences its scene; one without a
+/// version has this one.
 class FormatVersion : public NamedSerializer
 {
 public:
@@ -118,7 +118,7 @@ private:
 
 } // namespace
 
-// It stands before all other classes in the associates of the kit's, so that it comes first.
+// It precedes all other classes in the associates of the kit's classes, so that it is read first.
 void registerProperties()
 {
     static const osgDB::RegisterWrapperProxy proxy(

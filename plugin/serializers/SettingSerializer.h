@@ -18,14 +18,14 @@ namespace osgMidair
 {
 
 /// Serializer of one setting of a struct \a T, which nodes of class \a C get and set as a whole. It
-/// stores it as OSG's own serializers store a property: in text files where it differs from the
-/// default, in .osgb always, found by its position.
+/// stores it like OSG's own serializers: in text files if it differs from the default, in .osgb
+/// always, by position.
 template<class C, class T>
 class SettingSerializer : public NamedSerializer
 {
 public:
-    // Functions and not members, since a member of a base that is called through the node's class
-    // is a false alarm to g++'s undefined-behaviour sanitizer.
+    // Functions and not members, because calling a base's member through the node's class is a
+    // false alarm of g++'s undefined-behaviour sanitizer.
     using Get = const T& (*)(const C&);
     using Set = void (*)(C&, const T&);
 
@@ -41,7 +41,7 @@ public:
 
     osgDB::IntLookup* getIntLookup() override { return _setting.words.empty() ? nullptr : &_words; }
 
-    /// Returns OSG's type for the kind of setting.
+    /// Returns OSG's type for the setting.
     Type type() const
     {
         constexpr Type kTypes[] = {RW_BOOL, RW_INT, RW_DOUBLE, RW_ENUM, RW_STRING, RW_MATRIXD};
@@ -58,7 +58,7 @@ public:
             std::visit([&](auto member) { readBinary(in, all, member); }, _setting.member);
         else
             readPlain(in, all);
-        // A complaint may have silenced the node in the meantime.
+        // A report may have silenced the node in the meantime.
         keepSilence(_get(node), all);
         _set(node, all);
         return true;
@@ -72,7 +72,7 @@ public:
         const T all = stored(_get(static_cast<const C&>(object)));
         if (!out.isBinary())
         {
-            if (isSame(_setting.member, all, _defaults)) return true; // text files leave it out
+            if (isSame(_setting.member, all, _defaults)) return true; // text files omit it
             out << out.PROPERTY(_name.c_str());
         }
         std::visit([&](auto member) { writeFrom(out, all, member); }, _setting.member);
@@ -81,7 +81,7 @@ public:
     }
 
 private:
-    /// Reads from .osgb, where OSG's types are stored.
+    /// Reads from .osgb, which stores OSG's types.
     template<typename M>
     void readBinary(osgDB::InputStream& in, T& all, M member)
     {
@@ -100,8 +100,8 @@ private:
         }
     }
 
-    /// Reads what a text file has behind the name. A value that isn't understood leaves the setting
-    /// unchanged, which is told.
+    /// Reads the value after the name in a text file. An invalid value leaves the setting
+    /// unchanged, with a message.
     void readPlain(osgDB::InputStream& in, T& all)
     {
         BlockReader& reader = BlockReader::of(in);
@@ -159,13 +159,13 @@ private:
         if constexpr (std::is_same_v<T, HapticSettings>) all.isSilenced = node.isSilenced;
     }
 
-    /// What is stored of \a all: a node that is silent because its file wasn't understood is stored
-    /// as disabled, since nothing else of that would be in the new file.
+    /// Returns the values to store: a node silenced because of its file is stored as disabled,
+    /// because the new file would not have the reason.
     T stored(const T& all) const
     {
         T kept = all;
         if (_setting.name != "enabled" || !isSilenced(all)) return kept;
-        OSG_WARN << "osgMidair: what is silent because of its file is saved with Enabled FALSE"
+        OSG_WARN << "osgMidair: a node that its file has silenced is saved with Enabled FALSE"
                  << std::endl;
         kept.enabled = false;
         return kept;

@@ -8,16 +8,16 @@ class ObjectWrapper;
 namespace osgMidair
 {
 
-// Each makes one of the kit's classes known to OSG's readers and writers, the first time that it is
-// called. A class's own file of this folder defines it.
+// Each registers one of the kit's classes with OSG's readers and writers at its first call. The
+// class's own file in this folder defines it.
 void registerProperties();
 void registerHapticScene();
 void registerHapticSurface();
 void registerHapticPoints();
 void registerHapticOverlays();
 
-/// Adds the version of the file formats to \a wrapper, before all properties of the class, whatever
-/// a class of a program's own that inherits from it begins with.
+/// Adds the file format's version to \a wrapper, before all properties of the class, also for a
+/// program's own subclass.
 void addFormatVersion(osgDB::ObjectWrapper& wrapper);
 
 } // namespace osgMidair

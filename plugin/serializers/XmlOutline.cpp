@@ -2,6 +2,7 @@
 
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Words.h"
+#include "plugin/serializers/ObjectNumbers.h"
 
 #include <algorithm>
 #include <sstream>
@@ -13,7 +14,7 @@ namespace osgMidair
 namespace
 {
 
-/// Replaces the entities that OSG knows.
+/// Replaces the entities that OSG supports.
 std::string decoded(std::string text)
 {
     static const std::pair<const char*, const char*> kEntities[] = {{"&quot;", "\""},
@@ -28,13 +29,13 @@ std::string decoded(std::string text)
     return text;
 }
 
-/// Text of an XML file and the place in it.
+/// Text of an XML file and a position in it.
 class Scanner
 {
 public:
     explicit Scanner(const std::string& text) : _text(text) {}
 
-    /// Goes to the next "<" and returns true, or false at the end.
+    /// Moves to the next "<" and returns true, or false at the end.
     bool findTag()
     {
         const std::size_t tag = _text.find('<', _at);
@@ -47,7 +48,7 @@ public:
     }
     int line() const { return _line; }
 
-    /// If the place begins with \a begin, skips what is there up to after \a end.
+    /// If the text at the position begins with \a begin, skips it up to after \a end.
     bool skip(const std::string& begin, const std::string& end)
     {
         if (_text.compare(_at, begin.size(), begin) != 0) return false;
@@ -89,7 +90,7 @@ public:
 private:
     const std::string& _text;
     std::size_t _at = 0;
-    std::size_t _counted = 0; ///< up to where lines are counted
+    std::size_t _counted = 0; ///< lines are counted up to here
     int _line = 1;
 };
 
@@ -99,7 +100,7 @@ struct OpenElement
     std::vector<XmlElement> children;
 };
 
-/// The last of \a open is complete: it goes to its parent, and is kept if it is an object.
+/// Closes the last of \a open: it becomes a child of its parent, and is kept if it is an object.
 void closeLast(std::vector<OpenElement>& open,
                std::map<unsigned int, std::vector<XmlElement>>& objects)
 {
@@ -118,8 +119,31 @@ void closeLast(std::vector<OpenElement>& open,
         !midair::base::parseWhole(midair::base::trimmed(id->attribute), number) || number < 0)
         return;
     node.children.erase(id);
-    // A later element of the same number stands for the same object.
+    // A later element with the same number refers to the same object.
     objects.emplace(static_cast<unsigned int>(number), std::move(node.children));
+}
+
+/// Calls \a opened with each element of \a file where it begins, and \a closed where it ends.
+template<class Opened, class Closed>
+void forEachElement(const std::string& file, const Opened& opened, const Closed& closed)
+{
+    Scanner scanner(file);
+    while (scanner.findTag())
+    {
+        if (scanner.skip("<!--", "-->") || scanner.skip("<![CDATA[", "]]>") ||
+            scanner.skip("<?", "?>") || scanner.skip("<!", ">"))
+            continue;
+        if (scanner.skip("</", ">"))
+        {
+            closed();
+            continue;
+        }
+        XmlElement element;
+        element.line = scanner.line();
+        const bool isEmpty = scanner.readTag(element);
+        opened(std::move(element));
+        if (isEmpty) closed();
+    }
 }
 
 } // namespace
@@ -136,27 +160,36 @@ int countWords(const std::string& text)
 std::map<unsigned int, std::vector<XmlElement>> xmlObjects(const std::string& file)
 {
     std::map<unsigned int, std::vector<XmlElement>> objects;
-    Scanner scanner(file);
     std::vector<OpenElement> open;
-    while (scanner.findTag())
+    const auto close = [&]
     {
-        if (scanner.skip("<!--", "-->") || scanner.skip("<![CDATA[", "]]>") ||
-            scanner.skip("<?", "?>") || scanner.skip("<!", ">"))
-            continue;
-        if (scanner.skip("</", ">"))
-        {
-            if (!open.empty()) closeLast(open, objects);
-            continue;
-        }
-        OpenElement node;
-        node.element.line = scanner.line();
-        const bool isEmpty = scanner.readTag(node.element);
-        open.push_back(std::move(node));
-        if (isEmpty) closeLast(open, objects);
-    }
+        if (!open.empty()) closeLast(open, objects);
+    };
+    forEachElement(
+        file,
+        [&](XmlElement element) {
+            open.push_back({std::move(element), {}});
+        },
+        close);
     while (!open.empty())
         closeLast(open, objects);
     return objects;
+}
+
+std::string repeatedXmlNumber(const std::string& file)
+{
+    NumbersAround around;
+    std::string problem;
+    forEachElement(
+        file,
+        [&](const XmlElement& element)
+        {
+            if (element.name == "UniqueID" && problem.empty())
+                problem = around.give(midair::base::trimmed(element.attribute), element.line);
+            around.open();
+        },
+        [&] { around.close(); });
+    return problem;
 }
 
 } // namespace osgMidair

@@ -7,7 +7,7 @@
 namespace osgMidair
 {
 
-/// A property in an XML file (.osgx), as OSG writes it: its value in attributes that are called
+/// A property in an XML file (.osgx), as OSG writes it: its value is in attributes called
 /// "attribute" and "text".
 struct XmlElement
 {
@@ -18,9 +18,12 @@ struct XmlElement
     int words = 0; ///< of attribute, text and all elements inside, without its own name
 };
 
-/// Returns the properties that each object of an XML file has, by its UniqueID, in the file's order
-/// and without that. OSG's reader goes through such a file without telling where an object ends.
+/// Returns the properties of each object of an XML file, by UniqueID, in the file's order and
+/// without the UniqueID. OSG's reader doesn't report where an object ends.
 std::map<unsigned int, std::vector<XmlElement>> xmlObjects(const std::string& file);
+
+/// Does for an XML file what repeatedNumber() does for an .osgt file.
+std::string repeatedXmlNumber(const std::string& file);
 
 /// Returns how many words \a text has, separated by blanks.
 int countWords(const std::string& text);

@@ -25,7 +25,7 @@ struct ValueText<osg::Matrixd>
     {
         return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), ValueText<double>::same);
     }
-    static std::string write(const osg::Matrixd&) { return "identity"; } // its default
+    static std::string write(const osg::Matrixd&) { return "identity"; } // the default
 };
 
 template struct OSGMIDAIR_EXPORT Setting<osgMidair::HapticSettings>;
@@ -61,7 +61,7 @@ std::vector<Setting<S>> place()
         Row<S>(
             "array",
             &S::array,
-            "what is played on: octagon, board, the name of another shipped array, or a JSON file")
+            "array to play on: octagon, board, the name of another shipped array, or a JSON file")
             .variable("ARRAY")
             .safety()
             .effect(Effect::REOPEN)
@@ -69,7 +69,7 @@ std::vector<Setting<S>> place()
             .wish(),
         Row<S>("device",
                &S::device,
-               "what plays: the URI of a device (sim:, record:FILE, null:, ..) or a name from the "
+               "device to play on: a URI (sim:, record:FILE, null:, ..) or a name from the "
                "user's grants")
             .variable("DEVICE")
             .safety()
@@ -111,8 +111,8 @@ std::vector<Setting<S>> head()
 {
     return {Row<S>("earCamera",
                    &S::earCamera,
-                   "the viewer's head, or without a source of it the camera, has ears that are "
-                   "listening places")
+                   "adds listening places at the ears of the viewer's head, or of the camera if "
+                   "there is no head source")
                 .safety()
                 .effect(Effect::NOTHING)
                 .noIdentity()};

@@ -34,14 +34,14 @@ const SettingTable<HapticSettings>& sceneSettings();
 /// The properties of a HapticSurface or a tag.
 const SettingTable<HapticProperty>& surfaceProperties();
 
-/// Lets nothing be played by \a settings, because of \a why.
+/// Silences \a settings, for the reason \a why.
 inline void silence(HapticSettings& settings, const std::string& why)
 {
     settings.isSilenced = true;
     settings.whySilenced.push_back(why);
 }
 
-/// Returns what the rows of \a table say, in types that installed headers name.
+/// Returns the rows of \a table in types of installed headers.
 template<typename T>
 std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<T>& table)
 {
@@ -53,7 +53,7 @@ std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<
         one.help = row.help;
         one.values = row.values();
         one.unit = row.unit;
-        // "identity" of a matrix is for readers: set() takes numbers.
+        // "identity" of a matrix is only for display: set() takes numbers.
         one.initial = row.defaultText();
         if (T scratch; !row.assign(scratch, one.initial)) one.initial.clear();
         one.summary = row.summary();
@@ -67,7 +67,7 @@ std::vector<SettingDescription> descriptionsOf(const midair::base::SettingTable<
     return all;
 }
 
-/// Returns what is wrong with \a value as a value of \a name, as a phrase; empty: nothing.
+/// Returns what is wrong with \a value for \a name, as a phrase; empty: nothing.
 template<typename T>
 std::string problemOf(const midair::base::SettingTable<T>& table,
                       const std::string& name,
@@ -82,7 +82,7 @@ std::string problemOf(const midair::base::SettingTable<T>& table,
     return error;
 }
 
-/// How often a setter of any haptic node of the program has changed a property. Any thread.
+/// Number of property changes by setters of all haptic nodes of the program. Any thread.
 unsigned int propertyChanges();
 void notePropertyChange();
 

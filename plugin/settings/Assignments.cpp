@@ -19,7 +19,7 @@ bool isBlank(char c)
     return std::isspace(static_cast<unsigned char>(c)) != 0;
 }
 
-// The text without blanks around it, and then without quotes.
+// Returns the text without surrounding blanks, then without quotes.
 std::string unquoted(const std::string& text)
 {
     const std::string bare = midair::base::trimmed(text);
@@ -33,7 +33,7 @@ bool isDigit(char c)
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-/// Text between two separators, and the line that it begins in.
+/// Text between two separators, and its first line.
 struct Piece
 {
     std::string text;
@@ -41,7 +41,7 @@ struct Piece
 };
 
 /// Splits at semicolons, commas and line ends outside quotes, and drops comments. A comma between
-/// two digits is none of these: "500,0" is one value, which nobody understands, and not 500.
+/// two digits is no separator: "500,0" is one invalid value, not 500.
 std::vector<Piece> pieces(const std::string& text)
 {
     std::vector<Piece> all(1);
@@ -135,7 +135,7 @@ bool parseNumbers(const std::string& text, double* values, int count, const std:
 {
     std::istringstream in(text);
     std::vector<double> read;
-    std::string last; // a unit after all numbers counts for each
+    std::string last; // a unit after the numbers applies to all of them
     for (std::string word; in >> word;)
     {
         double value = 0.0;

@@ -8,7 +8,7 @@
 namespace osgMidair
 {
 
-/// One assignment: a name, its value, and the line of the text that it begins in, from 1.
+/// An assignment: name, value, and the line of the text in which it begins, from 1.
 struct Assignment
 {
     std::string name;
@@ -22,16 +22,16 @@ struct Assignment
 /// without "=" comes with an empty name. # begins a comment up to the end of the line.
 std::vector<Assignment> assignmentsIn(const std::string& text);
 
-/// What is told of a \a name that is there twice, since nobody knows which of the two was meant. \a
-/// isSafety: it silences.
+/// Message for a repeated \a name, because it is unclear which one was meant. \a isSafety: it
+/// silences.
 inline std::string givenTwice(const std::string& name, bool isSafety)
 {
     return name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
 }
 
 /// Reads \a count finite numbers in \a unit, separated by blanks, into \a values, with a decimal
-/// point in every locale; "0 5 12 cm", a unit behind them, counts for all of them, "5cm" for one.
-/// For any other text it returns false and leaves \a values unchanged.
+/// point in every locale. A unit at the end, "0 5 12 cm", applies to all of them, "5cm" to one. For
+/// any other text it returns false and leaves \a values unchanged.
 bool parseNumbers(const std::string& text,
                   double* values,
                   int count,

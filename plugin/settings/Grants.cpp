@@ -43,8 +43,8 @@ std::string grantsFile()
     return home.empty() ? "" : home + "/.config/osgMidair/grants";
 }
 
-/// Returns why \a file can't be trusted, as somebody other than the user could have written it;
-/// empty: it can be trusted.
+/// Returns why \a file can't be trusted, because somebody other than the user may have written it;
+/// empty: it can.
 std::string distrust(const std::string& file)
 {
     struct stat about = {};
@@ -59,7 +59,7 @@ std::string distrust(const std::string& file)
             return one == &folder ? "is in another user's folder, should be in one of yours"
                                   : "belongs to another user, should belong to you";
     if (((about.st_mode | folder.st_mode) & (S_IWGRP | S_IWOTH)) != 0)
-        return "can be written by others, or its folder can: chmod go-w takes that away";
+        return "is writable by others, or its folder is: remove that with chmod go-w";
     return {};
 }
 
@@ -71,24 +71,24 @@ bool isName(const std::string& text)
                        [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
 }
 
-/// True where \a value of the setting \a name is what a file asked for.
+/// True if \a value of the setting \a name is what a file asked for.
 bool isWish(const HapticSettings& settings, const std::string& name, const std::string& value)
 {
     const auto wish = settings.wishes.asked.find(name);
     return wish != settings.wishes.asked.end() && wish->second == value;
 }
 
-/// Puts the path of the regular file \a name in the folder of the scene or below it in its place.
-/// Returns why there is none; empty: there is.
+/// Replaces \a name by the path of that regular file in the scene's folder or below it. Returns the
+/// reason if there is none; empty: success.
 std::string findBesideScene(const HapticWishes& wishes, std::string& name)
 {
     if (fs::path(name).is_absolute())
-        return "a file names no absolute paths, only what is beside it";
+        return "a scene file may not name absolute paths, only files beside it";
     std::error_code error;
     fs::path folder;
     if (wishes.folder) folder = fs::canonical(wishes.folder->empty() ? "." : *wishes.folder, error);
-    if (error || !wishes.folder) return "the scene's own folder is not known";
-    const fs::path file = fs::canonical(folder / name, error); // follows links
+    if (error || !wishes.folder) return "the scene's own folder is unknown";
+    const fs::path file = fs::canonical(folder / name, error); // resolves links
     if (error) return "there is no such file beside the scene";
     const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
     if (end != folder.end() || rest == file.end()) return "it lies outside the scene's folder";
@@ -109,7 +109,7 @@ bool isHarmless(const std::vector<std::string>& list)
                        });
 }
 
-/// Returns true if a device writes or reads files, which not even a trusted scene may open.
+/// Returns true if a device accesses files, which not even a trusted scene may do.
 bool touchesFiles(const std::vector<std::string>& list)
 {
     return std::any_of(list.begin(),
@@ -122,14 +122,14 @@ bool touchesFiles(const std::vector<std::string>& list)
 }
 
 /// Returns true if hands or a head come from a program or a network that not even a trusted scene
-/// may name: a loader and a helper are code, and what listens at an address is open to others.
+/// may name: a loader and a helper run code, and a listening address is open to others.
 bool reachesFurther(const std::string& hands)
 {
     const auto has = [&hands](const char* key) { return hands.find(key) != std::string::npos; };
     return has("loader=") || has("helper=") || has("address=");
 }
 
-/// Returns \a value of a grant with the name of an array or of a recording of hands looked up
+/// Returns \a value of a grant, with the name of an array or of a recording of hands resolved
 /// beside the file of grants.
 std::string beside(const std::string& folder, const std::string& value)
 {
@@ -212,9 +212,8 @@ Grants Grants::ofUser(std::vector<midair::base::Message>& messages)
 {
     const std::string trust = environment("OSG_MIDAIR_TRUST");
     if (trust == "scene")
-        messages.push_back(
-            {MessageCode::GRANTS_TRUST,
-             "OSG_MIDAIR_TRUST=scene: scene files open devices and hands as they like"});
+        messages.push_back({MessageCode::GRANTS_TRUST,
+                            "OSG_MIDAIR_TRUST=scene: scene files may open any device and hands"});
     else if (!trust.empty())
         messages.push_back({MessageCode::GRANTS_FILE,
                             "OSG_MIDAIR_TRUST is \"" + printable(trust) +
@@ -266,8 +265,8 @@ HapticSettings Grants::apply(HapticSettings settings,
     return settings;
 }
 
-// A reading is a number within a range, so a file beside the scene does no harm; other files may
-// tell what is in them by what is said of them.
+// A reading is a number within a range, so a file beside the scene does no harm. Error messages
+// about other files could disclose their content.
 void Grants::applyThermometer(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.temperatureSource;
@@ -285,7 +284,7 @@ void Grants::applyThermometer(HapticSettings& settings, const Refuse& refuse) co
            "the thermometer",
            asked,
            why +
-               "; the temperature is the one that is set. To grant it: "
+               "; the temperature setting applies. To grant it: "
                "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
                "in " +
                grantsFile());
@@ -312,7 +311,7 @@ void Grants::applyDevice(HapticSettings& settings, const Refuse& refuse) const
         refuse(MessageCode::GRANTS_REFUSED,
                "the device",
                asked,
-               "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
+               "scene files may open only sim: and null:, so sim: is used. To grant it: "
                "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
                    grantsFile());
     }
@@ -346,7 +345,7 @@ void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.hands;
     const bool wish = isWish(settings, "hands", asked);
-    // The mouse belongs to whoever sits at the viewer, and opens nothing.
+    // The mouse belongs to the user at the viewer, and opens nothing.
     if (asked.empty() || asked == "none" || asked == "mouse" || asked == "mouse:") return;
     if (const std::string* granted = find(asked))
     {
@@ -354,7 +353,7 @@ void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
         return;
     }
     if (!wish) return;
-    std::string why = "only the user opens anything but a recording beside the scene";
+    std::string why = "scene files may open only a recording beside them";
     if (std::optional<midair::bridge::RecordedUri> recorded =
             midair::bridge::RecordedUri::parse(asked))
     {
@@ -377,8 +376,7 @@ void Grants::applyHands(HapticSettings& settings, const Refuse& refuse) const
                grantsFile());
 }
 
-// The ear limit holds at the head that a user has: a file that says where it is, by whatever kind
-// of source, could take it from there.
+// The ear limit holds at the user's head: a file could move it away with any source.
 void Grants::applyHeads(HapticSettings& settings, const Refuse& refuse) const
 {
     const std::string asked = settings.heads;
@@ -394,8 +392,9 @@ void Grants::applyHeads(HapticSettings& settings, const Refuse& refuse) const
     refuse(MessageCode::GRANTS_REFUSED,
            "the head",
            asked,
-           "only the user says where a head is, as the ear limit holds there, so there is none. To "
-           "grant it: OSG_MIDAIR_HEADS, -O heads=.., or a name for it in " +
+           "a scene file may not set the head, because the ear limit holds there, so there is "
+           "none. To "
+           "grant it:  OSG_MIDAIR_HEADS, -O heads=.., or a name for it in " +
                grantsFile());
 }
 

@@ -13,19 +13,19 @@
 namespace osgMidair
 {
 
-/// Returns the path of the file \a name in \a folder, that of the file which names it; \a name
-/// itself if it is absolute, or if there is no such file.
+/// Returns the path of the file \a name in \a folder, the folder of the file that names it; \a name
+/// itself if it is absolute or doesn't exist there.
 std::string nameBeside(const std::string& folder, const std::string& name);
 
-/// Looks up the array, the thermometer and the recording of hands in \a settings beside the user's
-/// own file that they are from, as nameBeside() does.
+/// Resolves the array, the thermometer and the recording of hands in \a settings beside the user's
+/// own settings file, as nameBeside() does.
 void lookBeside(const std::string& folder, HapticSettings& settings);
 
 /// The user's grants: which devices, arrays and hand sources scene files may use.
 ///
-/// A value from a file is a wish. Without a grant only harmless ones are used: `sim:` and `null:`,
-/// arrays by name or beside the scene, recordings of hands beside the scene, the mouse. A grant is
-/// a name in a file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted to a wish:
+/// A value from a file is a request. Without a grant only harmless ones are used: `sim:` and
+/// `null:`, arrays by name or beside the scene, recordings of hands beside the scene, the mouse. A
+/// grant is a name in a file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted:
 /// `record:`, `play:`, an OpenXR loader or helper, an address to listen at, an absolute path, a
 /// file above the scene's folder.
 class Grants
@@ -37,26 +37,26 @@ public:
     explicit Grants(Names names = {}, bool trustsScenes = false);
 
     /// Reads the grants from OSG_MIDAIR_GRANTS or ~/.config/osgMidair/grants, and OSG_MIDAIR_TRUST.
-    /// If the file is wrong or can't be trusted, \a messages get the reason and nothing of it is
+    /// If the file is invalid or can't be trusted, \a messages get the reason and nothing in it is
     /// granted.
     static Grants ofUser(std::vector<midair::base::Message>& messages);
 
-    /// Returns true if \a device names simulated and null devices alone, as a URI or a list.
+    /// Returns true if \a device, a URI or a list, names only simulated and null devices.
     static bool isHarmlessDevice(const std::string& device);
 
-    /// Parses lines "name = value"; # begins a comment. Throws std::runtime_error that names the
+    /// Parses lines "name = value"; # begins a comment. Throws std::runtime_error, which names the
     /// line.
     static Names parse(const std::string& text);
 
-    /// Returns \a settings with granted names replaced by their values, and wishes without a grant
-    /// by harmless ones, each with a message. \a scene: name of the scene in messages. An array
-    /// without a grant becomes empty: nothing is played.
+    /// Returns \a settings with granted names replaced by their values, and requests without a
+    /// grant by harmless values, each with a message. \a scene: name of the scene in messages. An
+    /// array without a grant becomes empty: nothing is played.
     HapticSettings apply(HapticSettings settings,
                          const std::string& scene,
                          std::vector<midair::base::Message>& messages) const;
 
 private:
-    /// Tells that \a value, which a scene asks for as \a what, is refused, and \a why.
+    /// Reports that the scene's request of \a value for \a what is refused, and \a why.
     using Refuse = std::function<void(midair::base::MessageCode,
                                       const char* what,
                                       const std::string& value,

@@ -1,3 +1,4 @@
+#include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 
@@ -5,6 +6,8 @@
 
 #include <atomic>
 #include <set>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -36,8 +39,12 @@ void HapticProperty::noteChange()
 bool HapticProperty::set(const std::string& name, const std::string& value, std::string& error)
 {
     if (surfaceProperties().set(*this, name, value, error)) return true;
-    // Of an object that isn't understood nothing may be played that is louder than it was meant.
+    // An object with an invalid property must not be played louder than intended.
     if (!surfaceProperties().concernsSafety(name)) return false;
+    double number = 0.0;
+    std::string unit;
+    if (name == "pressure" && midair::base::splitQuantity(value, number, unit) && !unit.empty())
+        error += fmt::format(", with the unit Pa: {:g} Pa", number);
     error += kNothing;
     whySilenced.push_back(error);
     return false;
@@ -45,8 +52,8 @@ bool HapticProperty::set(const std::string& name, const std::string& value, std:
 
 void HapticProperty::parse(const std::string& text, std::vector<std::string>& errors)
 {
-    // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the
-    // end after it.
+    // "a=1; b=2" or "a=1 b=2"; after a value with a unit ("500 Pa") a semicolon, a comma or the end
+    // is required.
     std::set<std::string> seen;
     for (const auto& [name, value, line] : assignmentsIn(text))
     {
@@ -65,7 +72,7 @@ void HapticProperty::parse(const std::string& text, std::vector<std::string>& er
     }
 }
 
-// A pressure that isn't known may be any: silence takes its place.
+// An invalid pressure might be any, so it silences.
 std::vector<std::string> HapticProperty::repair()
 {
     std::vector<std::string> said;

@@ -14,7 +14,7 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     const Setting<HapticSettings>* row = sceneSettings().find(name);
     if (!sceneSettings().set(*this, name, value, error))
     {
-        // A limit that isn't understood can only be kept by silence.
+        // An invalid limit can only be kept by silence.
         if (!sceneSettings().concernsSafety(name)) return false;
         silence(*this, error += "; nothing is played");
         return false;
@@ -33,7 +33,7 @@ bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude, double 
     return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return row.holds(asked); });
 }
 
-// A safety value's default isn't used: silence takes its place.
+// An invalid safety value isn't replaced by its default but silences.
 std::vector<std::string> HapticSettings::repair()
 {
     std::vector<std::string> said;
@@ -45,7 +45,7 @@ std::vector<std::string> HapticSettings::repair()
         {
             isSilenced = true;
             what = what.substr(0, what.rfind("; ")) + "; nothing is played";
-            // Environment::replace() may have asked before.
+            // Environment::replace() may have added it before.
             if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
                 whySilenced.push_back(what);
         }

@@ -29,20 +29,20 @@ const std::string kPrefix = "OSG_MIDAIR_";
 
 using Row = Setting<HapticSettings>;
 
-/// The name of a setting's environment variable; empty: it has none.
+/// Returns the name of a setting's environment variable; empty: none.
 std::string variableOf(const Row& row)
 {
     return row.variable.empty() ? "" : kPrefix + row.variable;
 }
 
-/// True for what midair::device::capsOfUser() reads.
+/// True for the caps read by midair::device::capsOfUser().
 bool isCap(const Row& row)
 {
     const std::vector<std::string>& caps = midair::device::userCapVariables();
     return std::find(caps.begin(), caps.end(), variableOf(row)) != caps.end();
 }
 
-/// A variable that is no setting of scenes.
+/// A variable that is no scene setting.
 struct Other
 {
     const char* name;
@@ -51,29 +51,27 @@ struct Other
 };
 
 constexpr std::array<Other, 8> kOthers = {
-    {{"TRUST",
-      "scene",
-      "scene: scene files open the devices and hands that they name, without a grant."},
+    {{"TRUST", "scene", "scene: scene files may open the devices and hands that they name."},
      {"GRANTS",
       "file",
-      "Names that scene files may use, and the URIs they stand for; default "
+      "File of names that scene files may use, and their URIs; default "
       "~/.config/osgMidair/grants."},
-     {"ARRAYS", "folders", "Where arrays are looked up by their names first; with : between."},
+     {"ARRAYS", "folders", "Folders searched first for arrays by name; separated by :."},
      {"MATERIALS", "file", "Materials of your own, besides the kit's."},
      {"DISPLAY",
       "file",
-      "The screen in the room that a viewer's window fills, FILE.display.json; sim:FILE: what an "
-      "eye would see through its optics."},
+      "Display that a viewer's window fills, FILE.display.json; sim:FILE simulates the view "
+      "through its optics."},
      {"SLICE",
       "auto/cpu/gpu",
-      "Where the slice of a field is computed; auto: by the GPU where there is one."},
+      "Processor for the slice of a field; auto: the GPU if there is one."},
      {"SIMD",
       "plain/avx2/avx512",
-      "What the kernels run with, to find faults and to compare; default: the best that the "
+      "Instruction set of the kernels, for debugging and comparison; default: the best that the "
       "processor has."},
      {"REPORT",
       "file",
-      "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit."}}};
+      "Write a report of haptic scenes (counts, accuracy, latency, messages) as JSON at exit."}}};
 
 /// Registers the text that --help-env lists.
 struct Usage
@@ -83,9 +81,9 @@ struct Usage
         for (const Row& row : sceneSettings().rows())
             if (!row.variable.empty())
                 add(variableOf(row) + " <" + row.name + ">",
-                    (row.name == "earPoints" ? "Besides what haptic scenes say: "
-                     : isCap(row)            ? "Of this and what haptic scenes say the stricter: "
-                                             : "Instead of what haptic scenes say: ") +
+                    (row.name == "earPoints" ? "In addition to a scene's own: "
+                     : isCap(row)            ? "The stricter of this and a scene's own value: "
+                                             : "Overrides a scene's value: ") +
                         row.summary());
         for (const Other& other : kOthers)
             add(kPrefix + other.name + " <" + other.value + ">", other.text);
@@ -132,13 +130,15 @@ void restrictBy(HapticSettings& settings,
     else if (!row.isWish || takesHands)
         settings = asked;
     else
-        errors.push_back(variableOf(row) +
-                         " was set after the program began, which a file can do: it is not used");
+        errors.push_back(
+            variableOf(row) +
+            " was set after the program began and is ignored, because a file could have set it");
     settings.isSilenced = settings.isSilenced || asked.isSilenced;
     settings.whySilenced = asked.whySilenced;
 }
 
-/// Tells variables that look like the kit's and aren't. One that may be a limit misspelt silences.
+/// Reports variables that look like the kit's but aren't. One that may be a misspelt limit
+/// silences.
 void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 {
     std::vector<std::string> known;
@@ -151,7 +151,7 @@ void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
     {
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
         std::string error =
-            kPrefix + name + " is no variable" + midair::base::didYouMean(name, known);
+            kPrefix + name + " is an unknown variable" + midair::base::didYouMean(name, known);
         const std::vector<std::string> nearest = midair::base::nearestWords(name, known);
         const std::vector<Row>& rows = sceneSettings().rows();
         const bool isSafety = std::any_of(
@@ -186,7 +186,7 @@ std::shared_ptr<const std::vector<Assignment>> userAssignments()
     return parsed.known;
 }
 
-/// Returns true if the last assignment to \a row in the user's options sets it to \a value.
+/// Returns true if the user's options last set \a row to \a value.
 bool isUsers(const Row& row, const std::string& value)
 {
     const auto all = userAssignments();
@@ -195,11 +195,17 @@ bool isUsers(const Row& row, const std::string& value)
     return last != all->rend() && last->value == value;
 }
 
+/// "maxPressure" of "maxPressure 800" and "maxPressure:800".
+std::string firstOf(const std::string& word)
+{
+    return word.substr(0, word.find_first_of(": "));
+}
+
 } // namespace
 
 HapticSettings Environment::replace(HapticSettings settings, std::vector<std::string>& errors)
 {
-    // A variable may replace a value that is out of range, which stays a reason for silence.
+    // A variable may replace a value out of range, which still silences.
     HapticSettings repaired = settings;
     repaired.repair();
     settings.isSilenced = repaired.isSilenced;
@@ -212,8 +218,16 @@ HapticSettings Environment::replace(HapticSettings settings, std::vector<std::st
         if (user) applyTo(settings, row, *user, errors);
         if (now && now != user) restrictBy(settings, row, *now, errors);
     }
+    if (isByMouse() && settings.hands == "mouse:" && settings.render == HapticSettings::OBJECT &&
+        !midair::base::userVariable(kPrefix + "RENDER"))
+        settings.render = HapticSettings::AUTO;
     tellUnknown(settings, errors);
     return settings;
+}
+
+bool Environment::isByMouse()
+{
+    return midair::base::userVariable(kPrefix + "HANDS") == "mouse:";
 }
 
 HapticSettings Environment::restrict(HapticSettings settings)
@@ -240,11 +254,14 @@ std::string userOptions()
 void applyUserOptions(HapticSettings& settings)
 {
     std::set<std::string> seen;
+    const std::vector<std::string> names = optionNames();
     for (const Assignment& one : *userAssignments())
     {
-        std::string error = one.name.empty() ? cutListWarning(one.value) : std::string();
-        // All readers share the options: names that aren't settings are for other readers, but for
-        // a limit that is misspelt.
+        std::string error = one.name.empty() ? wordWarning(one.value) : std::string();
+        if (!error.empty() && isSafetyWord(one.value))
+            silence(settings, error += "; nothing is played");
+        // All readers share the options: other names belong to other readers, except a misspelt
+        // limit.
         const bool isOthers = surfaceProperties().find(one.name) && one.name != "enabled";
         if (sceneSettings().find(one.name) && !seen.insert(one.name).second)
         {
@@ -255,6 +272,9 @@ void applyUserOptions(HapticSettings& settings)
         else if (sceneSettings().find(one.name) ||
                  (!isOthers && sceneSettings().concernsSafety(one.name)))
             settings.set(one.name, one.value, error);
+        else if (!one.name.empty() && std::count(names.begin(), names.end(), one.name) == 0)
+            if (const std::string meant = midair::base::didYouMean(one.name, names); !meant.empty())
+                error = "unknown option \"" + one.name + "\"" + meant;
         if (error.empty()) continue;
         OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
     }
@@ -273,17 +293,38 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
     if (!settings.wishes.asked.empty()) settings.wishes.folder = folder;
 }
 
-std::string cutListWarning(const std::string& word)
+std::vector<std::string> optionNames()
+{
+    std::vector<std::string> names = sceneSettings().names();
+    for (const std::string& property : surfaceProperties().names())
+        names.push_back(property);
+    names.insert(names.end(), std::begin(kPlacingOptions), std::end(kPlacingOptions));
+    return names;
+}
+
+std::string wordWarning(const std::string& word)
 {
     const std::vector<std::string> schemes = midair::device::deviceSchemes();
     const bool isDevice = std::any_of(schemes.begin(),
                                       schemes.end(),
                                       [&word](const std::string& scheme)
                                       { return word.rfind(scheme + ":", 0) == 0; });
-    if (!isDevice) return {};
-    return "\"" + word +
-           "\" stands alone and is not used: a list of devices has to be in quotes, "
-           "device=\"usb:,record:FILE\"";
+    if (isDevice)
+        return "\"" + word +
+               "\" is ignored: put a list of devices in quotes, "
+               "device=\"usb:,record:FILE\"";
+    const std::string name = firstOf(word);
+    const std::vector<std::string> names = optionNames();
+    if (std::find(names.begin(), names.end(), name) == names.end()) return {};
+    const std::string value =
+        name.size() < word.size() ? midair::base::trimmed(word.substr(name.size() + 1)) : "VALUE";
+    return "\"" + word + "\" is no option: it should be " + name + "=" + value;
+}
+
+bool isSafetyWord(const std::string& word)
+{
+    const Row* row = sceneSettings().find(firstOf(word));
+    return (row && row->isSafety) || firstOf(word) == "pressure";
 }
 
 } // namespace osgMidair

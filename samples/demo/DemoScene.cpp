@@ -1,9 +1,11 @@
 #include "samples/demo/DemoScene.h"
 
 #include "samples/shared/DisplayOptions.h"
+#include "samples/shared/ModelAxes.h"
 #include "samples/shared/OverlayOptions.h"
 #include "samples/shared/ScenesBelow.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 #include "samples/shared/views/ShownObject.h"
 
@@ -26,7 +28,7 @@ namespace midair::samples
 namespace
 {
 
-/// Adds the settings that \a T describes, but for those of \a without.
+/// Adds an option for each setting of \a T except those of \a without.
 template<typename T>
 void addSettingsOf(CLI::App& app,
                    const char* group,
@@ -46,7 +48,7 @@ void addSettingsOf(CLI::App& app,
                 ->group(group);
 }
 
-/// Returns the most that an object's pressure may be.
+/// Returns the upper limit of an object's pressure, Pa.
 double mostPressure()
 {
     const std::vector<osgMidair::SettingDescription> all =
@@ -58,8 +60,8 @@ double mostPressure()
         ->high;
 }
 
-/// Takes "FILE.csv" for a recording of hands that repeats. An object stands still under a
-/// recording: that was made with it at rest.
+/// Turns "FILE.csv" into a looping hand recording. An object stands still then, because recordings
+/// are made with the object at rest.
 void useRecordings(DemoOptions& options)
 {
     for (auto& [name, text] : options.scene)
@@ -75,31 +77,30 @@ std::string starFile()
     return sampleFile("models/star.obj");
 }
 
-/// Adds how long it runs, and how it is shown.
+/// Adds the options of the run and the window.
 void addFrames(CLI::App& app, DemoOptions& options)
 {
-    app.add_flag("--still",
-                 options.still,
-                 "The object stays where it is, as it does under a recording of hands");
+    app.add_flag(
+        "--still", options.still, "Don't move the object; the default with recorded hands");
     app.add_option("--frames",
                    options.frames,
                    "Frames to run [240 without a display, else until the window is closed]")
         ->check(CLI::Range(1, 10000000));
     app.add_option("--out", options.out, "Folder for the pictures and report.json")
         ->capture_default_str();
-    app.add_flag("--headless", options.headless, "No window, even if there is a display");
+    app.add_flag("--headless", options.headless, "Don't open a window, even if there is a display");
     app.add_flag("--benchmark",
                  options.benchmark,
-                 "Runs at 800 x 600 off screen with all overlays as fast as it can, and prints "
-                 "frames a second");
+                 "Run off screen at 800 x 600 with all overlays as fast as possible, and print "
+                 "frames per second");
     addDisplay(app, options.display);
-    app.add_option("--zoom", options.zoom, "How much nearer the middle is seen, 1 .. 8")
+    app.add_option("--zoom", options.zoom, "Magnification of the centre, 1 .. 8")
         ->check(CLI::Range(1.0, 8.0))
         ->capture_default_str();
-    app.add_option("--width", options.width, "Of pictures and window, in pixels")
+    app.add_option("--width", options.width, "Width of pictures and window, pixels")
         ->check(CLI::Range(200, 4000))
         ->capture_default_str();
-    app.add_option("--height", options.height, "Of pictures and window, in pixels")
+    app.add_option("--height", options.height, "Height of pictures and window, pixels")
         ->check(CLI::Range(150, 4000))
         ->capture_default_str();
 }
@@ -108,22 +109,21 @@ void addFrames(CLI::App& app, DemoOptions& options)
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
 {
-    CLI::App app("Shows an object in a simulated array of ultrasound transducers, with the field "
-                 "that the array makes for "
-                 "it. A window where there is a display; otherwise pictures and figures as files.",
-                 "midair-demo");
+    CLI::App app(
+        "Shows an object and its field in a simulated array of ultrasound transducers. Opens a "
+        "window if there is a display; otherwise writes pictures and report.json.\n"
+        "Example: midair-demo model.obj --size 8cm --pressure 4000",
+        "midair-demo");
     app.get_formatter()->column_width(28);
-    app.add_option("model",
-                   options.model,
-                   "Model or scene, any file that OpenSceneGraph reads [the paper's star]");
     app.add_option(
-           "--size", options.size_m, "Largest extent of the model in m; 0: as it is in the file")
+        "model", options.model, "Model or scene file that OpenSceneGraph reads [the paper's star]");
+    app.add_option("--size", options.size_m, "Largest extent of the model, m; 0: as in the file")
         ->transform(inUnit("m", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     app.add_option("--pressure",
                    options.pressure_Pa,
-                   "Wanted peak pressure in Pa; 0: as loud as it accurately can")
+                   "Peak pressure, Pa; 0: as strong as the field stays accurate")
         ->transform(inUnit("Pa", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, mostPressure()));
     addSettingsOf<osgMidair::HapticSettings>(app, "The scene", {}, options.scene);
@@ -135,15 +135,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
     addOverlays(app, options.overlays, options.numbers);
     addFrames(app, options);
     addMonitorOptions(app, options.monitor);
-    try
-    {
-        app.parse(argc, argv);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        status = app.exit(error);
-        return false;
-    }
+    if (!parseTool(app, argc, argv, status)) return false;
     useRecordings(options);
     return true;
 }
@@ -158,6 +150,28 @@ osg::Matrix demoPose(double time_s)
            osg::Matrix::translate(
                0.024 * wave(6.0, 0.0), 0.010 * wave(4.0, 0.25), 0.018 * wave(3.0, 0.0));
 }
+
+namespace
+{
+
+/// Prints the size and orientation of the model if they differ from the file.
+void tellPlace(const ShownObject& object, const DemoOptions& options)
+{
+    const double size_m = std::max({object.extent_m.x(), object.extent_m.y(), object.extent_m.z()});
+    const double most = 1e-3; // relative size difference that is not worth a line
+    if (std::abs(object.scale - 1.0) > most)
+        std::printf("size        %.4g m; %.4g in the file. --size 0 keeps the file's. For the same "
+                    "size in osgviewer:\n"
+                    "            osgviewer %s.haptic -O size=%g\n",
+                    size_m,
+                    size_m / object.scale,
+                    options.model.c_str(),
+                    options.size_m);
+    if (const std::string axes = turnedAxes(options.model); !axes.empty())
+        std::printf("axes        %s\n", axes.c_str());
+}
+
+} // namespace
 
 DemoScene::DemoScene(const DemoOptions& options) :
     _still(options.still),
@@ -177,17 +191,16 @@ DemoScene::DemoScene(const DemoOptions& options) :
     {
         _root->addChild(lit(read));
         applySettings(options);
-        if (!options.object.empty() || options.pressure_Pa > 0.0)
-            std::fprintf(stderr,
-                         "midair-demo: %s has objects of its own, which stay as they are: --%s is "
-                         "not used\n",
-                         _name.c_str(),
-                         options.object.empty() ? "pressure" : options.object[0].first.c_str());
+        leaveToScene(options);
     }
     else
         wrap(options);
     _haptics->setName(_name);
-    _haptics->addChild(_overlays);
+    // Uses the scene's own overlays: a second set would be drawn over them.
+    for (unsigned int i = 0; i < _haptics->getNumChildren(); ++i)
+        if (auto* own = dynamic_cast<osgMidair::HapticOverlays*>(_haptics->getChild(i)))
+            _overlays = own;
+    if (_overlays->getNumParents() == 0) _haptics->addChild(_overlays);
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
     if (!options.overlays.empty()) _overlays->showOnly(options.overlays); // known words
@@ -197,9 +210,9 @@ void DemoScene::wrap(const DemoOptions& options)
 {
     const ShownObject object =
         loadShownObject(options.model.empty() ? starFile() : options.model, options.size_m);
-    osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(object.model);
-    surface->setName(object.name);
-    osgMidair::HapticProperty property = surface->getProperty();
+    tellPlace(object, options);
+    osgMidair::HapticProperty property;
+    property.touchEvents = true; // for the labels at fingers
     std::string error;
     for (const auto& [name, text] : options.object)
         if (!property.set(name, text, error)) throw std::runtime_error(error);
@@ -208,15 +221,28 @@ void DemoScene::wrap(const DemoOptions& options)
         property.pressureUnit = osgMidair::HapticProperty::PASCAL;
         property.pressure = options.pressure_Pa;
     }
-    surface->setProperty(property);
+    if (object.surface)
+        object.surface->setProperty(property);
+    else
+        leaveToScene(options);
     _moved = new osg::MatrixTransform;
     _moved->setDataVariance(osg::Object::DYNAMIC);
-    _moved->addChild(surface);
+    _moved->addChild(object.felt);
     _moved->addChild(object.edges);
     _haptics = new osgMidair::HapticScene;
     _haptics->addChild(_moved);
     applySettings(options);
     _root->addChild(lit(_haptics));
+}
+
+// The file defines the objects, so options for an object are ignored with a warning.
+void DemoScene::leaveToScene(const DemoOptions& options) const
+{
+    if (options.object.empty() && !(options.pressure_Pa > 0.0)) return;
+    std::fprintf(stderr,
+                 "midair-demo: %s defines its own haptic objects, so --%s is ignored\n",
+                 _name.c_str(),
+                 options.object.empty() ? "pressure" : options.object[0].first.c_str());
 }
 
 // Options override the settings of a scene file.

@@ -9,6 +9,7 @@
 
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/FieldVolumeOverlay>
+#include <osgMidair/HapticField>
 #include <osgMidair/HapticStatistics>
 #include <osgMidair/HologramCounters>
 #include <osgMidair/Hud>
@@ -41,7 +42,7 @@ namespace
 using namespace midair::samples;
 using namespace midair;
 
-/// A picture that was written, with data that show if its parts belong to the same frame.
+/// A picture that was written, with data to check that its parts show the same frame.
 struct DemoPicture
 {
     std::string file;
@@ -52,7 +53,7 @@ struct DemoPicture
     double peakToPoint_mm = 0.0;  ///< .. and its distance from the nearest control point
 };
 
-/// Returns the value below which \a share (0 .. 1) of \a values lies; 0 if there are none.
+/// Returns the quantile \a share (0 .. 1) of \a values, or 0 if there are none.
 double percentile(std::vector<double> values, double share)
 {
     if (values.empty()) return 0.0;
@@ -61,22 +62,24 @@ double percentile(std::vector<double> values, double share)
     return *at;
 }
 
-/// "median" and "p99" of times.
+/// Returns the median and p99 of times as JSON.
 nlohmann::ordered_json spreadOf(const std::vector<double>& values)
 {
     return {{"median", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
 }
 
-/// Collects figures of a run frame by frame, for report.json and for the ten lines at the end.
+/// Collects figures of a run frame by frame for report.json and the summary at the end.
 class DemoReport
 {
 public:
-    /// Adds a frame, and once the figures of each new field in \a now.
+    /// Adds a frame, and the figures of \a now once for each new field.
     void addFrame(double frame_ms, const osgMidair::HapticStatistics& now)
     {
         _frame_ms.push_back(frame_ms);
         if (now.figures.empty() || now.fieldFrame == _lastField) return;
         _lastField = now.fieldFrame;
+        if (now.points == 0) return; // of nothing
+        _last = levelsOf(now);
         _solve_ms.push_back(now.matrix_ms + now.solve_ms);
         _rms.push_back(now.rms);
         _loudness.push_back(now.loudness);
@@ -85,8 +88,8 @@ public:
 
     void addPicture(const DemoPicture& picture) { _pictures.push_back(picture); }
 
-    /// Writes the report to \a path, replacing the file. Returns false, with \a error, if it can't
-    /// be written.
+    /// Writes the report to \a path and replaces an existing file. Returns false and sets \a error
+    /// on failure.
     bool write(const std::string& path, std::string& error) const
     {
         std::ofstream file(path);
@@ -110,11 +113,15 @@ public:
                     _frame_ms.size(),
                     framesPerSecond(),
                     percentile(_frame_ms, 0.99));
-        std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
-                    static_cast<unsigned long long>(statistics.solves),
-                    static_cast<unsigned long long>(statistics.snapshots),
-                    static_cast<unsigned long long>(statistics.superseded),
-                    static_cast<unsigned long long>(statistics.skippedUnmoved));
+        std::printf(
+            "fields      %llu solved of %llu requested; skipped: %llu outdated, %llu unchanged\n",
+            static_cast<unsigned long long>(statistics.solves),
+            static_cast<unsigned long long>(statistics.snapshots),
+            static_cast<unsigned long long>(statistics.superseded),
+            static_cast<unsigned long long>(statistics.skippedUnmoved));
+        if (statistics.contactFields > 0)
+            std::printf("contacts    %llu fields at touching hands\n",
+                        static_cast<unsigned long long>(statistics.contactFields));
         std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
                     percentile(_solve_ms, 0.5),
                     percentile(_solve_ms, 0.99));
@@ -169,15 +176,22 @@ private:
         json["idleFrames"] = statistics.idleFrames;
         json["updatesPerSecond"] = statistics.updatesPerSecond;
         json["solve_ms"] = spreadOf(_solve_ms);
-        json["rms"] = {{"median", percentile(_rms, 0.5)}, {"max", percentile(_rms, 1.0)}};
-        json["loudness"] = {{"median", percentile(_loudness, 0.5)},
-                            {"min", percentile(_loudness, 0.0)}};
+        // null: no field had points
+        json["rms"] = nullptr;
+        json["loudness"] = nullptr;
+        if (!_rms.empty())
+        {
+            json["rms"] = {{"median", percentile(_rms, 0.5)}, {"max", percentile(_rms, 1.0)}};
+            json["loudness"] = {{"median", percentile(_loudness, 0.5)},
+                                {"min", percentile(_loudness, 0.0)}};
+        }
         json["maxPressure_Pa"] = statistics.maxPressure_Pa;
         json["latency_ms"] = spreadOf(_latency_ms);
         json["fieldsInTurn"] = statistics.fieldsInTurn;
         json["fieldRate_Hz"] = statistics.fieldRate_Hz;
         json["outline"] = statistics.outline;
         addFigures(json);
+        json["feeling"] = statistics.feeling;
         json["slice_ms"] = slice_ms;
         json["slicesPerSecond"] = slicesPerSecond;
         json["pictures"] = nlohmann::ordered_json::array();
@@ -193,7 +207,7 @@ private:
         return json;
     }
 
-    /// Figures of the newest field, except those that are already there as medians.
+    /// Adds figures of the newest field, except those already present as medians.
     void addFigures(nlohmann::ordered_json& json) const
     {
         for (const auto& [name, value] : statistics.figures)
@@ -202,7 +216,7 @@ private:
             std::replace(place.begin(), place.end(), '.', '/');
             const nlohmann::ordered_json::json_pointer pointer(place);
             if (json.contains(pointer)) continue;
-            // Counts are whole numbers.
+            // Counts are written as whole numbers.
             if (value == std::floor(value) && std::abs(value) < 1e15)
                 json[pointer] = static_cast<std::int64_t>(value);
             else
@@ -216,26 +230,55 @@ private:
                        row.value);
     }
 
-    void printField() const
+    /// Level of a field, and what a fingertip gets of it.
+    struct Levels
     {
+        double level_Pa = 0.0;
+        double fingertip_N = 0.0;
+        std::string feeling;
+    };
+
+    static Levels levelsOf(const osgMidair::HapticStatistics& now)
+    {
+        return {now.level_Pa, now.fingertipForce_N, now.feeling};
+    }
+
+    /// Of the fields with points; the level and the force of the last of them.
+    void printLevels() const
+    {
+        const Levels last = statistics.points > 0 ? levelsOf(statistics) : _last;
+        if (_rms.empty())
+        {
+            std::printf("accuracy    none: nothing was played\n");
+            return;
+        }
         std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
                     100.0 * percentile(_rms, 0.5),
                     100.0 * percentile(_rms, 1.0));
         std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s\n",
                     percentile(_loudness, 0.5),
-                    statistics.level_Pa,
+                    last.level_Pa,
                     statistics.stop == "silenced" ? ": silenced" : "");
+        if (!last.feeling.empty())
+            std::printf("feeling     %s on a fingertip: %s\n",
+                        osgMidair::HapticField::forceText(last.fingertip_N).c_str(),
+                        last.feeling.c_str());
+    }
+
+    void printField() const
+    {
+        printLevels();
         if (statistics.maxPressure_Pa > 0.0)
-            std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to "
-                        "%.3f of its amplitude\n",
+            std::printf("cap         %.0f Pa at every point: %llu fields lowered, the last to %.3f "
+                        "of its amplitude\n",
                         statistics.maxPressure_Pa,
                         static_cast<unsigned long long>(statistics.capped),
                         statistics.capFactor);
         const haptics::ExposureFigures& heard = statistics.exposure;
         if (heard.places > 0)
             std::printf(
-                "at ears     %.0f dB re 20 uPa (rms) in the mean of %.1f s, at most %.0f dB over "
-                "a second, of %d places, %.0f dB of it for a head%s\n",
+                "at ears     %.0f dB re 20 uPa (rms) on average over %.1f s, at most %.0f dB over "
+                "a second, at the loudest of %d places, including %.0f dB for a head%s\n",
                 heard.eq_dB,
                 heard.time_s,
                 heard.max_dB,
@@ -258,7 +301,7 @@ private:
                 statistics.surface.contrast,
                 statistics.surface.contrastError);
         if (statistics.certifiedGap >= 0.0)
-            std::printf("certificate phases at most %.2f %% over the best there are\n",
+            std::printf("certificate phases at most %.2f %% above the optimum\n",
                         100.0 * statistics.certifiedGap);
     }
 
@@ -269,6 +312,7 @@ private:
     std::vector<double> _latency_ms;
     std::vector<DemoPicture> _pictures;
     std::uint64_t _lastField = 0;
+    Levels _last; ///< of the last field with points
 };
 
 constexpr double kFrameTime_s = 1.0 / 60.0;
@@ -305,7 +349,7 @@ struct CpuTimes
     }
 };
 
-/// A scene that is shown: what it follows, what it reports and what shows it.
+/// The shown scene with its report, viewer and operator's page.
 struct Show
 {
     explicit Show(const DemoOptions& options) :
@@ -319,7 +363,7 @@ struct Show
         viewer.setLightingMode(osg::View::NO_LIGHT);
     }
 
-    /// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
+    /// Runs one frame at scene time \a time_s; \a draw false skips rendering.
     void frame(double time_s, bool draw)
     {
         scene.moveTo(time_s);
@@ -329,7 +373,7 @@ struct Show
         if (draw) viewer.renderingTraversals();
     }
 
-    /// Fills in what is known at the end.
+    /// Fills in the figures known only at the end.
     void finish()
     {
         const auto& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
@@ -365,8 +409,8 @@ double nearestPoint_mm(const osgMidair::HapticField& field, const osg::Vec3d& pl
     return nearest_mm;
 }
 
-/// Holds the scene at \a time_s, the time of its last frame, until the field for it is solved and
-/// its slice is drawn, so that all parts of a picture belong together.
+/// Repeats the frame at \a time_s until its field is solved and its slice is drawn, so that all
+/// parts of a picture show the same frame.
 DemoPicture settle(Show& show, double time_s, bool draw)
 {
     DemoScene& scene = show.scene;
@@ -374,7 +418,7 @@ DemoPicture settle(Show& show, double time_s, bool draw)
     osgMidair::FieldSliceOverlay& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
     picture.frame = show.viewer.getFrameStamp()->getFrameNumber();
     const double start = seconds();
-    // Fields of contacts go on by themselves and are of no frame.
+    // Contact fields are updated independently of frames.
     const bool isWhole =
         scene.haptics().getGrantedSettings().render == osgMidair::HapticSettings::OBJECT;
     const double longest_s = isWhole ? 20.0 : 0.3;
@@ -401,7 +445,8 @@ DemoPicture settle(Show& show, double time_s, bool draw)
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
     show.frame(time_s, draw); // updates the figures of the HUD
-    // Contacts that heard nothing of hands while the slice was drawn are silent, and come up again.
+    // Contacts without new hand data while the slice was drawn are silent; wait until they play
+    // again.
     for (int i = 0; i < kContactFrames && scene.haptics().getStatistics().contactFields > 0; ++i)
     {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -410,7 +455,7 @@ DemoPicture settle(Show& show, double time_s, bool draw)
     return picture;
 }
 
-/// Takes the picture \a file of the frame at \a time_s, with newest figures. Returns false if it
+/// Takes the picture \a file of the frame at \a time_s with current figures. Returns false if it
 /// can't be written.
 bool takePicture(Show& show, double time_s, PictureTaker& camera, const std::string& file)
 {
@@ -434,7 +479,7 @@ int runHeadless(const DemoOptions& options)
     DemoReport& report = show.report;
     std::filesystem::create_directories(options.out);
 
-    // Nobody presses keys here; --key-time lists them all the same.
+    // No key can be pressed here, so hide the key list unless --key-time asks for it.
     const bool areKeysAsked = std::any_of(options.numbers.begin(),
                                           options.numbers.end(),
                                           [](const auto& each) { return each.first == "keyTime"; });
@@ -569,6 +614,8 @@ int runWindow(const DemoOptions& options)
     viewer.setSceneData(scene.root());
     viewer.realize();
     showOn(show.display, viewer);
+    const auto headset = showInHeadset(options.display, viewer);
+    if (headset) viewer.setCameraManipulator(nullptr);
     report.picturesProblem = "shown in a window";
     const double start = seconds();
     for (int i = 0; !viewer.done() && !isStopAsked() && (options.frames == 0 || i < options.frames);

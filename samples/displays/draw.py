@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws what a display file says, to scale: from the side and from above, with all that has to be cut and measured.
+"""Draws a display file to scale, from the side and from above, with the sizes to cut and measure.
 
     draw.py FILE.display.json --out DRAWING.svg [--board MM] [--size MMxMM]
 
---board: how far the array's board is under the world's origin; --size: how wide and deep it is. Everything is in millimetres of the world."""
+--board: depth of the array's board below the world's origin; --size: its width and depth. All sizes are in millimetres."""
 
 import argparse
 import json
@@ -36,14 +36,14 @@ def corners_of(screen):
 
 
 def on_plane(eye, place, optic):
-    """Where the sight of a place goes through an optic's plane."""
+    """Returns where the line of sight to a place crosses an optic's plane."""
     normal = optic["normal"]
     ahead = sum(n * (q - e) for n, q, e in zip(normal, optic["point_m"], eye))
     return between(eye, place, ahead / sum(n * (p - e) for n, p, e in zip(normal, place, eye)))
 
 
 class View:
-    """One direction of sight: two of the world's axes, on paper."""
+    """One view: two of the world's axes on paper."""
 
     def __init__(self, left, title, across, up, middle, scale):
         self.parts = [f'<text x="{left + 12}" y="26" class="title">{title}</text>']
@@ -116,7 +116,7 @@ def eye_of(display):
 
 
 def facts(display, board_mm, size_mm):
-    """What has to be bought, cut and measured."""
+    """Returns the list of things to buy, cut and measure."""
     def list_of(place):
         return ", ".join(f"{1e3 * p:.0f}" for p in place)
 

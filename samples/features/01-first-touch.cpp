@@ -12,10 +12,11 @@ int main(int argc, char** argv)
     touchable->addChild(osgDB::readRefNodeFile(argc > 1 ? argv[1] : "star.obj"));
 
     osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene; // octagon, simulated
-    scene->addChild(touchable); // anywhere below: transforms, switches, levels of detail
+    scene->addChild(touchable); // at any depth, also below transforms, switches and levels of
+                                // detail
 
     osgViewer::Viewer viewer;
     viewer.setSceneData(scene);
-    viewer.run(); // felt where it is seen, from now on
+    viewer.run(); // from now on it can be felt where it is seen
     std::cout << scene->getStatistics().points << " points were felt\n";
 }

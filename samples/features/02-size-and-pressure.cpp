@@ -1,5 +1,5 @@
-// How large a model is, and how hard it presses: a model of unknown units is made 80 mm large and
-// asks for 300 Pa, and a cap of the scene holds whatever else is below it.
+// Size and pressure: scales a model of unknown units to 80 mm and asks for 300 Pa. A cap of the
+// scene limits all objects below it.
 
 #include "Frames.h"
 
@@ -16,11 +16,11 @@ int main(int argc, char** argv)
     if (!model) return 1;
 
     const osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(model);
-    surface->setPressureUnit(osgMidair::HapticProperty::PASCAL); // else only ratios count
+    surface->setPressureUnit(osgMidair::HapticProperty::PASCAL); // the default unit is relative
     surface->setPressure(300.0);                                 // peak, at the control points
     surface->setSpacing(0.010); // m between control points; default: a wavelength, 8.6 mm
 
-    // Metres count, not the model's units: this puts it into the middle, 80 mm across.
+    // Sizes are in metres, whatever the model's units: this centres it and makes it 80 mm wide.
     const osg::BoundingSphere bound = model->getBound();
     const osg::ref_ptr<osg::MatrixTransform> size =
         new osg::MatrixTransform(osg::Matrix::translate(-bound.center()) *
@@ -28,7 +28,7 @@ int main(int argc, char** argv)
     size->addChild(surface);
 
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
-    scene->setMaxPressure(800.0); // no point of this scene gets more
+    scene->setMaxPressure(800.0); // limit for all points of this scene
     scene->addChild(size);
 
     const osg::ref_ptr<const osgMidair::HapticField> field = Frames(*scene).untilPlayed();

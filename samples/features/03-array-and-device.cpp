@@ -1,5 +1,5 @@
-// Which array, and what drives it: an array is named by a file, a device by a URI with limits of
-// its own. Here a flat board of 249 transducers in the simulator, at half of full drive.
+// Array and device: a file names the array, a URI names the device and its limits. Here a flat
+// board of 249 transducers in the simulator, at half of full drive.
 
 #include "Frames.h"
 
@@ -9,23 +9,23 @@
 
 int main(int argc, char** argv)
 {
-    // "octagon" is the default; `midair-solve --help` lists the others, and a JSON file will do.
+    // "octagon" is the default. `midair-solve --help` lists the others; a JSON file works, too.
     const char* const array = argc > 1 ? argv[1] : "board";
-    // A real one: "usb:", "autd3:", "sonicsurface:/dev/ttyUSB0"; all take the same limits.
+    // Hardware: "usb:", "autd3:", "sonicsurface:/dev/ttyUSB0". All accept the same limits.
     const char* const device = argc > 2 ? argv[2] : "sim:?max-amplitude=0.5&ramp=20ms";
 
     const osg::ref_ptr<osgMidair::HapticPoints> point = new osgMidair::HapticPoints;
-    point->setPoints({osg::Vec3d(0.0, 0.0, 0.15)}); // m, over the middle of the board
+    point->setPoints({osg::Vec3d(0.0, 0.0, 0.15)}); // m, above the centre of the board
 
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->setArray(array);
     scene->setDevice(device);
-    scene->setTemperature(24.0); // of the air in C: a degree is a wavelength in 500
+    scene->setTemperature(24.0); // of the air, C; one degree changes the wavelength by 1/500
     scene->addChild(point);
 
     Frames frames(*scene);
     if (!frames.untilPlayed()) return 1;
-    frames.run(0.2); // the ramp is over
+    frames.run(0.2); // until the ramp is over
     const osg::ref_ptr<const osgMidair::HapticField> field = scene->getField();
     if (!field) return 1;
     float most = 0.0F;

@@ -1,5 +1,5 @@
-// What moves is felt where it is seen: an animation carries a ball to and fro; nothing else is to
-// be done. The field of each frame is solved beside the frames, and no frame waits for it.
+// Moving objects: an animation moves a ball to and fro, and it is felt where it is seen, without
+// further code. Fields are solved on another thread, so frames never wait.
 
 #include "Frames.h"
 

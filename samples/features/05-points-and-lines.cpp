@@ -1,5 +1,5 @@
-// Without a surface: control points as they are given, each with its pressure, and lines of a
-// geometry, which are felt along their length.
+// Control points without a surface, each with its own pressure, and lines of a geometry, which are
+// felt along their length.
 
 #include "Frames.h"
 

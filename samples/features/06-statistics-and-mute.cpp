@@ -1,5 +1,4 @@
-// What a scene does, what it can't do, and how it is silenced: figures, messages by their codes,
-// and the mute, which is to be called from any thread.
+// Statistics, messages with their codes, and the mute, which may be called from any thread.
 
 #include "Frames.h"
 
@@ -16,7 +15,7 @@ int main()
         new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F)));
     ball->setName("ball");
     scene->addChild(ball);
-    // This one is where the array doesn't reach, which is told.
+    // This instance is out of the array's reach, which causes a message.
     const osg::ref_ptr<osg::MatrixTransform> far =
         new osg::MatrixTransform(osg::Matrix::translate(5.0, 0.0, 0.0));
     far->addChild(ball);
@@ -39,7 +38,7 @@ int main()
                     static_cast<unsigned long long>(message.count),
                     message.text.c_str());
 
-    scene->setMuted(true); // silent at once, whatever is being solved
+    scene->setMuted(true); // silent at once, even during a solve
     frames.run(0.3);
     std::printf("muted: %s\n", stateName(scene->getStatistics().state));
     scene->setMuted(false);

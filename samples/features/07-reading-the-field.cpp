@@ -1,5 +1,5 @@
-// What is played, anywhere: the pressure along a line, and a slice as a picture, which takes no
-// OpenGL. A field never changes and may be read on any thread while newer ones are solved.
+// Reading the field: the pressure along a line, and a slice as a picture, without OpenGL. A field
+// is immutable: it may be read on any thread while newer ones are solved.
 
 #include "Frames.h"
 
@@ -25,7 +25,7 @@ int main(int argc, char** argv)
                     mm,
                     std::abs(field->getPressure(osg::Vec3d(1e-3 * mm, 0.0, 0.0))));
 
-    osgMidair::FieldPicture picture; // 80 x 60 mm, in the plane of the points
+    osgMidair::FieldPicture picture; // 80 x 60 mm, in the points' plane
     picture.corner = osg::Vec3d(-0.04, 0.0, -0.03);
     picture.across = osg::Vec3d(0.08, 0.0, 0.0);
     picture.up = osg::Vec3d(0.0, 0.0, 0.06);

@@ -1,5 +1,5 @@
-// To look at the field: one node anywhere under the scene draws points, slice, array and figures,
-// and brings the keys F1 to F12 along.
+// Overlays: one node anywhere below the scene draws points, slice, array and figures, and handles
+// the keys F1 to F12.
 
 #include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>
@@ -24,7 +24,7 @@ int main()
     overlays->setShown("workspace", false);
     overlays->get<osgMidair::Hud>()->setTitle("a ball of 40 mm");
     osgMidair::FieldSliceOverlay& slice = *overlays->get<osgMidair::FieldSliceOverlay>();
-    slice.setPlane(osg::Vec3d(), osg::Y_AXIS);               // else through the points
+    slice.setPlane(osg::Vec3d(), osg::Y_AXIS);               // default: through the points
     if (!overlays->setNumber("sliceRadius", 0.06)) return 1; // m
     scene->addChild(overlays);
     for (const osgMidair::OverlayDescription& each : osgMidair::HapticOverlays::describe())

@@ -1,5 +1,6 @@
-// Hands: the application sets one, as its tracker gives it, and all power goes to what is near it.
-// With a recording as argument that is played instead; "mouse:", "osc:" and "openxr:" are others.
+// Hands: the application sets a hand, as from its own tracker, and all power goes to the points
+// near it. With an argument it plays that recording instead. Other sources: "mouse:", "osc:",
+// "openxr:".
 
 #include "Frames.h"
 
@@ -13,8 +14,8 @@ int main(int argc, char** argv)
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->addChild(
         new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Box(osg::Vec3(), 0.06F))));
-    scene->setReach(0.015);  // m: only points this near to a hand are solved for
-    scene->setShadows(true); // the hand blocks sound, which the solver takes into account
+    scene->setReach(0.015);  // m; solves only for points this close to a hand
+    scene->setShadows(true); // the solver takes into account that the hand blocks sound
 
     const osg::ref_ptr<osgMidair::InjectedHands> hands = new osgMidair::InjectedHands;
     if (argc > 1)
@@ -22,7 +23,7 @@ int main(int argc, char** argv)
     else
         scene->setHandSource(hands);
 
-    // A right hand with stretched fingers, tilted down, its index finger on top of the box.
+    // A right hand with stretched fingers, tilted down, with its index finger on top of the box.
     const auto hold = [&hands](double /*time_s*/)
     {
         hands->setHands({osgMidair::openHand(

@@ -1,5 +1,5 @@
-// Touch events: a finger taps on a box, and the program is told when it begins and ends to touch,
-// with place, depth and force.
+// Touch events: a finger taps a box, and the program is notified when a touch begins and ends, with
+// place, depth and force.
 
 #include "Frames.h"
 
@@ -49,11 +49,11 @@ int main()
 
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->addChild(box);
-    scene->setTouchCallback(new PrintTouches); // of all objects; HapticSurface has one, too
+    scene->setTouchCallback(new PrintTouches); // for all objects; HapticSurface can have its own
     const osg::ref_ptr<osgMidair::InjectedHands> hands = new osgMidair::InjectedHands;
     scene->setHandSource(hands);
 
-    // Once a second its index finger is 2 mm deep in the box.
+    // Once a second the index finger is 2 mm deep in the box.
     const auto tap = [&hands](double time_s)
     {
         const double height_m =

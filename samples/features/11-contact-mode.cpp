@@ -1,5 +1,5 @@
-// Contact mode: instead of the whole object a few foci circle on the skin where a hand touches it,
-// which presses far stronger; where nothing is touched the array is silent.
+// Contact mode: instead of the whole object, a few foci circle on the skin where a hand touches it.
+// That presses far stronger. Without a touch the array is silent.
 
 #include "Frames.h"
 
@@ -32,7 +32,7 @@ int main()
         new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.03F))));
     const osg::ref_ptr<osgMidair::InjectedHands> hands = new osgMidair::InjectedHands;
     scene->setHandSource(hands);
-    // The tip of the index finger, of 7 mm radius, is 2 mm deep in the ball.
+    // The index fingertip, 7 mm in radius, is 2 mm deep in the ball.
     const auto touch = [&hands](double /*time_s*/)
     {
         hands->setHands({osgMidair::openHand(
@@ -44,7 +44,7 @@ int main()
     const double whole_Pa = strongest_Pa(*scene);
     std::printf("the whole ball: %d points, %.0f Pa\n", scene->getStatistics().points, whole_Pa);
 
-    scene->setRender(osgMidair::HapticSettings::CONTACT); // AUTO: only while hands are certain
+    scene->setRender(osgMidair::HapticSettings::CONTACT); // AUTO: only while hands are tracked well
     frames.run(1.0, touch);
     const double contact_Pa = strongest_Pa(*scene);
     std::printf(

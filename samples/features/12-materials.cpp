@@ -1,5 +1,5 @@
-// Materials: how a surface feels where it is touched. The same finger, 0.3 mm deep, on the same
-// ball of each material, with what the contact asks for over half a second.
+// Materials: how a surface feels when touched. Prints the range of contact pressures over half a
+// second for a finger that is 0.3 mm deep in a ball of each material.
 
 #include "Frames.h"
 
@@ -28,7 +28,7 @@ int main()
     Frames frames(*scene);
     for (const char* const material : {"rubber", "glass", "sandpaper", "cloth"})
     {
-        ball->setMaterial(material); // may change while it is touched
+        ball->setMaterial(material); // may change during a touch
         frames.run(0.3, touch);
         double least_Pa = 1e9;
         double most_Pa = 0.0;
@@ -44,7 +44,7 @@ int main()
         std::printf("%-9s %.0f to %.0f Pa\n", material, least_Pa, most_Pa);
         if (most_Pa == 0.0) return 1;
     }
-    // Numbers of one's own in place of the material's.
+    // Override a number of the material.
     ball->setMaterial("glass");
     ball->setContactForce(0.005); // N
     frames.run(0.5, touch);

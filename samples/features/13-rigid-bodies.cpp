@@ -1,5 +1,5 @@
-// Rigid bodies: a box of Bullet's drifts through the array, is felt where it is, and is pushed by
-// a hand, whose bones are bodies of that world, too. What they push is touched.
+// Rigid bodies: a Bullet box drifts through the array, is felt at its place, and is pushed by a
+// hand. The hand's bones are bodies of the same world; a push counts as a touch.
 
 #include "Frames.h"
 
@@ -47,7 +47,7 @@ int main()
     scene->setHandSource(hands);
     scene->addUpdateCallback(new osgMidair::HandBodies(world, scene));
 
-    // From the second second on a hand comes down on the box.
+    // A hand comes down on the box after one second.
     const auto push = [&hands](double time_s)
     {
         const double height_m = kHalfEdge_m + 0.02 - 0.04 * std::max(0.0, time_s - 1.0);

@@ -1,5 +1,5 @@
-// Prediction: sound takes a millisecond, a solve some more, and a tracker tens. A hand that moves
-// is felt where it will be then, which a filter says.
+// Prediction: sound takes a millisecond, a solve some more, a tracker tens of milliseconds. A
+// filter predicts where a moving hand will be then.
 
 #include "Frames.h"
 
@@ -18,7 +18,7 @@ int main()
     plate->setTouchEvents(true);
     scene->addChild(plate);
     scene->setPrediction(osgMidair::HapticSettings::KALMAN);
-    scene->setTrackerDelay(0.030); // s: how old the tracker's hands are when it tells them
+    scene->setTrackerDelay(0.030); // s: age of the tracker's hands when they arrive
     const osg::ref_ptr<osgMidair::InjectedHands> hands = new osgMidair::InjectedHands;
     scene->setHandSource(hands);
 
@@ -28,7 +28,7 @@ int main()
     double predicted_ms = 0.0;
     const auto slide = [&](double time_s)
     {
-        // What the last frame's touch says, beside what its hand was seen at.
+        // Compares the last frame's touch with the tracked position of its hand.
         for (const osgMidair::Touch& touch : scene->getTouches())
             if (touch.finger == osgMidair::Touch::INDEX)
                 largest_m = std::max(largest_m, std::abs(touch.position.x() - seen_m));

@@ -1,5 +1,5 @@
-// Calibration: spots that the tracker and the array both know say where the array stands in the
-// world. Here they are simulated, with 0.5 mm of noise and a pair that is wrong.
+// Calibration: points measured by the tracker and in the array's frame determine where the array is
+// in the world. Here they are simulated, with 0.5 mm of noise and one wrong pair.
 
 #include "Frames.h"
 
@@ -10,7 +10,7 @@
 
 int main()
 {
-    // The array stands 1.2 m above the floor, turned by 30 degrees.
+    // The array is 1.2 m above the floor and rotated by 30 degrees.
     const osg::Matrixd truth = osg::Matrixd::translate(0.3, -0.1, -1.2) *
                                osg::Matrixd::rotate(osg::PI / 6.0, osg::Vec3d(0, 0, 1));
     const osg::Matrixd arrayToWorld = osg::Matrixd::inverse(truth);
@@ -31,7 +31,7 @@ int main()
     std::printf("%s", report.text.c_str());
     if (!report.usable) return 1;
 
-    // From now on the world is the tracker's: an object in the middle of the array.
+    // Now the world is the tracker's. Place an object at the centre of the array.
     const osg::ref_ptr<osgMidair::HapticPoints> point = new osgMidair::HapticPoints;
     point->setPoints({osg::Vec3d() * arrayToWorld});
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;

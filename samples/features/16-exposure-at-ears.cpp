@@ -1,5 +1,5 @@
-// Exposure: how loud the ultrasound is where ears may be, and a limit that every field keeps to.
-// No safety certificate: samples/guides/SAFETY.md says what the numbers mean.
+// Exposure: the ultrasound level at places where ears may be, and a limit for every field. It is
+// not a safety certificate; samples/guides/SAFETY.md explains the numbers.
 
 #include "Frames.h"
 
@@ -13,7 +13,7 @@ int main()
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->addChild(
         new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F))));
-    // A visitor's ears, m in the array's frame, besides places all around the array.
+    // A visitor's ears, m in the array's frame, in addition to places around the array.
     scene->setEarPoints("-0.08 0.5 0.3; 0.08 0.5 0.3");
 
     Frames frames(*scene);
@@ -27,7 +27,7 @@ int main()
         loud.exposure.head_dB,
         loud.level_Pa);
 
-    // rms, re 20 uPa; OSG_MIDAIR_EAR_LIMIT is the user's. For workers, for the public, and none.
+    // Limits for workers and for the public, rms re 20 uPa. A user sets OSG_MIDAIR_EAR_LIMIT.
     for (const double limit_dB : {110.0, 100.0})
     {
         scene->setEarLimit(limit_dB);

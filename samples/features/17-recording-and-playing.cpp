@@ -1,5 +1,5 @@
-// Recordings: what a scene plays is written to a file, read back, and played on a device without
-// the scene.
+// Recording: a scene's output is written to a file, read back, and played on a device without the
+// scene.
 
 #include "Frames.h"
 
@@ -15,12 +15,12 @@ int main(int argc, char** argv)
         const osg::ref_ptr<osgMidair::HapticPoints> point = new osgMidair::HapticPoints;
         const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
         scene->setArray("board");
-        scene->setDevice("record:" + file); // with "usb:,record:.." it plays as well
+        scene->setDevice("record:" + file); // "usb:,record:.." also plays
         scene->addChild(point);
         const auto move = [&point](double time_s)
         { point->setPoints({osg::Vec3d(0.05 * std::min(time_s, 1.0), 0.0, 0.15)}); };
         Frames(*scene).run(1.0, move);
-    } // the scene's end silences and ends the recording
+    } // the scene's destructor silences the array and ends the recording
 
     std::string error;
     const osg::ref_ptr<osgMidair::RecordingReader> reader =

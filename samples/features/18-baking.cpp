@@ -1,6 +1,6 @@
-// Baking: the frames of an animation are solved one by one, as accurately as the kit can, before
-// anybody sees or feels them, written to a file, which any device plays, and read again.
-// midair-bake does so for files, on many machines.
+// Baking: solves the frames of an animation one by one, as accurately as the kit can, writes them
+// to a file for any device, and reads it back. midair-bake does this for scene files, on many
+// machines.
 
 #include <osgMidair/FieldBaker>
 #include <osgMidair/HapticScene>
@@ -27,7 +27,7 @@ int main(int argc, char** argv)
     scene->addChild(carried);
 
     const osg::ref_ptr<osgMidair::FieldBaker> baker = new osgMidair::FieldBaker(*scene);
-    osg::ref_ptr<osgMidair::RecordingWriter> writer; // knows the array once that is read
+    osg::ref_ptr<osgMidair::RecordingWriter> writer; // needs the array's size
     std::string error;
     double worst = 0.0;
     const auto at_ns = [](unsigned int k)
@@ -37,7 +37,8 @@ int main(int argc, char** argv)
         const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
         stamp->setFrameNumber(i);
         stamp->setSimulationTime(i / kRate_Hz);
-        carried->setMatrix(osg::Matrix::translate(0.001 * i, 0.0, 0.0)); // the update traversal
+        carried->setMatrix(osg::Matrix::translate(0.001 * i, 0.0, 0.0)); // stands for the update
+                                                                         // traversal
         osgMidair::BakedFrame frame;
         if (!baker->bake(*stamp, osg::Matrixd(), at_ns(i), at_ns(i + 1), frame, error))
         {

@@ -1,5 +1,5 @@
-// An array of the program's own: two boards that face each other, one transducer of which is dead.
-// Fields are solved without it.
+// A custom array: two boards facing each other, with one dead transducer, which the solver leaves
+// out.
 
 #include "Frames.h"
 
@@ -15,14 +15,14 @@ int main(int argc, char** argv)
 {
     osgMidair::ArrayDescription array;
     array.name = "desk";
-    // 10 x 10 transducers of 10.5 mm each, 300 mm apart: middle, direction of sound, columns, ..
+    // 10 x 10 transducers of 10.5 mm, 300 mm apart: centre, direction of sound, columns, ..
     array.addGrid(osg::Vec3d(0, 0, -0.15), osg::Z_AXIS, osg::X_AXIS, 10, 10, 0.0105);
     array.addGrid(osg::Vec3d(0, 0, 0.15), -osg::Z_AXIS, osg::X_AXIS, 10, 10, 0.0105);
     array.dead = {42};
 
     std::string error;
     const std::string file = argc > 1 ? argv[1] : "desk.json";
-    if (!array.isValid(error) || !array.save(file, error)) // for "array" of scenes and tools
+    if (!array.isValid(error) || !array.save(file, error)) // a file for "array" of scenes and tools
     {
         std::fprintf(stderr, "%s\n", error.c_str());
         return 1;

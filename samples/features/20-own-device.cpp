@@ -1,5 +1,5 @@
-// A device of the program's own: a driver that gets levels for each transducer, registered under a
-// scheme. Limits, mutes and caps hold for it as for any other.
+// A custom device: a driver that receives levels for each transducer, registered with a scheme.
+// Limits, mutes and caps apply as for any other device.
 
 #include "Frames.h"
 
@@ -14,7 +14,7 @@ namespace
 
 std::atomic<int> transducersOn{0};
 
-/// Stands for a board with a driver of its own: 64 phases, each transducer off or on.
+/// Stands for a board with its own driver: 64 phases, each transducer on or off.
 class DeskDriver : public osgMidair::DeviceDriver
 {
 public:
@@ -29,12 +29,12 @@ public:
     }
     bool play(const unsigned char* /*phases*/, const unsigned char* amplitudes) override
     {
-        // Here the levels would go to the board.
+        // A real driver would send the levels to the board here.
         transducersOn = static_cast<int>(
             std::count(amplitudes, amplitudes + _transducers, static_cast<unsigned char>(1)));
         return true;
     }
-    void silence() override { transducersOn = 0; } // throw if that failed
+    void silence() override { transducersOn = 0; } // throw if it fails
     std::string getStatus() const override { return "the board on the desk"; }
     unsigned int getPhaseLevels() const override { return 64; }
     std::vector<float> getAmplitudes() const override { return {0.0F, 1.0F}; }
@@ -58,7 +58,7 @@ int main()
     point->setPoints({osg::Vec3d(0.0, 0.0, 0.15)});
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     scene->setArray("board");
-    scene->setDevice("desk:"); // a user says -O device=desk: or OSG_MIDAIR_DEVICE=desk:
+    scene->setDevice("desk:"); // users write -O device=desk: or OSG_MIDAIR_DEVICE=desk:
     scene->addChild(point);
 
     Frames frames(*scene);

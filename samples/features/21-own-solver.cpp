@@ -1,5 +1,5 @@
-// A solver of the program's own: control points and the matrix in, activations out. The kit rounds
-// them to the device's levels, keeps the caps and measures the error of what is played.
+// A custom solver: takes control points and the matrix, returns activations. The kit rounds them to
+// the device's levels, applies caps and measures the error of the played field.
 
 #include "Frames.h"
 
@@ -11,7 +11,7 @@
 namespace
 {
 
-/// Sends each point's sound back: all transducers in phase with the sum of the points' fields.
+/// Back-propagation: each transducer is in phase with the sum of the points' fields.
 class BackPropagation : public osgMidair::FieldSolver
 {
 public:
@@ -56,13 +56,13 @@ int main()
     const osg::ref_ptr<osgMidair::HapticPoints> points = new osgMidair::HapticPoints;
     points->setPoints({{-0.02, 0.0, 0.0}, {0.0, 0.0, 0.02}, {0.02, 0.0, 0.0}}, {1.0, 2.0, 1.0});
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
-    scene->setSolver("mine"); // in files Solver "mine", in programs of others -O solver=mine
+    scene->setSolver("mine"); // in files: Solver "mine"; in other programs: -O solver=mine
     scene->addChild(points);
 
     Frames frames(*scene);
     if (!frames.untilPlayed()) return 1;
     print(scene->getStatistics(), "mine");
-    scene->setSolver(""); // the kit's first
+    scene->setSolver(""); // the kit's default
     frames.run(0.5);
     print(scene->getStatistics(), "the kit's");
     return 0;

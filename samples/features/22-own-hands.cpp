@@ -1,5 +1,5 @@
-// A tracker of the program's own: a class that gives hands, registered by a name, so that users and
-// files can say hands=mine:.. where they say hands=openxr:.
+// A custom tracker: a class that returns hands, registered with a name, so that users and files can
+// write hands=mine:.. like hands=openxr:.
 
 #include "Frames.h"
 
@@ -14,7 +14,7 @@
 namespace
 {
 
-/// Stands for a tracker: a finger that goes round in a circle, and is lost on the far side.
+/// Stands for a tracker: a finger that moves in a circle and is lost on the far side.
 class CirclingHand : public osgMidair::HandSource
 {
 public:
@@ -23,7 +23,7 @@ public:
     {
         const double angle = 2.0 * osg::PI * time;
         hands.clear();
-        if (std::cos(angle) < -0.5) return false; // not seen
+        if (std::cos(angle) < -0.5) return false; // not visible
         hands.push_back(osgMidair::openHand(
             0,
             osg::Vec3d(_radius_m * std::cos(angle), _radius_m * std::sin(angle), 0.02),
@@ -64,7 +64,7 @@ int main()
     frames.run(2.0, count);
     std::printf("seen in %s of %d frames\n", seen > lost ? "most" : "few", seen + lost);
 
-    scene->setHands("circle:x"); // can't be opened, which is told
+    scene->setHands("circle:x"); // can't be opened, which causes a message
     frames.run(0.2);
     std::printf("%s\n", scene->getStatistics().messages.back().c_str());
     return 0;

@@ -1,5 +1,5 @@
-// Sample without a scene graph, on libmidair alone:
-// solves for one point over a board, plays it in the simulator and prints what is there.
+// Without a scene graph, on libmidair alone: solves for one point above a board, plays it in the
+// simulator and prints the pressure.
 
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
@@ -19,14 +19,14 @@ int main()
     const haptics::TransducerArray array = haptics::TransducerArray::load("board");
     const haptics::Medium air; // 20 degrees Celsius
     haptics::ControlPoints points;
-    points.positions = Eigen::Vector3d(0.0, 0.0, 0.15); // m, over the middle of the board
+    points.positions = Eigen::Vector3d(0.0, 0.0, 0.15); // m, above the centre of the board
     points.normals = Eigen::Vector3d::UnitZ();
     points.targets = Eigen::VectorXd::Ones(1);
     Eigen::VectorXcf q;
     const auto solver = haptics::makeSolver(haptics::solverNames().front(), {});
     const haptics::SolveReport report = solver->solve(points, array, air, q);
 
-    // A real array gets its limits here, as "usb:?max-amplitude=0.2".
+    // A real array needs limits here, e.g. "usb:?max-amplitude=0.2".
     const auto device = device::openDevice("sim:", {array.size(), array.board});
     device::DriveSignal signal;
     device::encode(q.data(), static_cast<int>(q.size()), signal);

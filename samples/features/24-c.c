@@ -1,5 +1,5 @@
-/* In C, and without a scene graph: a model is solved for, its drive is written, and it is played in
-   the simulator while it turns. Build: gcc -std=c99 24-c.c $(pkg-config --cflags --libs midair) -lm
+/* In C, without a scene graph: solves for a model, writes its drive, and plays it in the simulator
+   while it rotates. Build: gcc -std=c99 24-c.c $(pkg-config --cflags --libs midair) -lm
  */
 
 #define _POSIX_C_SOURCE 199309L

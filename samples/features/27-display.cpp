@@ -1,5 +1,5 @@
-// Seen where it is felt: the window fills a screen in the room that a half mirror shows over the
-// array. The display's file says where both are; without an argument this one does.
+// Co-located display: the window fills a screen whose image a half mirror shows above the array.
+// The display file defines both; without an argument the one below is used.
 
 #include <osgMidair/DisplayView>
 #include <osgMidair/HapticScene>
@@ -16,7 +16,7 @@
 namespace
 {
 
-// A screen that looks down, and a half mirror at 45 degrees under it. Metres, in the scene's world.
+// A screen that faces down, and a half mirror at 45 degrees below it. Metres, in the scene's world.
 const char* const kMirror = R"({
   "screen": {"lowerLeft_m": [0.266, -0.40, 0.40], "lowerRight_m": [-0.266, -0.40, 0.40],
              "upperLeft_m": [0.266, -0.10, 0.40], "pixels": [1920, 1080]},
@@ -41,7 +41,7 @@ int main(int argc, char** argv)
     viewer.setSceneData(scene);
     viewer.setUpViewOnSingleScreen(0);
 
-    // The display sets view and projection in each frame; a manipulator would be taken away.
+    // The display sets view and projection in each frame and replaces a manipulator.
     std::string error;
     const auto display = osgMidair::DisplayView::open(argc > 1 ? argv[1] : kMirror, error);
     if (!display || !display->attach(viewer, error))

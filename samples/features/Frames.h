@@ -1,5 +1,7 @@
 #pragma once
 
+#include "Picture.h"
+
 #include <osgMidair/HapticScene>
 
 #include <osgUtil/UpdateVisitor>
@@ -10,25 +12,31 @@
 #include <string>
 #include <thread>
 
-/// Frames without a viewer, for the samples: 60 a second, each with an update traversal, which is
-/// what animations wait for, and the scene's update() behind it, which a viewer's scene calls by
-/// itself.
+/// Runs frames without a viewer, for the samples: 60 per second, each with an update traversal for
+/// animations and then the scene's update(), which a viewer would call by itself.
 class Frames
 {
 public:
-    explicit Frames(osgMidair::HapticScene& scene) : _scene(&scene)
+    explicit Frames(osgMidair::HapticScene& scene) : _scene(&scene), _picture(scene)
     {
         _traversal->setFrameStamp(_stamp);
     }
 
-    /// Runs frames for \a seconds. \a before is called before each with its simulation time in s.
+    ~Frames()
+    {
+        if (_picture.isWanted()) run(0.5); // the field is drawn some frames after it is played
+    }
+
+    /// Runs frames for \a seconds. Before each frame \a before is called with the simulation time,
+    /// s.
     void run(double seconds, const std::function<void(double)>& before = {})
     {
         for (const double end_s = _time_s + seconds; _time_s < end_s;)
             frame(before);
     }
 
-    /// Runs frames until a field is played; returns it, null after 20 s, with the messages printed.
+    /// Runs frames until a field plays and returns it. Prints the messages and returns null after
+    /// 20 s.
     osg::ref_ptr<const osgMidair::HapticField>
     untilPlayed(const std::function<void(double)>& before = {})
     {
@@ -54,6 +62,7 @@ private:
         _traversal->setTraversalNumber(_stamp->getFrameNumber());
         _scene->accept(*_traversal);
         _scene->update(_stamp);
+        _picture.draw(*_stamp);
         std::this_thread::sleep_for(std::chrono::duration<double>(kFrame_s));
         _time_s += kFrame_s;
     }
@@ -62,4 +71,5 @@ private:
     osg::ref_ptr<osg::FrameStamp> _stamp = new osg::FrameStamp;
     osg::ref_ptr<osgUtil::UpdateVisitor> _traversal = new osgUtil::UpdateVisitor;
     double _time_s = 0.0;
+    Picture _picture;
 };

@@ -1,4 +1,4 @@
-"""Fields in turn: what is felt between the points of a plate, with one field and with eight."""
+"""Fields in turn: compares the pressure between the points of a plate for one field and for eight."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How wide one focus of a board is, against the distance, beside the width of a circular aperture's main lobe."""
+"""Plots the width of a board's focus against the distance, with the main lobe of a circular aperture."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ for distance in distances:
     p = field.felt(np.column_stack([across, 0 * across, np.full_like(across, distance)]))
     widths.append(2e3 * across[np.argmax(p < 0.5 * p[0])])
 
-# Half of the pressure of a disc's far field, 2 J1(u)/u = 1/2, is at u = 2.215: a width of 1.41 lambda z/D.
+# A disc's far field falls to half its pressure, 2 J1(u)/u = 1/2, at u = 2.215, so its width is 1.41 lambda z/D.
 theory = 1e3 * 1.41 * WAVELENGTH_M * distances / diameter_m
 for distance, width, ideal in zip(distances[::4], widths[::4], theory[::4]):
     print(f"{1e3 * distance:4.0f} mm: {width:.1f} mm wide at half the pressure, a disc's main lobe {ideal:.1f} mm")

@@ -1,4 +1,4 @@
-"""What a point costs: pressure and error against the number of points on a ring, at three loudnesses."""
+"""The cost of a point: plots pressure and error against the number of points on a ring, for three loudnesses."""
 
 import numpy as np
 

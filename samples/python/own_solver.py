@@ -1,4 +1,4 @@
-"""A solver of your own in numpy, iterative back-propagation, beside the one that is built in."""
+"""A custom solver in numpy: compares iterative back-propagation with the default solver."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ COUNT = 50
 
 
 def back_propagation(problem):
-    """Each turn keeps the phases that the points had, and gives them the wanted pressures."""
+    """Keeps the points' phases in each iteration and resets their pressures to the targets."""
     p = problem.targets.astype(complex)
     q = np.zeros(problem.matrix.shape[1], complex)
     for _ in range(COUNT):

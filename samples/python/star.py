@@ -1,11 +1,11 @@
-"""The paper's star in an octagonal array of 3984 transducers: its drive, its figures, and a slice of its field."""
+"""Solves for the paper's star in an octagonal array of 3984 transducers: drive, figures, and a slice of the field."""
 
 import midair
 from gallery import STAR, folder, plt, save, slice_of
 
 out = folder(__doc__)
 
-# Ten lines: the drive is that of "midair-solve star.obj --size 0.08", byte by byte.
+# The drive is byte-identical to that of "midair-solve star.obj --size 0.08".
 scene = midair.Scene("octagon")
 star = scene.add_file(str(STAR), size=0.08)
 star["sampling"] = "surface"

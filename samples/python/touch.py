@@ -1,4 +1,4 @@
-"""A finger that slides over a plate while the simulator plays foci on its skin: where the contact was, and how strong."""
+"""A finger slides over a plate while the simulator plays foci on its skin: plots place, depth and pressure of the contact."""
 
 import time
 
@@ -19,7 +19,7 @@ with midair.Scene("octagon") as scene:
         time.sleep(0.01)
     begin = time.monotonic()
     while (now := time.monotonic() - begin) < 2.0:
-        # An open hand, fingers down: the tip of its index finger goes to and fro, the longer middle one is deeper.
+        # An open hand, fingers down: the index fingertip moves to and fro; the longer middle finger is deeper.
         tip = [0.02 * np.sin(2 * np.pi * 0.5 * now), 0.006 - 0.002 * np.sin(2 * np.pi * now), 0.0]
         scene.set_hands(midair.hand(1, tip, orientation=[-np.sqrt(0.5), 0, 0, np.sqrt(0.5)]))
         scene.update(now)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <osgMidair/DisplayView>
+#include <osgMidair/HeadsetView>
 
 #include <osgViewer/View>
 
@@ -13,20 +14,41 @@
 namespace midair::samples
 {
 
-/// Adds the display that a window fills.
+/// Adds the option --display.
 inline void addDisplay(CLI::App& app, std::string& display)
 {
     app.add_option("--display",
                    display,
-                   "Screen in the room that the window fills, seen by half mirrors or plates: "
-                   "FILE.display.json; sim:FILE.display.json: what an eye would see of it")
+                   "Where to show the scene: FILE.display.json: on the screen behind a half mirror "
+                   "or plate; sim:FILE.display.json: in a window, as an eye would see that screen; "
+                   "openxr:: in a headset")
         ->type_name("FILE");
 }
 
-/// Opens \a display; null for an empty text. Throws std::runtime_error.
+inline bool isHeadset(const std::string& display)
+{
+    return display.rfind("openxr:", 0) == 0;
+}
+
+/// Opens the headset that \a display names, prints its status and attaches it to \a view. Returns
+/// null, after printing the reason, if there is none.
+inline osg::ref_ptr<osgMidair::HeadsetView> showInHeadset(const std::string& display,
+                                                          osgViewer::View& view)
+{
+    if (!isHeadset(display)) return nullptr;
+    std::string error;
+    osg::ref_ptr<osgMidair::HeadsetView> headset = osgMidair::HeadsetView::open(display, error);
+    if (headset && !headset->attach(view, error)) headset = nullptr;
+    std::fprintf(stderr,
+                 "--display: %s\n",
+                 headset ? headset->getStatus().c_str() : (error + "; using a window").c_str());
+    return headset;
+}
+
+/// Opens \a display. Returns null for an empty text and for a headset. Throws std::runtime_error.
 inline osg::ref_ptr<osgMidair::DisplayView> openDisplay(const std::string& display)
 {
-    if (display.empty()) return nullptr;
+    if (display.empty() || isHeadset(display)) return nullptr;
     std::string error;
     const osg::ref_ptr<osgMidair::DisplayView> opened =
         osgMidair::DisplayView::open(display, error);
@@ -34,7 +56,7 @@ inline osg::ref_ptr<osgMidair::DisplayView> openDisplay(const std::string& displ
     return opened;
 }
 
-/// Has \a display, which may be null, set \a view up. Throws std::runtime_error.
+/// Attaches \a display, which may be null, to \a view. Throws std::runtime_error.
 inline void showOn(osgMidair::DisplayView* display, osgViewer::View& view)
 {
     std::string error;

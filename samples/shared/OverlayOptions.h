@@ -6,6 +6,7 @@
 #include <osgMidair/SettingDescription>
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,9 +14,9 @@
 namespace midair::samples
 {
 
-/// Adds which overlays are shown, and the numbers that say how they look, by the names that
-/// HapticOverlays::setNumber() takes, but for those of \a without. \a words and \a numbers must
-/// outlive the parsing. \a byDefault: what is shown where none is named.
+/// Adds --overlays and an option for each number of HapticOverlays::setNumber() except those of
+/// \a without. \a words and \a numbers must outlive the parsing. \a byDefault is shown as the
+/// default of --overlays.
 inline void addOverlays(CLI::App& app,
                         std::vector<std::string>& words,
                         std::vector<std::pair<std::string, double>>& numbers,
@@ -29,6 +30,16 @@ inline void addOverlays(CLI::App& app,
         for (const osgMidair::SettingDescription& number : overlay.numbers)
         {
             if (std::count(without.begin(), without.end(), number.name) > 0) continue;
+            if (number.low == number.high) // it can only be switched on
+            {
+                app.add_flag_function(
+                       optionName(number.name),
+                       [&numbers, name = number.name, value = number.low](std::int64_t)
+                       { numbers.emplace_back(name, value); },
+                       number.help)
+                    ->group("The overlays");
+                continue;
+            }
             app.add_option_function<double>(
                    optionName(number.name),
                    [&numbers, name = number.name](double value)
@@ -41,7 +52,7 @@ inline void addOverlays(CLI::App& app,
         }
     }
     known.emplace_back("none");
-    app.add_option("--overlays", words, "What is drawn over the scene [" + byDefault + "]")
+    app.add_option("--overlays", words, "Overlays to draw over the scene [" + byDefault + "]")
         ->check(CLI::IsMember(known))
         ->delimiter(',');
 }

@@ -10,8 +10,8 @@
 namespace midair::samples
 {
 
-/// Returns the HapticScenes at and below \a root, each once; \a alsoHidden: those of nodes with the
-/// mask 0, too.
+/// Returns the HapticScenes at and below \a root without duplicates. \a alsoHidden includes those
+/// below nodes with mask 0.
 inline std::vector<osgMidair::HapticScene*> scenesBelow(osg::Node& root, bool alsoHidden)
 {
     class Finder : public osg::NodeVisitor

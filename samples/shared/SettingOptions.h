@@ -14,8 +14,8 @@
 namespace midair::samples
 {
 
-/// For CLI::Option::transform(): takes a number in \a unit, or with another unit of the same kind:
-/// "8 cm" in "m" is 0.08. Anything else is refused. \a read: reads such a text.
+/// Returns a validator for CLI::Option::transform() that converts a number with a unit, e.g. "8 cm"
+/// to 0.08 for \a unit "m". A number without a unit is in \a unit. \a read parses the text.
 inline CLI::Validator inUnit(const std::string& unit,
                              bool (*read)(const std::string&, const std::string&, double&))
 {
@@ -32,11 +32,11 @@ inline CLI::Validator inUnit(const std::string& unit,
     return {convert, ""};
 }
 
-/// Names and values of settings that the command line gives.
+/// Names and values of the settings on the command line.
 using Given = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns the option of a setting: "maxPressure" is --max-pressure. One has an
-/// older, shorter name.
+/// Returns the option of a setting: "maxPressure" is --max-pressure. modulationFrequency has the
+/// short form --modulation as well.
 inline std::string optionName(const std::string& setting)
 {
     std::string name = "--";
@@ -49,15 +49,15 @@ inline std::string optionName(const std::string& setting)
     return name;
 }
 
-/// Returns what the help writes for a value.
+/// Returns the placeholder for a value in --help.
 inline std::string typeOf(const std::string& unit, bool isWord)
 {
     return isWord ? "WORD" : unit.empty() ? "VALUE" : unit;
 }
 
-/// Adds the option of the setting \a name, whose values go to \a given, which must outlive the
-/// parsing. \a type: what the help writes for a value; a value of which \a problemOf returns what
-/// is wrong, as a phrase, is refused.
+/// Adds the option of the setting \a name. Its values are appended to \a given, which must outlive
+/// the parsing. \a type is the placeholder in --help. \a problemOf returns what is wrong with a
+/// value, or an empty string.
 inline CLI::Option* addSetting(CLI::App& app,
                                const std::string& name,
                                const std::string& summary,
@@ -82,10 +82,10 @@ inline CLI::Option* addSetting(CLI::App& app,
         ->check(CLI::Validator(std::move(problemOf), ""));
 }
 
-inline constexpr char kRecorded[] = "recorded:"; ///< before the file's name in a source of hands
+inline constexpr char kRecorded[] = "recorded:"; ///< prefix of a recording in a hand source
 
-/// Returns the source of hands that \a text names on a command line: a recording's file, FILE.csv,
-/// is one that repeats, "recorded:FILE.csv?loop"; all else stays as it is.
+/// Returns the hand source for \a text on a command line: FILE.csv becomes
+/// "recorded:FILE.csv?loop", other texts stay unchanged.
 inline std::string handsOf(const std::string& text)
 {
     const std::string ending = ".csv";
@@ -94,7 +94,7 @@ inline std::string handsOf(const std::string& text)
     return isFile ? kRecorded + text + "?loop" : text;
 }
 
-/// Returns true if the source of hands \a hands is a recording.
+/// Returns true if the hand source \a hands is a recording.
 inline bool isRecording(const std::string& hands)
 {
     return hands.rfind(kRecorded, 0) == 0;

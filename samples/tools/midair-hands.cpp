@@ -1,7 +1,8 @@
-// Sends hands and the head to a scene in another program, as OSC messages: those of a recording, or
-// of a tracker that the kit knows; and shows what arrives. The kit starts it as a helper for
+// Sends hands and the head to a scene in another program as OSC messages, from a recording or a
+// tracker, or shows the messages that arrive. The kit starts it as a helper for
 // "openxr:?process=helper", for programs that have their own OpenXR session.
 
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/views/Signals.h"
 
 #include <osgMidair/HandSender>
@@ -24,26 +25,21 @@
 namespace
 {
 
+using namespace midair::samples;
 using Clock = std::chrono::steady_clock;
-
-enum ExitCode
-{
-    DONE = 0,
-    WRONG_INPUT = 2
-};
 
 struct Settings
 {
-    std::string from;        ///< of send: a recording; of others a hand source's name
+    std::string from;        ///< send: a recording; other commands: a hand source
     std::string to = "osc:"; ///< a receiver's name
-    int socket = -1;         ///< that was inherited, instead
-    double rate_Hz = 250.0;  ///< sent in a second
-    double seconds = 0.0;    ///< 0: without an end
+    int socket = -1;         ///< inherited socket to use instead
+    double rate_Hz = 250.0;  ///< messages per second
+    double seconds = 0.0;    ///< 0: no end
     bool repeats = false;
-    bool endsWithHands = false; ///< there is nothing to send after the last of them
+    bool endsWithHands = false; ///< stop after the last hands
 };
 
-/// A recording without hands for so long (s) is over: a source doesn't tell how long it is.
+/// A recording ends after so long (s) without hands, because a source doesn't report its length.
 constexpr double kEnd_s = 3.0;
 
 double now()
@@ -51,7 +47,7 @@ double now()
     return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-/// Prints what the source has to say, and sends it on where there is somebody to read it.
+/// Prints the source's messages, or sends them if there is a receiver for them.
 void tell(osgMidair::HandSource& source, osgMidair::HandSender* sender)
 {
     for (const std::string& message : source.takeMessages())
@@ -63,7 +59,7 @@ void tell(osgMidair::HandSource& source, osgMidair::HandSender* sender)
     }
 }
 
-/// Calls \a turn at the rate until it returns false, a signal comes or the time is over.
+/// Calls \a turn at the rate until it returns false, a signal arrives or the time is over.
 template<typename Turn>
 void atRate(const Settings& settings, Turn turn)
 {
@@ -79,8 +75,8 @@ void atRate(const Settings& settings, Turn turn)
     }
 }
 
-/// Sends what the sources give, until the receiver is gone where it can be known. \a heads: null
-/// where there are hands alone.
+/// Sends hands and heads until the receiver is gone, if that can be detected. \a heads is null if
+/// there are only hands.
 void relay(const Settings& settings,
            osgMidair::HandSource& source,
            osgMidair::HeadSource* heads,
@@ -91,7 +87,7 @@ void relay(const Settings& settings,
     long sent = 0;
     long lost = 0;
     double horizon = 0.0;
-    double seen = -1.0; // when there were hands last; -1: not yet
+    double seen = -1.0; // time of the last hands; -1: none yet
     const bool isHelper = settings.socket >= 0;
     atRate(settings,
            [&](double time)
@@ -113,11 +109,11 @@ void relay(const Settings& settings,
            });
     if (isHelper) return;
     std::cout << "sent " << sent << " datagrams to " << settings.to;
-    if (lost > 0) std::cout << "; the system took " << lost << " not";
+    if (lost > 0) std::cout << "; the system refused " << lost << " not";
     std::cout << "\n";
 }
 
-/// Prints a line a second of what arrives.
+/// Prints a line per second about the messages that arrive.
 void listen(const Settings& settings, osgMidair::HandSource& source)
 {
     std::vector<osgMidair::Hand> hands;
@@ -157,20 +153,20 @@ int run(const std::string& command, const Settings& settings)
     }
     else
     {
-        if (error.empty()) error = "\"" + from + "\" names no hands";
+        if (error.empty()) error = "\"" + from + "\" is not a hand source";
         if (sender) sender->say(error);
         std::cerr << "midair-hands: " << error << "\n";
-        return WRONG_INPUT;
+        return EXIT_WRONG;
     }
-    return DONE;
+    return EXIT_DONE;
 }
 
 void addRate(CLI::App& command, Settings& settings)
 {
-    command.add_option("--rate", settings.rate_Hz, "datagrams in a second, Hz")
+    command.add_option("--rate", settings.rate_Hz, "datagrams per second")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
-    command.add_option("--seconds", settings.seconds, "how long; 0: without an end")
+    command.add_option("--seconds", settings.seconds, "duration, s; 0: no end")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
 }
@@ -181,41 +177,45 @@ int main(int argc, char** argv)
 try
 {
     Settings settings;
-    CLI::App app("Sends hands and heads to a scene as OSC messages, or shows those that arrive.");
+    CLI::App app(
+        "Sends hands and heads to a scene as OSC messages, or shows the messages that arrive.\n"
+        "Example: midair-hands send star.csv --loop --to osc:?port=9000");
     app.require_subcommand(1);
     CLI::App& send = *app.add_subcommand("send", "send a recording");
-    send.add_option("RECORDING", settings.from, "a file of hands")->required();
+    send.add_option("RECORDING", settings.from, "a hand recording")->required();
     send.add_option("--to", settings.to, "the receiver: osc:?address=127.0.0.1&port=9000")
         ->capture_default_str();
-    send.add_flag("--loop", settings.repeats, "again from its end on");
+    send.add_flag("--loop", settings.repeats, "repeat it from the start");
     addRate(send, settings);
-    CLI::App& relaying = *app.add_subcommand("relay", "send the hands of a source, and its head");
+    CLI::App& relaying = *app.add_subcommand("relay", "send the hands and the head of a source");
     relaying.add_option("SOURCE", settings.from, "openxr:, openxr:?space=local, ..")->required();
     relaying.add_option("--to", settings.to, "the receiver")->capture_default_str();
     relaying
-        .add_option(
-            "--socket", settings.socket, "send into this open file instead, as the kit's helper")
+        .add_option("--socket",
+                    settings.socket,
+                    "send to this inherited socket instead, as the kit's helper")
         ->check(CLI::Range(3, 1023));
     addRate(relaying, settings);
-    CLI::App& listening = *app.add_subcommand("listen", "show what arrives, a line a second");
+    CLI::App& listening = *app.add_subcommand("listen", "show what arrives, one line per second");
     listening.add_option("SOURCE", settings.from, "osc:?port=9000, or another source")->required();
     addRate(listening, settings);
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     settings.endsWithHands = send.parsed() && !settings.repeats;
 
     midair::samples::catchStopSignals();
-    // A helper ends when its socket does: Ctrl-C in a terminal is meant for the program it helps.
+    // A helper ends with its socket: Ctrl-C in a terminal is meant for the program that started it.
     if (settings.socket >= 0) std::signal(SIGINT, SIG_IGN);
-    // A mute for the program that started it may be sent to its whole group.
+    // Mute signals may go to the whole process group.
     if (settings.socket >= 0)
         for (const int number : {SIGUSR1, SIGUSR2})
             std::signal(number, SIG_IGN);
-    // A runtime may hang: then the helper ends with the program that needs it all the same.
+    // If a runtime hangs, the helper still ends with the program that started it.
     if (settings.socket >= 0) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     return run(app.get_subcommands().front()->get_name(), settings);
 }
 catch (const std::exception& problem)
 {
     std::fprintf(stderr, "midair-hands: %s\n", problem.what());
-    return WRONG_INPUT;
+    return EXIT_WRONG;
 }

@@ -257,10 +257,10 @@ void playSequence(const Settings& settings, double heartbeat_s, double failsafe_
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app(
-        "Fields on AUTD3 units that are emulated in this program; a sequence on such over UDP");
-    app.add_option("--units", settings.units, "how many")->check(CLI::Range(1, kMostUnits));
-    app.add_option("--duration", settings.duration_s, "of each part, s")
+    CLI::App app("Measures fields on AUTD3 units emulated in this program, and a sequence on "
+                 "emulated units over UDP");
+    app.add_option("--units", settings.units, "number of units")->check(CLI::Range(1, kMostUnits));
+    app.add_option("--duration", settings.duration_s, "duration of each part, s")
         ->check(CLI::Range(0.5, 86400.0));
     app.add_option("--loss", settings.loss, "share of datagrams lost, where some are")
         ->check(CLI::Range(0.0, 0.2));

@@ -250,7 +250,8 @@ void benchCalls(midair_scene* scene)
 int main(int argc, char** argv)
 {
     int repeats = 200;
-    CLI::App app("What the C interface adds to a solve: medians of the processor time, us");
+    CLI::App app(
+        "Measures the overhead of the C interface in a solve: medians of processor time, us");
     app.add_option("--repeats", repeats, "pairs of solves")->check(CLI::Range(4, 100000));
     CLI11_PARSE(app, argc, argv);
     midair_array* array = nullptr;

@@ -281,9 +281,8 @@ void played(const haptics::TransducerArray& array, double maxPressure_Pa, double
 int main(int argc, char** argv)
 {
     int updates = 2000;
-    CLI::App app("Foci that circle where a finger touches: pressures and times");
-    app.add_option("--updates", updates, "fields for each line of times")
-        ->check(CLI::Range(10, 100000));
+    CLI::App app("Pressures and update times of foci that circle at a touching finger");
+    app.add_option("--updates", updates, "fields per line of times")->check(CLI::Range(10, 100000));
     CLI11_PARSE(app, argc, argv);
     const haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
     pressures(array);

@@ -208,7 +208,7 @@ void runLive(const EvenedScene& scene, int K, double maxPressure_Pa)
 
 int main(int argc, char** argv)
 {
-    CLI::App app("How fast the fields of a cycle are evened out, on one core");
+    CLI::App app("Measures how fast the fields of a cycle are evened out, on one core");
     std::vector<int> cycles{8};
     int passes = ComposerOptions().even;
     double loudness = 1.0;

@@ -136,7 +136,7 @@ void shadows()
 
 int main(int argc, char** argv)
 {
-    CLI::App app("What hands cost a frame, and how far predicted hands are off.");
+    CLI::App app("Measures the cost of hands per frame, and the errors of predicted hands.");
     bool onlyPrediction = false;
     double ahead_ms = 50.0;
     double noise_mm = 1.0;

@@ -197,8 +197,9 @@ void measurePlain(const Settings& settings)
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app("Time that two hands by OSC over UDP take on this machine.");
-    app.add_option("--seconds", settings.seconds, "of each line")->check(CLI::Range(0.1, 3600.0));
+    CLI::App app("Measures the latency of two hands by OSC over UDP on this machine.");
+    app.add_option("--seconds", settings.seconds, "duration per line, s")
+        ->check(CLI::Range(0.1, 3600.0));
     app.add_option("--rate", settings.rate_Hz, "Hz")->check(CLI::Range(1.0, 1000.0));
     CLI11_PARSE(app, argc, argv);
     std::printf("two hands at %.0f Hz on loopback, from sending to the hand source\n",

@@ -192,7 +192,7 @@ void runTimes(const EvenedScene& scene, const Setup& setup)
 
 int run(int argc, char** argv)
 {
-    CLI::App app("What ringing makes of fields in turn, and how long that takes to know");
+    CLI::App app("Computes the effect of ringing on fields in turn, and times the computation");
     Setup setup;
     double ringing_us = 1e6 * setup.array.ringing_s;
     bool times = false;

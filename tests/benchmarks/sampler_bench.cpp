@@ -118,7 +118,7 @@ void report(const std::string& name,
 
 int main(int argc, char** argv)
 {
-    CLI::App app("Times the surface sampler: each mesh as it is, and refined to many triangles");
+    CLI::App app("Times the surface sampler for each mesh, original and refined to many triangles");
     std::vector<std::string> models;
     double size_m = 0.08;
     SamplerOptions options;

@@ -148,8 +148,9 @@ double run(const char* name, bool isSkinned, int updates)
 int main(int argc, char** argv)
 {
     int updates = 600;
-    CLI::App app("A skinned figure against the same one carried: times of updates on one core");
-    app.add_option("--updates", updates, "for each line")->check(CLI::Range(10, 100000));
+    CLI::App app(
+        "Compares update times of a skinned figure with those of a rigidly moved one, on one core");
+    app.add_option("--updates", updates, "updates per line")->check(CLI::Range(10, 100000));
     CLI11_PARSE(app, argc, argv);
     const double carried_ms = run("carried", false, updates);
     const double skinned_ms = run("skinned", true, updates);

@@ -182,7 +182,7 @@ int main(int argc, char** argv)
     int repeats = 11;
     int threads = 1;
     double upTo_ms = 3000.0;
-    CLI::App app("midair-stop-bench: time from asking a solve to stop until it is back");
+    CLI::App app("midair-stop-bench: measures the time from a stop request until a solve returns");
     app.add_option("--solvers", solvers)->check(CLI::IsMember(solverNames()));
     app.add_option("--points", counts);
     app.add_option("--repeats", repeats)->check(CLI::Range(1, 10000));

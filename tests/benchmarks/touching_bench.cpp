@@ -60,8 +60,8 @@ double roll(const char* name, double gap_m, int updates)
 int main(int argc, char** argv)
 {
     int updates = 600;
-    CLI::App app("A ball that touches a plate: times of updates on one core");
-    app.add_option("--updates", updates, "for each line")->check(CLI::Range(10, 100000));
+    CLI::App app("Times updates of a ball that touches a plate, on one core");
+    app.add_option("--updates", updates, "updates per line")->check(CLI::Range(10, 100000));
     CLI11_PARSE(app, argc, argv);
     const double lifted_ms = roll("lifted", kLift_m, updates);
     const double touching_ms = roll("touching", 0.0, updates);

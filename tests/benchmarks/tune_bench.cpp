@@ -194,10 +194,9 @@ int main(int argc, char** argv)
 {
     int seeds = 5;
     std::string only;
-    CLI::App app(
-        "Tunes simulated arrays with hidden errors and prints how near it came. phase: mean "
-        "and worst rms error; rev.: wrong polarity; place: rms and the most; expected: the "
-        "fit's own standard errors.");
+    CLI::App app("Tunes simulated arrays with hidden errors and prints the remaining errors. "
+                 "phase: mean and worst rms error; rev.: wrong polarity; place: rms and largest "
+                 "error; expected: the fit's own standard errors.");
     app.add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 1000))->capture_default_str();
     app.add_option("--array", only, "octagon or board alone");
     CLI11_PARSE(app, argc, argv);

@@ -205,11 +205,13 @@ int run(int argc, char** argv)
     int frames = 200;
     int objects = 0;
     std::string only;
-    CLI::App app("What a frame costs the hologram's thread, ms of processor time");
-    app.add_option("--frames", frames, "of each row")->check(CLI::Range(2, 100000));
-    app.add_option("--only", only, "the row of this name, or all whose name has this in it");
+    CLI::App app("Measures the cost of a frame on the hologram thread, ms of processor time");
+    app.add_option("--frames", frames, "frames per row")->check(CLI::Range(2, 100000));
+    app.add_option("--only", only, "the row with this name, or all rows whose names contain it");
     app.add_option(
-           "--objects", objects, "new, moving and resting ones in an own loop, instead of the rows")
+           "--objects",
+           objects,
+           "number of new, moving and resting objects in a separate loop, instead of the rows")
         ->check(CLI::Range(1, 100000));
     CLI11_PARSE(app, argc, argv);
     if (objects > 0)

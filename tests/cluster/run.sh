@@ -98,7 +98,7 @@ kill -9 "$victim"
 echo "killed process $victim at $(stat -c %s "$part") bytes"
 until_true 300 "the merging job has ended" ended "$job"
 grep -h "queued again" "$work"/slurm.midair.parts/2.log
-grep -h "already, which are kept" "$work"/slurm.midair.parts/2.log
+grep -h "chunks; continuing" "$work"/slurm.midair.parts/2.log
 cmp "$work/one.midair" "$work/slurm.midair"
 echo "the same bytes as one process: $(stat -c %s "$work/slurm.midair") bytes"
 

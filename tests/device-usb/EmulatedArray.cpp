@@ -291,7 +291,9 @@ gboolean EmulatedArray::discard(UMockdevIoctlClient* client)
                 ++discarded;
                 if (queue == &_hanging && onDiscarded) onDiscarded(urb->buffer->data);
                 finish(*urb, -ENOENT, 0);
+                const bool isFirst = queue == &_hanging && urb == _hanging.begin();
                 queue->erase(urb);
+                if (isFirst) startHanging(); // those behind it go on
                 umockdev_ioctl_client_complete(client, 0, 0);
                 return TRUE;
             }

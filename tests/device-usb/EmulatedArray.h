@@ -92,6 +92,7 @@ private:
     gboolean reap(UMockdevIoctlClient* client);
     gboolean discard(UMockdevIoctlClient* client);
     void startOut(const Urb& urb);
+    void startHanging();
     void answerControl(const Urb& urb);
     void feedIn();
     void finish(const Urb& urb, int status, int length);

@@ -20,6 +20,11 @@ constexpr std::uint8_t kCommit = 0x03;
 
 void EmulatedArray::startOut(const Urb& urb)
 {
+    if (!_hanging.empty()) // an endpoint carries transfers in their order
+    {
+        _hanging.push_back(urb);
+        return;
+    }
     const int length = urb.fields().buffer_length;
     const bool field = length > kFieldBytes;
     const bool commit = length < kFieldBytes && urb.buffer->data[3] == kCommit;
@@ -55,9 +60,14 @@ void EmulatedArray::startOut(const Urb& urb)
 void EmulatedArray::letGo()
 {
     std::lock_guard<std::mutex> lock(_mutex);
+    startHanging();
+    _node.set(isDue());
+}
+
+void EmulatedArray::startHanging()
+{
     for (const Urb& urb : std::exchange(_hanging, {}))
         startOut(urb);
-    _node.set(isDue());
 }
 
 void EmulatedArray::answerControl(const Urb& urb)

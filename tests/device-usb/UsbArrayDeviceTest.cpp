@@ -283,7 +283,8 @@ TEST(UsbArrayDevice, ignores_answers_that_are_nonsense_and_gives_the_device_up)
     const auto device = openDevice("usb:", kLayout);
     array.nonsense = true;
     ASSERT_TRUE(eventually([&] { return device->report().state == DeviceState::LOST; }));
-    EXPECT_EQ(device->report().message, "gives no answer that this program understands since 1 s");
+    EXPECT_NE(device->report().message.find("no valid answer for 1 s"), std::string::npos)
+        << device->report().message;
     EXPECT_GE(device->report().faults, 2U);
     array.nonsense = false;
     EXPECT_TRUE(eventually([&] { return device->report().state == DeviceState::READY; }));
@@ -312,9 +313,7 @@ TEST(UsbArrayDevice, names_what_keeps_it_from_opening)
     EXPECT_EQ(usbError(), name + "another program uses it; close that first");
     array.busyElsewhere = false;
     array.mute = true;
-    EXPECT_EQ(usbError(),
-              name +
-                  "gives no answer that this program understands; is osgMidair's firmware on it?");
+    EXPECT_EQ(usbError().find(name + "gives no valid answer"), 0U) << usbError();
     array.mute = false;
     EXPECT_EQ(usbError(), "no error");
 }

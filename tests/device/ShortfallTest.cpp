@@ -44,7 +44,7 @@ TEST(Shortfall, of_a_simulation_with_faults_is_in_report_and_status)
     EXPECT_NE(report.shortfall.find(" of 200 fields were played"), std::string::npos)
         << report.shortfall;
     EXPECT_NE(device->status().find(report.shortfall), std::string::npos) << device->status();
-    EXPECT_EQ(report.message, "a field didn't come whole and was not played");
+    EXPECT_NE(report.message.find("not played"), std::string::npos) << report.message;
 }
 
 TEST(Shortfall, is_none_of_a_mute)

@@ -53,6 +53,6 @@ TEST(BridgeLocale, ChangesNoNumberOfAMessage)
     snapshot.objects[1].properties.modulationFrequency_Hz = 60.5;
     const std::vector<std::string> messages = pipeline.process(snapshot)->messages;
     EXPECT_EQ(messages.back(),
-              "Scene/Second: is modulated at 50.5 Hz as Scene/Square is, not at 60.5 Hz: the array "
+              "Scene/Second: is modulated at 50.5 Hz like Scene/Square, not at 60.5 Hz: the array "
               "plays one field at a time");
 }

@@ -39,6 +39,10 @@ void fuzzArray(const std::uint8_t* data, std::size_t size);
 /// of unit length, and a solver solves or refuses it.
 void fuzzPoints(const std::uint8_t* data, std::size_t size);
 
+/// An AdapTics pattern: it is refused by an InputError, or it is within its limits, and played at
+/// any time it is finite and within 0 .. 1.
+void fuzzSensation(const std::uint8_t* data, std::size_t size);
+
 /// A recording of hands: it is refused by an InputError, or times ascend, frames are finite at any
 /// time, and it comes back the same when it is written and read again.
 void fuzzHands(const std::uint8_t* data, std::size_t size);

@@ -127,6 +127,11 @@ TEST(Fuzz, pairs_keeps_its_promises_on_the_corpus_and_near_it)
     replay("pairs", fuzzPairs);
 }
 
+TEST(Fuzz, sensation_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("sensation", fuzzSensation);
+}
+
 TEST(Fuzz, options_keeps_its_promises_on_the_corpus_and_near_it)
 {
     replay("options", fuzzOptions);

@@ -172,8 +172,7 @@ TEST_F(HostileModel, TakesNoMemoryThatItDoesNotHave)
     Workplace::write(_place.beside("huge.gltf"), huge.gltf());
     Notices notices;
     osgDB::readRefNodeFile(_place.beside("huge.gltf.haptic"));
-    EXPECT_NE(notices.text().find("numbers, which are the most possible"), std::string::npos)
-        << notices.text();
+    EXPECT_NE(notices.text().find(" 67108864 numbers"), std::string::npos) << notices.text();
     // Each buffer without a name is a copy of what there is.
     GltfModel copies = GltfModel::triangle();
     for (int i = 0; i < 60; ++i)

@@ -16,6 +16,7 @@ constexpr double kShort = 0.01;          // a point that is short by more counts
 constexpr double kUncertain = 1e-5;      // of a shortfall, since products are in single precision
 constexpr double kOutOfReach = 1e-3;     // of the best point's sum of magnitudes
 constexpr double kLeastOfLargest = 1e-3; // lower targets count as this share of the largest
+constexpr double kOwnFrom = 0.01 * (1.0 - 1e-6); // lower ones have their errors of the largest
 // Relative difference of the mean pressures on and off one surface in one field, told and
 // recomputed: 1e-6 is usual. Those of two updates hardly ever agree so well, both at once.
 constexpr double kSameSurface = 2e-5;
@@ -92,9 +93,10 @@ Errors errorsOf(const Eigen::VectorXd& y, const Eigen::VectorXd& a, double s)
     for (Eigen::Index l = 0; l < y.size(); ++l)
     {
         const double e = y[l] / (s * a[l]) - 1.0;
-        errors.rms += e * e / static_cast<double>(y.size());
-        errors.max = std::max(errors.max, std::fabs(e));
         const double ofLargest = std::fabs(y[l] - s * a[l]) / (s * a.maxCoeff());
+        const double shown = a[l] < kOwnFrom * a.maxCoeff() ? ofLargest : std::fabs(e);
+        errors.rms += shown * shown / static_cast<double>(y.size());
+        errors.max = std::max(errors.max, shown);
         errors.rmsOfLargest += ofLargest * ofLargest / static_cast<double>(y.size());
         errors.maxOfLargest = std::max(errors.maxOfLargest, ofLargest);
         errors.worstShortfall = std::max(errors.worstShortfall, -e);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -49,6 +52,21 @@ TEST(Readme, IsShortAndBeginsWithAPicture)
     EXPECT_LT(readme.find("!["), 100U);
 }
 
+// samples/run.sh is all that a newcomer has built.
+TEST(Readme, ItsProgramsAreBuiltByItsFirstCommand)
+{
+    const std::string readme = content("README.md");
+    const std::string cmake = content("samples/CMakeLists.txt");
+    const std::size_t at = cmake.find("add_dependencies(midair_run midair-demo");
+    ASSERT_NE(at, std::string::npos);
+    const std::string built = cmake.substr(at, cmake.find(')', at) - at) + " ";
+    const std::regex program("build/bin/([a-z-]+)");
+    const auto begin = std::sregex_iterator(readme.begin(), readme.end(), program);
+    ASSERT_NE(begin, std::sregex_iterator());
+    for (auto one = begin; one != std::sregex_iterator(); ++one)
+        EXPECT_NE(built.find(" " + (*one)[1].str() + " "), std::string::npos) << one->str();
+}
+
 TEST(Readme, LeadsToEachDocument)
 {
     const std::string readme = content("README.md");
@@ -87,6 +105,34 @@ TEST(Guides, ShowTheSceneAsItIs)
     EXPECT_NE(
         content(kGuides + "START.md").find("\n" + content("samples/scenes/star.osgt") + "```"),
         std::string::npos);
+}
+
+// The pictures themselves: tests/documents.
+TEST(Guides, ShowAPictureOfEachStepAndSample)
+{
+    std::istringstream start(content(kGuides + "START.md"));
+    std::map<std::string, std::string> steps;
+    std::string heading;
+    for (std::string line; std::getline(start, line);)
+    {
+        if (line.rfind("## ", 0) == 0) heading = line;
+        if (std::regex_search(heading, std::regex("^## [0-9]"))) steps[heading] += line + ' ';
+    }
+    EXPECT_EQ(steps.size(), 6U);
+    for (const auto& [step, text] : steps)
+    {
+        EXPECT_NE(text.find("](../pictures/start/"), std::string::npos) << step;
+        EXPECT_NE(text.find("ou should see"), std::string::npos) << step;
+    }
+    std::istringstream programs(content(kGuides + "CPP.md"));
+    int samples = 0;
+    for (std::string line; std::getline(programs, line);)
+    {
+        if (!std::regex_search(line, std::regex(R"(^\| [0-9]+ \| `)"))) continue;
+        ++samples;
+        EXPECT_NE(line.find("](../pictures/samples/"), std::string::npos) << line;
+    }
+    EXPECT_GE(samples, 27);
 }
 
 } // namespace

@@ -37,7 +37,7 @@ void takeVersion(DeviceUri& uri, const std::string& key, int (&version)[3])
     std::copy(read, read + 3, version);
 }
 
-// "reboot_at=5s&reboot_unit=3", each kind once; programs have as many as they like.
+// "reboot_at=5s&reboot_unit=3", each kind once; programs can add any number.
 void takeEvent(DeviceUri& uri, ChainOptions& options, const char* name, ChainFaults::Kind kind)
 {
     const std::string at = std::string(name) + "_at";
@@ -139,7 +139,7 @@ EmulatedChain::EmulatedChain(const ChainOptions& options, Time_ns now_ns) :
         unit.perFrame_ns = options.perFrame_ns;
         unit.perWord_ns = options.perWord_ns;
         unit.boot_ns = options.boot_ns;
-        // Quartzes differ, and units are switched on one after the other.
+        // Quartz rates differ, and units are switched on one after the other.
         unit.rate_ppm = place % 2 == 0 ? options.drift_ppm : -options.drift_ppm / 2;
         unit.started_ns = place * 1'737'113;
         unit.hasNext = place + 1 < options.units;
@@ -190,7 +190,7 @@ void EmulatedChain::send(
     {
         const Time_ns start_ns = late(_cable.free_ns);
         Flight flight{false, to, 0, peer, {bytes, bytes + size}};
-        launch(start_ns, std::move(flight)); // units pass it on from one to the next
+        launch(start_ns, std::move(flight)); // each unit forwards it to the next
     }
     advance(now_ns);
 }
@@ -219,8 +219,8 @@ void EmulatedChain::arrive(int place, Flight& flight, Time_ns now_ns)
     touched(place);
 }
 
-// Each unit passes a datagram on whole. What is for one unit is not looked at by those before it,
-// so it makes the way in one go.
+// Each unit forwards a datagram when it is complete. Units on the way ignore one for another unit,
+// so it travels in one step.
 void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
 {
     if (flight.toHost)
@@ -237,12 +237,12 @@ void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
         arrive(flight.place, flight, now_ns);
         if (!passes || flight.place + 1 == units()) return;
         ++flight.place;
-        // Before it is moved: arguments are evaluated in any order.
+        // Computed before the move: the order of argument evaluation is unspecified.
         const auto onward_ns = now_ns + wire_ns(flight.bytes.size());
         launch(onward_ns, std::move(flight));
         return;
     }
-    if (flight.place > 0) // it has come there
+    if (flight.place > 0) // it has arrived there
     {
         if (within(flight.place, now_ns) && _places[flight.place].unit->id() == flight.address)
             arrive(flight.place, flight, now_ns);
@@ -285,7 +285,7 @@ void EmulatedChain::launchAnswer(int place, UnitAnswer& answer)
     launch(late(there_ns), std::move(flight));
 }
 
-// Another answer than the one that is due: cut, lengthened, changed in a byte, or from a stranger.
+// An extra answer: truncated, lengthened, with a changed byte, or from a foreign sender.
 void EmulatedChain::addGarbage(const Flight& answer, Time_ns at_ns)
 {
     Flight garbage = answer;
@@ -298,7 +298,7 @@ void EmulatedChain::addGarbage(const Flight& answer, Time_ns at_ns)
         garbage.bytes.resize(garbage.bytes.size() + 1 + _random() % 64,
                              static_cast<std::uint8_t>(_random()));
         break;
-    case 2: // version, kind, message number: what tells it from an answer that is waited for
+    case 2: // version, kind, message number: distinguishes it from an expected answer
         garbage.bytes[_random() % 4] ^= static_cast<std::uint8_t>(1U + _random() % 255);
         break;
     default:

@@ -16,10 +16,10 @@ constexpr std::uint16_t kPort = 44336;
 constexpr std::uint32_t kScope = 1;
 constexpr int kNobody = -1;
 
-// What a send buffer of 8 kB holds on a cable of 100 Mbit/s.
+// Contents of a send buffer of 8 kB on a cable of 100 Mbit/s.
 constexpr Time_ns kMostBacklog_ns = 700'000;
 
-// An address of a unit but for its last byte, which is the id.
+// Address of a unit without its last byte, the id.
 constexpr std::array<std::uint8_t, 16> kPrefix = {
     0xFE, 0x80, 0, 0, 0, 0, 0, 0, 0x00, 0x41, 0x55, 0xFF, 0xFE, 0x54, 0x44, 0xFF};
 
@@ -110,7 +110,7 @@ bool EmulatedLink::send(int to, const std::vector<std::uint8_t>& bytes)
 bool EmulatedLink::send(const autd3::Endpoint& to, const std::vector<std::uint8_t>& bytes)
 {
     const int id = idOf(to);
-    return id == kNobody || send(id, bytes); // whoever that is doesn't answer
+    return id == kNobody || send(id, bytes); // nobody answers there
 }
 
 bool EmulatedLink::sendToGroup(const std::vector<std::uint8_t>& bytes)

@@ -12,7 +12,7 @@
 namespace midair::device::emulation
 {
 
-/// The clock of emulated units and of who waits for them: base::steadySeconds(), in ns.
+/// Clock of emulated units and of threads that wait for them: base::steadySeconds(), in ns.
 class EmulatedTime
 {
 public:
@@ -25,23 +25,23 @@ public:
         MIDAIR_REQUIRES(mutex);
 };
 
-/// Time that passes only where somebody waits or looks at it: as fast as the processor plays it,
-/// and the same way each time. For one thread at a time, which is the host that is simulated.
+/// Virtual time, which passes only when somebody waits or reads it: as fast as possible and
+/// reproducible. For one thread at a time, the simulated host.
 class VirtualTime : public EmulatedTime
 {
 public:
-    /// A computer that takes time, and sometimes stands still.
+    /// A host that takes time and sometimes stalls.
     struct Host
     {
-        Time_ns look_ns = 1'000;  ///< from one look at the clock, or datagram, to the next
-        Time_ns wake_ns = 20'000; ///< that a wait takes longer than it should
+        Time_ns look_ns = 1'000;  ///< per reading of the clock or datagram
+        Time_ns wake_ns = 20'000; ///< extra time per wait
         double pausesPerSecond = 0;
-        Time_ns pause_ns = 0; ///< mean; their lengths and distances are exponential
+        Time_ns pause_ns = 0; ///< mean; lengths and distances are exponential
         unsigned seed = 1;
     };
     using Call = std::function<void(Time_ns)>;
 
-    /// Calls \a call every \a period_ns > 0, where somebody waits.
+    /// Calls \a call every \a period_ns > 0, during waits.
     VirtualTime(const Host& host, Time_ns period_ns, Call call);
 
     Time_ns now_ns() override MIDAIR_EXCLUDES(_mutex);
@@ -62,7 +62,7 @@ private:
     Time_ns _nextPause_ns MIDAIR_GUARDED_BY(_mutex) = kNever_ns;
 };
 
-/// Units in this program. All members may be called from any thread.
+/// Units in this program. Any thread may call any member.
 class EmulatedUnits
 {
 public:
@@ -74,7 +74,8 @@ public:
     {
     }
 
-    /// Calls \a use with the chain, up to date, and the time, and wakes who waits for answers.
+    /// Calls \a use with the chain, brought up to date, and the time, and wakes threads that wait
+    /// for answers.
     template<typename Use>
     auto with(const Use& use) MIDAIR_EXCLUDES(_mutex)
     {
@@ -100,7 +101,7 @@ private:
     EmulatedChain _chain MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// A link to units in this program. Their addresses are those of real ones.
+/// A link to units in this program. They have the addresses of real ones.
 class EmulatedLink : public autd3::DatagramLink
 {
 public:
@@ -114,7 +115,7 @@ public:
     void rest(double until_s) override;
     void wake() override;
 
-    static autd3::Endpoint addressOf(int id); ///< of a unit; -1: of somebody who is none
+    static autd3::Endpoint addressOf(int id); ///< of a unit; -1: of a foreign sender
 
 private:
     bool send(int to, const std::vector<std::uint8_t>& bytes);

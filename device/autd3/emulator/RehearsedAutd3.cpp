@@ -15,14 +15,14 @@ namespace midair::device
 namespace
 {
 
-// Opening should not take longer than that of other simulations; real clocks settle in a second.
+// Opening should be as fast as for other simulations; real clocks settle within a second.
 constexpr emulation::Time_ns kSettle_ns = 50 * emulation::kMillisecond_ns;
 
 using emulation::EmulatedChain;
 using emulation::EmulatedUnits;
 using emulation::Time_ns;
 
-/// The driver and the units that it speaks to.
+/// The driver and its units.
 class RehearsedAutd3 : public autd3::Autd3Device
 {
 public:

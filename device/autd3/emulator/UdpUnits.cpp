@@ -21,7 +21,7 @@ namespace
 {
 
 constexpr std::size_t kMostPeers = 256;
-constexpr int kMostAtOnce = 256; // datagrams from one port, before others get their turn
+constexpr int kMostAtOnce = 256; // datagrams from one port before the next
 constexpr int kBufferBytes = 1 << 20;
 
 } // namespace
@@ -35,8 +35,8 @@ UdpUnits::UdpUnits(const ChainOptions& options, std::uint16_t port) : _chain(opt
 {
     _group = open(port, _port);
     if (_group < 0)
-        throw DeviceError(fmt::format("emulated units: port {} of ::1 can't be had: {}; another "
-                                      "emulator may have it, --port names one",
+        throw DeviceError(fmt::format("emulated units: port {} of ::1 can't be opened: {}; another "
+                                      "emulator may use it, choose one with --port",
                                       port,
                                       std::generic_category().message(errno)));
 }
@@ -114,11 +114,11 @@ void UdpUnits::giveAll()
     EmulatedChain::Answer answer;
     while (_chain.receive(answer, now_ns()))
     {
-        // Somebody who is no unit has a port that no id has.
+        // A foreign sender has a port that belongs to no id.
         const int socket = socketOf(answer.from);
         if (socket < 0 || answer.peer >= _peers.size()) continue;
         const Address& to = _peers[answer.peer];
-        // An answer that doesn't go out is lost, as on a cable.
+        // An answer that can't be sent is lost, as on a cable.
         sendto(socket,
                answer.bytes.data(),
                answer.bytes.size(),

@@ -12,20 +12,19 @@
 namespace midair::device::emulation
 {
 
-/// Emulated units behind UDP ports of this machine: one that stands for the group, and one for each
-/// id, which the system chooses when a unit first answers from it, so that nobody can make it up.
+/// Emulated units behind UDP ports of this machine: one for the group, and one for each id, which
+/// the system chooses when a unit first answers from it, so that nobody can guess it.
 class UdpUnits
 {
 public:
-    /// Listens on \a port of ::1; 0: one that the system chooses. Throws DeviceError.
+    /// Listens on \a port of ::1; 0: the system chooses one. Throws DeviceError.
     UdpUnits(const ChainOptions& options, std::uint16_t port);
     ~UdpUnits();
     UdpUnits(const UdpUnits&) = delete;
     UdpUnits& operator=(const UdpUnits&) = delete;
 
     std::uint16_t port() const { return _port; } ///< of the group
-    /// Passes datagrams on until the chain's time \a until_ns, or a signal comes. One thread at a
-    /// time.
+    /// Relays datagrams until the chain's time \a until_ns, or a signal. One thread at a time.
     void run(Time_ns until_ns);
     EmulatedChain& chain() { return _chain; }
     static Time_ns now_ns(); ///< the steady clock's
@@ -43,7 +42,7 @@ private:
     std::uint16_t _port = 0;
     int _group = -1;
     std::map<int, int> _sockets; ///< by id
-    std::vector<Address> _peers; ///< the last ones that sent something, in a ring
+    std::vector<Address> _peers; ///< the latest senders, in a ring
     std::uint64_t _nextPeer = 0;
 };
 

@@ -10,8 +10,7 @@ namespace
 
 constexpr std::uint64_t kForEver = 0xFFFF;
 constexpr std::uint64_t kOnce = 0;
-constexpr std::uint64_t kSlowestGlide =
-    256; ///< rates that the fixed number of steps makes no use of
+constexpr std::uint64_t kSlowestGlide = 256; ///< rates that the fixed number of steps ignores
 constexpr std::size_t kMaskBytes = 32;
 
 } // namespace

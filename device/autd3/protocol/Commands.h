@@ -18,14 +18,14 @@ constexpr int kMostPhaseSlots = 5; ///< in one frame, 8 bits a phase
 constexpr int kSlotPeriod_ns = 25'000;
 constexpr int kMostDivider = 65535;
 
-/// What one unit plays, in its own levels: a phase is a delay of 1/256 periods, an intensity the
-/// place in the table of pulse widths.
+/// Pattern of one unit, in its own levels: a phase is a delay of 1/256 periods, an intensity an
+/// index into the table of pulse widths.
 struct UnitPattern
 {
     std::array<std::uint8_t, kTransducersPerUnit> phase{};
     std::array<std::uint8_t, kTransducersPerUnit> intensity{};
 
-    /// Returns true if all intensities are one, so that the shorter frame of phases will do.
+    /// Returns true if all intensities are equal, so that the shorter frame of phases suffices.
     bool isEven() const;
     bool operator==(const UnitPattern& other) const
     {
@@ -33,14 +33,14 @@ struct UnitPattern
     }
 };
 
-/// Settings of a unit's processor, by default the firmware's own.
+/// Settings of a unit's processor; the defaults are the firmware's.
 struct CpuConfig
 {
-    std::uint32_t switchMargin_ns = 10'000'000; ///< how near a timed switch may be
+    std::uint32_t switchMargin_ns = 10'000'000; ///< minimum time to a timed switch
     std::uint16_t failsafe_ms = 500; ///< without a frame or heartbeat: intensity 0; 0: never
 };
 
-/// How long patterns and pulses glide from one to the next.
+/// Transition times of patterns and pulses.
 struct Silencer
 {
     int phaseSteps = 40;     ///< periods, 1 .. 65535; 1: none
@@ -52,12 +52,13 @@ struct Silencer
     }
 };
 
-/// How a bank of patterns is played.
+/// Settings of a pattern bank.
 struct BankConfig
 {
     int divider = 1;     ///< 1 .. kMostDivider; a slot lasts divider x 25 us
     int slots = 1;       ///< 1 .. kMostSlots
-    bool forEver = true; ///< in step with the units' time; false: once, then the last slot stands
+    bool forEver = true; ///< synchronised with the units' time; false: once, then the last slot is
+                         ///< held
 
     bool operator==(const BankConfig& other) const
     {
@@ -66,11 +67,11 @@ struct BankConfig
     bool operator!=(const BankConfig& other) const { return !(*this == other); }
 };
 
-/// When an activation takes place.
+/// Timing of an activation.
 enum class SwitchMode : std::uint8_t
 {
-    AT_TIME = 0x01, ///< of the units; for what is played once
-    AT_ONCE = 0xFF  ///< for what is played for ever
+    AT_TIME = 0x01, ///< of the units' clock; for banks played once
+    AT_ONCE = 0xFF  ///< for banks played for ever
 };
 
 constexpr std::uint8_t kResetCode = 0x00;
@@ -86,8 +87,8 @@ constexpr std::uint8_t kPulseWidthsCode = 0x42;
 constexpr std::uint8_t kReadFpgaStateCode = 0xE7;
 constexpr std::uint8_t kReadFirmwareCode = 0xEB;
 
-/// A command to a unit, as in the body of a frame behind the sequence number. There are only those
-/// of the functions below: none that touches the firmware can be made.
+/// A command to a unit: the body of a frame after the sequence number. Only the functions below
+/// make commands, so none can touch the firmware.
 class Command
 {
 public:
@@ -98,10 +99,10 @@ public:
     static Command configureCpu(const CpuConfig& config);
     static Command releaseFailsafe() { return Command(kReleaseCode); }
 
-    // A bank is 0 or 1. Slots first .. first + patterns.size() - 1 are written.
+    // A bank is 0 or 1. Writes slots first .. first + patterns.size() - 1.
     static Command configureBank(int bank, const BankConfig& config);
     static Command activateBank(int bank, SwitchMode mode, std::uint64_t time_ns = 0);
-    /// Writes phases, 1 .. kMostPhaseSlots of them, that all have one intensity.
+    /// Writes 1 .. kMostPhaseSlots phase patterns, all with one intensity.
     static Command writePhases(int bank,
                                int first,
                                std::uint8_t intensity,
@@ -110,9 +111,9 @@ public:
     static Command writeRaw(int bank, int first, const std::vector<const UnitPattern*>& patterns);
 
     static Command setSilencer(const Silencer& silencer);
-    /// \a silent: the transducers that are silent whatever is played, 0 .. 248.
+    /// \a silent: permanently silent transducers, 0 .. 248.
     static Command setOutputMask(const std::vector<int>& silent);
-    static Command silenceAll(); ///< an output mask that leaves nothing
+    static Command silenceAll(); ///< an output mask of all transducers
     static Command setPulseWidths(const std::array<std::uint16_t, 256>& widths); ///< 0 .. 511
     static Command readFpgaState() { return Command(kReadFpgaStateCode); }
     static Command readTelemetry() { return Command(0xE8); }
@@ -131,12 +132,12 @@ private:
     std::vector<std::uint8_t> _bytes;
 };
 
-/// Widths in 1/512 of the period, with which intensity D plays our duty level D: a pulse of D/510.
+/// Widths in 1/512 of the period for which intensity D plays our duty level D: a pulse of D/510.
 std::array<std::uint16_t, 256> dutyWidths();
 
 /// Sets \a pattern to the transducers \a first .. \a first + 248 of \a signal, in the unit's levels
-/// with dutyWidths(): a unit takes a phase as a delay, ours is an advance. A transducer that is off
-/// keeps phase 0, so that patterns which sound the same are the same.
+/// with dutyWidths(). A unit's phase is a delay, ours an advance. Transducers that are off get
+/// phase 0, so that equal outputs have equal patterns.
 void toUnit(const DriveSignal& signal, int first, UnitPattern& pattern);
 
 } // namespace midair::device::autd3

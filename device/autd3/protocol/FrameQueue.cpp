@@ -9,10 +9,10 @@ namespace midair::device::autd3
 namespace
 {
 
-// Answers to what was sent behind a lost frame come in a row: one repeat answers them all.
+// Answers to frames after a lost one arrive together: one repeat answers them all.
 constexpr double kLeastRepeat_s = 0.3e-3;
 constexpr double kPatience = 1.5;
-constexpr double kForget = 0.05; // of the longest answer, with each one
+constexpr double kForget = 0.05; // of the longest answer, per answer
 constexpr int kMostDoublings = 4;
 
 } // namespace
@@ -32,7 +32,7 @@ int FrameQueue::dropUnsentWrites()
     return static_cast<int>(before - _waiting.size());
 }
 
-// A unit does nothing out of turn, so the whole window follows its oldest frame.
+// A unit does nothing out of order, so the whole window follows its oldest frame.
 bool FrameQueue::repeat(double now_s, const Send& send)
 {
     for (Flying& frame : _flying)
@@ -42,7 +42,7 @@ bool FrameQueue::repeat(double now_s, const Send& send)
         frame.isCopied = true;
         ++_repeats;
     }
-    // What is to be repeated soon, or was out of turn, is no sign that answers take long.
+    // Short repeat intervals and out-of-order frames don't indicate slow answers.
     if (!_isBehind && !_flying.empty() && _flying.front().repeat_s >= kRepeat_s) ++_inVain;
     _isBehind = false;
     return true;
@@ -84,16 +84,16 @@ double FrameQueue::due_s(double otherwise) const
     const Flying& oldest = _flying.front();
     if (_isBehind) return oldest.sent_s + std::min(kLeastRepeat_s, oldest.repeat_s);
     if (oldest.repeat_s < kRepeat_s) return oldest.sent_s + oldest.repeat_s;
-    // What is only slow would be slower still with every frame sent twice: so, as TCP does (RFC
-    // 6298), the pause is longer than answers take, and doubles as long as nothing comes.
+    // Sending every frame twice would slow a slow path further: as in TCP (RFC 6298), the pause
+    // exceeds the answer time, and doubles while nothing arrives.
     const double pause_s = std::ldexp(std::max(oldest.repeat_s, kPatience * _answer_s),
                                       std::min(_inVain, kMostDoublings));
     return oldest.sent_s + std::min(pause_s, kLongestRepeat_s);
 }
 
-// Whether a frame that was sent twice is answered the first or the second time, nobody knows: the
-// longer pause stays until one is answered that was sent once (RFC 6298, Karn), or else it would
-// never be learnt how long answers take.
+// It is unknown which copy of a repeated frame is answered: the longer pause stays until a frame
+// that was sent once is answered (RFC 6298, Karn); otherwise the answer time could never be
+// measured.
 void FrameQueue::noteAnswer(const Flying& frame, double now_s)
 {
     if (frame.isCopied) return;
@@ -125,11 +125,12 @@ bool FrameQueue::take(const FrameReply& reply,
     if (asked == _flying.end()) return false;
     const std::uint8_t askedFor = asked->sequence;
     const double took_s = now_s - asked->began_s;
-    // How many of those in flight are done: an answer may be older than others that came before.
+    // Number of frames in flight that are done: an answer may be older than others that arrived
+    // before.
     const auto count = static_cast<std::uint8_t>(reply.acknowledged - _flying.front().sequence + 1);
     if (count > 0 && count <= _flying.size())
     {
-        // Data are of the one that is acknowledged, whichever was asked.
+        // The data belongs to the acknowledged frame, whichever was asked.
         for (int i = 0; i < count; ++i)
         {
             Done one;
@@ -145,7 +146,7 @@ bool FrameQueue::take(const FrameReply& reply,
             _flying.pop_front();
         }
     }
-    // Not an answer to a copy of what is done.
+    // Not an answer to a copy of a finished frame.
     if (static_cast<std::int8_t>(askedFor - reply.acknowledged) > 0) _isBehind = true;
     if (_flying.empty()) _isBehind = false;
     return true;

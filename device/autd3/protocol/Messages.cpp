@@ -9,8 +9,8 @@ namespace
 {
 
 constexpr std::size_t kHeaderBytes = 4;
-constexpr std::size_t kInfoBytes = 20;  // behind the status
-constexpr std::size_t kReplyBytes = 12; // behind the header
+constexpr std::size_t kInfoBytes = 20;  // after the status
+constexpr std::size_t kReplyBytes = 12; // after the header
 constexpr std::uint8_t kVersionNotSpoken = 1;
 
 std::uint64_t number(const std::uint8_t* bytes, int count)
@@ -55,7 +55,7 @@ void readReply(const std::uint8_t* body, std::size_t size, FrameReply& reply)
     reply.data.assign(body + kReplyBytes, body + size);
 }
 
-// What comes behind the header is of the length that its kind and status ask for.
+// The length after the header depends on kind and status.
 bool readBody(const std::uint8_t* body, std::size_t size, Answer& answer, std::string& error)
 {
     bool fits = false;
@@ -73,7 +73,7 @@ bool readBody(const std::uint8_t* body, std::size_t size, Answer& answer, std::s
     }
     else if (answer.status != 0)
         fits = size >= 1;
-    else if (answer.kind == Kind::READ_UNIT_INFO) // newer firmware may say more
+    else if (answer.kind == Kind::READ_UNIT_INFO) // newer firmware may add data
     {
         fits = size >= 1 + kInfoBytes;
         if (fits) readInfo(body + 1, answer.info);
@@ -86,7 +86,7 @@ bool readBody(const std::uint8_t* body, std::size_t size, Answer& answer, std::s
     else
         fits = size == 1;
     if (!fits)
-        error = fmt::format("an answer of kind {}, version {}, with {} bytes behind its header",
+        error = fmt::format("an answer of kind {}, version {}, with {} bytes after its header",
                             static_cast<int>(answer.kind),
                             answer.version,
                             size);
@@ -134,12 +134,12 @@ bool readAnswer(const std::vector<std::uint8_t>& bytes, Answer& answer, std::str
 {
     if (bytes.size() < kHeaderBytes)
     {
-        error = fmt::format("{} bytes, fewer than a header has", bytes.size());
+        error = fmt::format("{} bytes, less than a header", bytes.size());
         return false;
     }
     if (bytes[1] > static_cast<std::uint8_t>(Kind::HEARTBEAT))
     {
-        error = fmt::format("kind {}, which is none", bytes[1]);
+        error = fmt::format("unknown kind {}", bytes[1]);
         return false;
     }
     Answer read;
@@ -171,19 +171,19 @@ std::string resultText(std::uint8_t result)
         text = "done";
         break;
     case 0x01:
-        text = "a command that it doesn't know";
+        text = "an unknown command";
         break;
     case 0x02:
-        text = "a payload that it doesn't take";
+        text = "an invalid payload";
         break;
     case 0x04:
         text = "forbidden by its silencer";
         break;
     case 0x05:
-        text = "a switch that doesn't fit how the bank is played";
+        text = "a switch of the wrong kind for this bank";
         break;
     case 0x06:
-        text = "a time that is too near or past";
+        text = "a time that is past or too soon";
         break;
     case 0x07:
         text = "its FPGA doesn't answer";
@@ -195,7 +195,7 @@ std::string resultText(std::uint8_t result)
         text = "it missed the sync pulse";
         break;
     case 0x15:
-        text = "the cause of its fail-safe lasts";
+        text = "the cause of its fail-safe persists";
         break;
     default:
         break;
@@ -212,13 +212,13 @@ std::string statusText(std::uint8_t status)
         text = "done";
         break;
     case 1:
-        text = "a protocol version that it doesn't speak";
+        text = "an unsupported protocol version";
         break;
     case 2:
         text = "it has no id";
         break;
     case 3:
-        text = "a body that it doesn't take";
+        text = "an invalid body";
         break;
     case 4:
         text = "it isn't the grandmaster";

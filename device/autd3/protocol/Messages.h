@@ -12,7 +12,7 @@ namespace midair::device::autd3
 constexpr std::uint8_t kProtocolVersion = 2;
 constexpr std::uint16_t kPort = 44336; ///< that units listen on
 constexpr std::uint8_t kNoId = 0xFF;
-constexpr std::size_t kMostReplyData = 40; ///< bytes of a frame reply behind its fixed part
+constexpr std::size_t kMostReplyData = 40; ///< bytes of a frame reply after its fixed part
 
 /// Kinds of datagrams; an answer has that of its question.
 enum class Kind : std::uint8_t
@@ -38,7 +38,7 @@ enum UnitFlags : std::uint8_t
     IS_GRANDMASTER = 32
 };
 
-/// Bits of what Command::readFpgaState() answers.
+/// Bits of the answer to Command::readFpgaState().
 enum FpgaState : std::uint8_t
 {
     IS_HOT = 0x01,
@@ -47,7 +47,7 @@ enum FpgaState : std::uint8_t
     FAILSAFE = 0x80
 };
 
-/// Results of commands that something depends on.
+/// Results of commands that the driver distinguishes.
 enum Result : std::uint8_t
 {
     DONE = 0x00,
@@ -56,7 +56,7 @@ enum Result : std::uint8_t
     FAILSAFE_LASTS = 0x15
 };
 
-// Datagrams to units. \a number: echoed in the answer.
+// Datagrams to units. \a number: repeated in the answer.
 
 std::vector<std::uint8_t> message(Kind kind, std::uint16_t number);
 std::vector<std::uint8_t> assignId(std::uint16_t number, std::uint8_t id, bool isGrandmaster);
@@ -64,7 +64,7 @@ std::vector<std::uint8_t> setTime(std::uint16_t number, std::uint64_t time_ns);
 std::vector<std::uint8_t>
 frame(std::uint16_t number, std::uint8_t sequence, const Command& command);
 
-/// Three numbers of a firmware, "0.10.0".
+/// A firmware version, "0.10.0".
 struct FirmwareVersion
 {
     std::uint8_t major = 0;
@@ -74,7 +74,7 @@ struct FirmwareVersion
     std::string text() const;
 };
 
-/// A unit about itself.
+/// Self-description of a unit.
 struct UnitInfo
 {
     std::uint8_t id = kNoId;
@@ -83,36 +83,36 @@ struct UnitInfo
     std::uint64_t time_ns = 0;
 };
 
-/// What a unit answers to a frame or a heartbeat: what became of the last frame that was done in
-/// turn, whatever was asked. So a heartbeat after a read has the read's data, too.
+/// A unit's answer to a frame or heartbeat: the result of the last frame done in sequence, whatever
+/// was asked. A heartbeat after a read thus also returns the read's data.
 struct FrameReply
 {
-    std::uint8_t acknowledged = 0; ///< the last frame that was done in turn
-    std::uint8_t result = 0;       ///< of that one
+    std::uint8_t acknowledged = 0; ///< last frame done in sequence
+    std::uint8_t result = 0;       ///< of that frame
     std::uint8_t flags = 0;
     std::uint8_t id = kNoId;
     std::uint64_t time_ns = 0;
-    std::vector<std::uint8_t> data; ///< of that one, if it was a read; at most kMostReplyData
+    std::vector<std::uint8_t> data; ///< of that frame, if it was a read; at most kMostReplyData
 };
 
-/// A datagram from a unit. Which parts it has goes by its kind.
+/// A datagram from a unit. Its kind determines the valid members.
 struct Answer
 {
     std::uint8_t version = kProtocolVersion;
     Kind kind = Kind::FRAME;
     std::uint16_t number = 0;
-    std::uint8_t status = 0;    ///< 0: done, and what follows is there
+    std::uint8_t status = 0;    ///< 0: done, and the data is present
     bool hasDownstream = false; ///< of UNBLOCK_DOWNSTREAM
     UnitInfo info;              ///< of READ_UNIT_INFO
     FrameReply reply;           ///< of FRAME and HEARTBEAT
 };
 
-/// Reads an answer. Returns false, with the reason in \a error and nothing else changed, for what
-/// is none: too short, of another kind, of the wrong length. An answer of another protocol version
-/// is one (status 1, \a answer.version is the unit's).
+/// Parses an answer. Returns false, with the reason in \a error and nothing else changed, if it is
+/// too short, of another kind or of the wrong length. An answer of another protocol version is
+/// valid (status 1, \a answer.version is the unit's).
 bool readAnswer(const std::vector<std::uint8_t>& bytes, Answer& answer, std::string& error);
 
-/// The versions that Command::readFirmware() answers.
+/// Versions in the answer to Command::readFirmware().
 struct FirmwareInfo
 {
     FirmwareVersion cpu;
@@ -121,9 +121,9 @@ struct FirmwareInfo
 };
 bool readFirmwareInfo(const std::vector<std::uint8_t>& data, FirmwareInfo& info);
 
-/// "a time that is too near or past (06)": the result of a command, for messages.
+/// Returns "a time that is past or too soon (06)": the result of a command, for messages.
 std::string resultText(std::uint8_t result);
-/// "it has no id (2)": the status of an answer, for messages.
+/// Returns "it has no id (2)": the status of an answer, for messages.
 std::string statusText(std::uint8_t status);
 
 } // namespace midair::device::autd3

@@ -13,7 +13,7 @@ using namespace midair::capi;
 namespace
 {
 
-constexpr std::size_t kMostTransducers = 65536; // those of the files, too
+constexpr std::size_t kMostTransducers = 65536; // limit of files, too
 constexpr double kFarthest_m = 10.0;
 constexpr double kMostFactor = 1000.0;
 
@@ -69,7 +69,7 @@ void fill(const midair_transducer* given, std::size_t count, haptics::Transducer
         array.board.push_back(one.board);
         if (one.dead) dead.push_back(static_cast<int>(i));
     }
-    // Arrays of one kind of transducers are solved for without these factors.
+    // Without these factors arrays of identical transducers are solved faster.
     if (array.phaseOffset_rad.isZero(0.0)) array.phaseOffset_rad.resize(0);
     if ((array.gain.array() == 1.0).all()) array.gain.resize(0);
     array.setDead(dead);
@@ -170,7 +170,7 @@ midair_array_transducers(const midair_array* array, midair_transducer* transduce
             for (const int i : all.dead)
             {
                 transducers[i].dead = 1;
-                transducers[i].gain = 1.0; // dead says so, and who clears it wants it back
+                transducers[i].gain = 1.0; // dead is a member of its own
             }
         });
 }

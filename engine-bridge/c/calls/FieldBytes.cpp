@@ -1,7 +1,8 @@
-// midair_field_bytes() and midair_field_from_bytes(): a field beyond its process.
+// midair_field_bytes() and midair_field_from_bytes(): serialized fields.
 #include "engine-bridge/c/inside/Field.h"
 #include "haptics/base/InputError.h"
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -16,7 +17,7 @@ namespace
 
 using Json = nlohmann::json;
 
-/// Of these bytes; fields of other numbers aren't read.
+/// Version of the bytes; other versions are refused.
 constexpr int kFormat = MIDAIR_VERSION / 100;
 
 // --- Numbers, as they lie in memory --------------------------------------------------------------
@@ -45,7 +46,7 @@ std::vector<T> numbersOf(const Json& json)
     return numbers;
 }
 
-/// The same as columns of \a rows numbers; fails unless there are \a columns, or any if below 0.
+/// Reads columns of \a rows numbers; fails unless there are \a columns (any number if below 0).
 template<typename Matrix>
 Matrix matrixOf(const Json& json, Eigen::Index columns, Eigen::Index rows = 1)
 {
@@ -53,7 +54,7 @@ Matrix matrixOf(const Json& json, Eigen::Index columns, Eigen::Index rows = 1)
     const std::vector<Scalar> all = numbersOf<Scalar>(json);
     const auto count = static_cast<Eigen::Index>(all.size());
     if (count % rows != 0 || (columns >= 0 && count != rows * columns))
-        throw base::InputError("lists of numbers have lengths that don't go together");
+        throw base::InputError("the lengths of its lists don't match");
     const bool isVector = Matrix::ColsAtCompileTime == 1;
     return Eigen::Map<const Matrix>(
         all.data(), isVector ? count : rows, isVector ? 1 : count / rows);
@@ -79,7 +80,7 @@ Json bytesOfArray(const haptics::TransducerArray& array, const haptics::DriveRes
             {"amplitudeLevels", bytesOf(drive.amplitudeLevels)}};
 }
 
-/// The drive is the field's, as the array's own is of no more use.
+/// Uses the field's drive, because the array's own is no longer needed.
 haptics::TransducerArray arrayOf(const Json& json)
 {
     haptics::TransducerArray array;
@@ -126,11 +127,11 @@ haptics::SolveReport reportOf(const Json& json)
     report.message = json.at("message");
     const int stop = json.at("stop");
     if (stop < 0 || stop > static_cast<int>(haptics::StopReason::SILENCED))
-        throw base::InputError("its reason for the end is none");
+        throw base::InputError("its reason for stopping is invalid");
     report.stop = static_cast<haptics::StopReason>(stop);
     const std::vector<double> figures = numbersOf<double>(json.at("figures"));
     if (figures.size() != std::size(haptics::kFigures) + std::size(haptics::kSurfaceFigures))
-        throw base::InputError("it has other figures");
+        throw base::InputError("its figures are not those of this version");
     std::size_t next = 0;
     const auto take = [&](const auto& rows, auto& record)
     {
@@ -185,14 +186,15 @@ void takePoints(const Json& json, Field& field)
     Eigen::Index done = 0;
     for (const int size : numbersOf<int>(json.at("parts")))
     {
-        if (size < 0 || size > n - done) throw base::InputError("its fields have other points");
+        if (size < 0 || size > n - done)
+            throw base::InputError("its fields' numbers of points don't match");
         field.sequence.parts.emplace_back().positions = points.positions.middleCols(done, size);
         done += size;
     }
     const bool goTogether = (points.normals.cols() == 0 || points.normals.cols() == n) &&
                             (points.object.empty() || points.object.size() == std::size_t(n)) &&
                             points.positions.allFinite();
-    if (!goTogether) throw base::InputError("its points don't go together");
+    if (!goTogether) throw base::InputError("the sizes of its points don't match");
 }
 
 Json bytesOfFields(const Field& field)
@@ -216,7 +218,7 @@ void takeFields(const Json& json, Field& field)
         signal.phase = numbersOf<std::uint8_t>(one.at("phase"));
         signal.duty = numbersOf<std::uint8_t>(one.at("duty"));
         if (!signal.fits(static_cast<int>(m)) || !q.allFinite() || q.cwiseAbs().maxCoeff() > 1.001F)
-            throw base::InputError("it has no drive for each transducer");
+            throw base::InputError("its drives don't match its transducers");
     }
     if (field.sequence.fields.empty() || field.sequence.parts.size() > field.sequence.fields.size())
         throw base::InputError("it has too few fields");
@@ -225,19 +227,34 @@ void takeFields(const Json& json, Field& field)
 Json jsonOf(const Field& field)
 {
     const haptics::Medium& air = field.medium;
-    return {{"midair_field", kFormat},
-            {"array", bytesOfArray(*field.array, field.drive)},
-            {"air", {air.temperature_C, air.relativeHumidity, air.pressure_Pa}},
-            {"points", bytesOfPoints(field)},
-            {"fields", bytesOfFields(field)},
-            {"rate", field.sequence.modulation.fieldRate_Hz},
-            {"evened", field.sequence.evened},
-            {"report", bytesOfReport(field.sequence.report)},
-            {"ears", bytesOf(field.ears)},
-            {"earLimit", field.earLimit_dB},
-            {"frame", field.info.frame},
-            {"playing", field.info.playing},
-            {"latency", field.info.latency_ms}};
+    const haptics::FingertipForce felt = field.fingertip();
+    return {
+        {"midair_field", kFormat},
+        {"array", bytesOfArray(*field.array, field.drive)},
+        {"air", {air.temperature_C, air.relativeHumidity, air.pressure_Pa}},
+        {"points", bytesOfPoints(field)},
+        {"fields", bytesOfFields(field)},
+        {"rate", field.sequence.modulation.fieldRate_Hz},
+        {"evened", field.sequence.evened},
+        {"report", bytesOfReport(field.sequence.report)},
+        {"ears", bytesOf(field.ears)},
+        {"earLimit", field.earLimit_dB},
+        {"felt", {felt.force_N, felt.alternating_N, static_cast<int>(felt.how), felt.threshold_N}},
+        {"frame", field.info.frame},
+        {"playing", field.info.playing},
+        {"latency", field.info.latency_ms}};
+}
+
+haptics::FingertipForce feltOf(const Json& json)
+{
+    const int how = json.at(2);
+    const haptics::FingertipForce felt{
+        json.at(0), json.at(1), static_cast<haptics::PlayedAs>(how), json.at(3)};
+    if (!std::isfinite(felt.force_N) || !std::isfinite(felt.alternating_N) ||
+        !std::isfinite(felt.threshold_N) || how < 0 ||
+        how > static_cast<int>(haptics::PlayedAs::CIRCLING))
+        throw base::InputError("its fingertip force is invalid");
+    return felt;
 }
 
 std::shared_ptr<Field> fieldFrom(const Json& json)
@@ -259,8 +276,9 @@ std::shared_ptr<Field> fieldFrom(const Json& json)
     field->sequence.evened = json.at("evened");
     field->sequence.report = reportOf(json.at("report"));
     field->ears = matrixOf<Eigen::Matrix3Xd>(json.at("ears"), -1, 3);
-    if (!field->ears.allFinite()) throw base::InputError("its ears are nowhere");
+    if (!field->ears.allFinite()) throw base::InputError("its ears are not finite");
     field->earLimit_dB = json.at("earLimit");
+    field->felt = feltOf(json.at("felt"));
     field->complete();
     field->info.frame = json.at("frame");
     field->info.playing = json.at("playing");

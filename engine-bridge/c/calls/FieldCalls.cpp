@@ -1,4 +1,4 @@
-// midair_field_..(): what was solved or is played.
+// midair_field_..(): solved and played fields.
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/text/Words.h"
@@ -177,7 +177,12 @@ midair_status midair_field_figure(const midair_field* field, const char* name, d
             const auto of = fields().find(field);
             const std::string wanted = textGiven(name, "name", 256);
             given(value, "value");
-            // The exposure takes a while, and is computed only for who asks for it.
+            if (wanted == kFingertipForce)
+            {
+                *value = of->fingertip().force_N;
+                return;
+            }
+            // The exposure takes a while, so it is computed only on demand.
             const bool isOfField =
                 wanted.rfind("exposure.", 0) != 0 &&
                 findFigure(haptics::figuresOf(of->sequence.report), wanted, *value);
@@ -215,8 +220,11 @@ midair_status midair_field_text(
             if (wanted == "stop")
                 return writeText(haptics::stopReasonName(report.stop), text, size, needed);
             if (wanted == "message") return writeText(report.message, text, size, needed);
+            if (wanted == "feeling")
+                return writeText(of->fingertip().feeling(), text, size, needed);
             fail(MIDAIR_UNKNOWN,
-                 "there is no text \"" + wanted + "\"; there are solver, stop and message");
+                 "there is no text \"" + wanted +
+                     "\"; there are solver, stop, message and feeling");
         });
 }
 

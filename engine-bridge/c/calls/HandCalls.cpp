@@ -1,12 +1,11 @@
-// midair_set_hands() and its like: hands in, contacts and touches out.
+// midair_set_hands() and related calls: hands in, contacts and touches out.
 #include "engine-bridge/c/inside/Calls.h"
+#include "engine-bridge/c/inside/OwnSource.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
-#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -19,7 +18,7 @@ using namespace midair::capi;
 namespace
 {
 
-/// Returns a hand of the application's; fails, with the number \a index, for one that can't be.
+/// Converts a hand of the application; fails for an invalid one, naming its number \a index.
 bridge::Hand handOf(const midair_hand& given, std::size_t index)
 {
     const auto refuse = [&](const std::string& what)
@@ -64,31 +63,14 @@ bridge::Hand handOf(const midair_hand& given, std::size_t index)
     return hand;
 }
 
-/// A hand source of the application's.
+/// A hand source of the application.
 class OwnHands : public bridge::HandSource
 {
 public:
-    OwnHands(const midair_hand_source& source, const std::string& options) : _source(source)
+    OwnHands(const midair_hand_source& source, const std::string& options) :
+        _source(source, options)
     {
-        const CallbackScope inside;
-        std::array<char, 1024> error{};
-        const std::string thrown = base::thrownBy(
-            [&] {
-                _instance =
-                    _source.open(_source.user, options.c_str(), error.data(), error.size() - 1);
-            });
-        if (!thrown.empty()) fail(MIDAIR_REFUSED, "its open() has thrown " + thrown);
-        if (!_instance)
-            fail(MIDAIR_REFUSED,
-                 error.front() ? std::string(error.data()) : "its open() returned NULL");
     }
-    ~OwnHands() override
-    {
-        const CallbackScope inside;
-        if (_source.close) base::thrownBy([&] { _source.close(_instance); });
-    }
-    OwnHands(const OwnHands&) = delete;
-    OwnHands& operator=(const OwnHands&) = delete;
 
     bool frameAt(double time_s, bridge::HandFrame& frame) override
     {
@@ -97,7 +79,8 @@ public:
         {
             const CallbackScope inside;
             _hands.assign(kMostHands, midair_hand{});
-            count = _source.hands(_instance, time_s, _hands.data(), _hands.size());
+            count =
+                _source.callbacks().hands(_source.instance(), time_s, _hands.data(), _hands.size());
         }
         if (count > static_cast<int32_t>(_hands.size()))
             throw std::runtime_error(
@@ -112,8 +95,7 @@ public:
 private:
     static constexpr std::size_t kMostHands = 8;
 
-    const midair_hand_source _source;
-    void* _instance = nullptr;
+    const OwnSource<midair_hand_source> _source;
     std::vector<midair_hand> _hands;
 };
 
@@ -126,11 +108,7 @@ midair_status midair_register_hands(const char* name, const midair_hand_source* 
         {
             const std::string registered = textGiven(name, "name", 256);
             const midair_hand_source& all = given(source, "source");
-            if (all.struct_size < sizeof(midair_hand_source))
-                fail(MIDAIR_INVALID,
-                     fmt::format("struct_size is {}; it must be the struct's sizeof, {}",
-                                 all.struct_size,
-                                 sizeof(midair_hand_source)));
+            requireSize(all);
             if (!all.open || !all.hands) fail(MIDAIR_INVALID, "open or hands is NULL");
             std::string error;
             const auto open = [copy = all](const std::string& options)
@@ -146,7 +124,7 @@ midair_status midair_set_hands(midair_scene* scene, const midair_hand* hands, si
         {
             constexpr std::size_t kMostHands = 64;
             const auto of = sceneOf(scene);
-            of->hands->clear(); // so that an error leaves none that are old
+            of->hands->clear(); // so that no old hands remain after an error
             if (count > kMostHands)
                 fail(MIDAIR_INVALID,
                      fmt::format("count is {}; it must be 0 .. {}", count, kMostHands));
@@ -169,7 +147,7 @@ midair_status midair_open_hands(midair_scene* scene, const char* source)
             if (const std::string why = bridge::unknownHands(uri); !why.empty())
                 fail(MIDAIR_UNKNOWN, why);
             const std::shared_ptr<bridge::HandSource> opened = bridge::openHands(uri);
-            std::shared_ptr<bridge::HandSource> before; // dies without the mutex
+            std::shared_ptr<bridge::HandSource> before; // destroyed without the mutex
             const base::Lock lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
             before = of->player.hands().active();

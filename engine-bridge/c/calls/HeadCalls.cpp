@@ -1,12 +1,18 @@
-// midair_set_head() and its like.
+// midair_set_head() and related calls, and the coincidence errors.
 #include "engine-bridge/c/inside/Calls.h"
+#include "engine-bridge/c/inside/OwnSource.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/heads/HeadOpening.h"
-#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -16,12 +22,40 @@ using namespace midair::capi;
 namespace
 {
 
-/// Returns a head of the application's; fails for one that can't be.
+static_assert(std::size(bridge::kCoincidenceParts) == MIDAIR_PART_TOTAL);
+static_assert(static_cast<int>(bridge::CoincidencePart::NONE) == MIDAIR_PART_NONE);
+
+template<std::size_t Size>
+void copyText(const std::string& text, char (&to)[Size])
+{
+    std::memcpy(to, text.data(), std::min(text.size(), Size - 1));
+}
+
+midair_coincidence coincidenceForC(const bridge::CoincidenceFigures& figures)
+{
+    midair_coincidence made{};
+    made.object = figures.id;
+    const auto put = [&](std::size_t index, const bridge::CoincidencePart& part)
+    {
+        made.median_m[index] = 1e-3 * part.median_mm;
+        made.most_m[index] = 1e-3 * part.most_mm;
+        made.state[index] = part.state;
+    };
+    std::size_t index = 0;
+    for (const bridge::CoincidenceRow& row : bridge::kCoincidenceParts)
+        put(index++, figures.*row.part);
+    put(MIDAIR_PART_TOTAL, figures.total);
+    copyText(figures.largest, made.largest);
+    copyText(figures.unknown, made.unknown);
+    return made;
+}
+
+/// Converts a head of the application; fails for an invalid one.
 bridge::Head headOf(const midair_head& given)
 {
     const Eigen::Vector3d place(Eigen::Vector3d::Map(given.position));
     const Eigen::Quaterniond turn(Eigen::Vector4d(Eigen::Vector4d::Map(given.orientation)));
-    if (!(place.norm() <= bridge::kFarthestJoint_m)) // false for NaN, too
+    if (!(place.norm() <= bridge::kFarthestJoint_m)) // also false for NaN
         fail(MIDAIR_INVALID,
              fmt::format("the head is at ({:g}, {:g}, {:g}) m; it must be within 1000 m",
                          place.x(),
@@ -36,31 +70,13 @@ bridge::Head headOf(const midair_head& given)
     return {0.0, bridge::headPose(place, turn), true, given.age_s};
 }
 
-/// A head source of the application's.
+/// A head source of the application.
 class OwnHead : public bridge::HeadSource
 {
 public:
-    OwnHead(const midair_head_source& source, const std::string& options) : _source(source)
+    OwnHead(const midair_head_source& source, const std::string& options) : _source(source, options)
     {
-        const CallbackScope inside;
-        std::array<char, 1024> error{};
-        const std::string thrown = base::thrownBy(
-            [&] {
-                _instance =
-                    _source.open(_source.user, options.c_str(), error.data(), error.size() - 1);
-            });
-        if (!thrown.empty()) fail(MIDAIR_REFUSED, "its open() has thrown " + thrown);
-        if (!_instance)
-            fail(MIDAIR_REFUSED,
-                 error.front() ? std::string(error.data()) : "its open() returned NULL");
     }
-    ~OwnHead() override
-    {
-        const CallbackScope inside;
-        if (_source.close) base::thrownBy([&] { _source.close(_instance); });
-    }
-    OwnHead(const OwnHead&) = delete;
-    OwnHead& operator=(const OwnHead&) = delete;
 
     bool headAt(double time_s, bridge::Head& head) override
     {
@@ -69,7 +85,7 @@ public:
         int32_t isTracked = 0;
         {
             const CallbackScope inside;
-            isTracked = _source.head(_instance, time_s, &given);
+            isTracked = _source.callbacks().head(_source.instance(), time_s, &given);
         }
         head = isTracked > 0 ? headOf(given) : bridge::Head();
         head.time_s = time_s;
@@ -78,18 +94,17 @@ public:
     std::string status() const override { return "a head source of the application"; }
 
 private:
-    const midair_head_source _source;
-    void* _instance = nullptr;
+    const OwnSource<midair_head_source> _source;
 };
 
 /// Takes the head from \a source from now on; null: from midair_set_head().
 void takeHeadFrom(Scene& scene, std::shared_ptr<bridge::HeadSource> source)
 {
-    std::shared_ptr<bridge::HeadSource> before; // dies without the mutex
+    std::shared_ptr<bridge::HeadSource> before; // destroyed without the mutex
     const base::Lock lock(scene.mutex);
     if (scene.isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
     before = scene.player.heads().active();
-    scene.player.setHeadSource(nullptr); // where it was before counts no longer
+    scene.player.setHeadSource(nullptr); // its last position no longer counts
     scene.player.setHeadSource(source ? std::move(source) : scene.head);
 }
 
@@ -102,11 +117,7 @@ midair_status midair_register_head(const char* name, const midair_head_source* s
         {
             const std::string registered = textGiven(name, "name", 256);
             const midair_head_source& all = given(source, "source");
-            if (all.struct_size < sizeof(midair_head_source))
-                fail(MIDAIR_INVALID,
-                     fmt::format("struct_size is {}; it must be the struct's sizeof, {}",
-                                 all.struct_size,
-                                 sizeof(midair_head_source)));
+            requireSize(all);
             if (!all.open || !all.head) fail(MIDAIR_INVALID, "open or head is NULL");
             std::string error;
             const auto open = [copy = all](const std::string& options)
@@ -121,7 +132,7 @@ midair_status midair_set_head(midair_scene* scene, const midair_head* head)
         [&]
         {
             const auto of = sceneOf(scene);
-            of->head->clear(); // so that an error leaves none that is old
+            of->head->clear(); // so that no old head remains after an error
             if (head)
             {
                 bridge::Head seen = headOf(*head);
@@ -146,6 +157,46 @@ midair_status midair_open_head(midair_scene* scene, const char* source)
             if (const std::string why = bridge::unknownHead(text); !why.empty())
                 fail(MIDAIR_UNKNOWN, why);
             takeHeadFrom(*of, bridge::openHead(text));
+        });
+}
+
+midair_status midair_set_display(midair_scene* scene, const char* file)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::string path = textGiven(file, "file", 4096);
+            std::shared_ptr<const bridge::Display> display;
+            if (!path.empty())
+                display = std::make_shared<const bridge::Display>(bridge::loadDisplay(path));
+            // "scene": the eye is this scene's own head.
+            bool opensEye = display && !display->eye.empty() && display->eye != "scene";
+            {
+                const base::Lock lock(of->mutex);
+                of->display = display;
+                bridge::Head set;
+                opensEye = opensEye && of->player.heads().active() == of->head &&
+                           !of->head->headAt(base::steadySeconds(), set);
+            }
+            if (opensEye) takeHeadFrom(*of, bridge::openHead(display->eye));
+        });
+}
+
+midair_status midair_list_coincidence(midair_scene* scene,
+                                      midair_coincidence* list,
+                                      size_t capacity,
+                                      size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            const std::vector<bridge::CoincidenceFigures> all =
+                of->device.empty() ? std::vector<bridge::CoincidenceFigures>()
+                                   : of->player.coincidence();
+            return copyAll(all, list, capacity, count, coincidenceForC);
         });
 }
 

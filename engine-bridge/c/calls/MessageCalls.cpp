@@ -1,4 +1,4 @@
-// The functions of messages.
+// Message functions of the C interface.
 #include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/c/inside/Scene.h"
 

@@ -14,7 +14,7 @@ namespace
 {
 
 constexpr std::size_t kMostVertices = 50'000'000;
-constexpr std::size_t kMostPoints = 100'000; // those of midair-solve's files
+constexpr std::size_t kMostPoints = 100'000; // limit of midair-solve's files
 constexpr double kLeastPressure = 1e-6;
 constexpr double kMostPressure = 1e5;
 
@@ -78,8 +78,8 @@ midair_object add(Scene& scene, haptics::TriangleMesh mesh, SceneObject object)
     return number;
 }
 
-/// Sets what points are played with: intensities of 0 .. 1, and a pressure that is a power of two,
-/// so that their product is each pressure as it was given, rounded to a float.
+/// Stores \a pressures as intensities of 0 .. 1 and a pressure that is a power of two, so that
+/// their product is the given pressure, rounded to a float.
 void setPressures(const double* pressures,
                   std::size_t count,
                   bool inPascal,

@@ -1,4 +1,4 @@
-// midair_play() and its like: a scene on a device.
+// midair_play() and related calls: a scene on a device.
 #include "device/DeviceUri.h"
 #include "device/opening/DeviceRegistry.h"
 #include "engine-bridge/c/inside/Field.h"
@@ -30,9 +30,9 @@ static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED)
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
 static_assert(static_cast<int>(bridge::ArrayState::FAULT) == MIDAIR_STATE_FAULT);
 
-constexpr const char* kEars = "the ears of midair_set_ears()"; // among what wasn't understood
+constexpr const char* kEars = "the ears of midair_set_ears()"; // name among the invalid values
 
-/// Waits for other threads' calls for at most a second.
+/// Waits at most a second for other threads' calls.
 bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex))
 {
     const double end_s = base::steadySeconds() + 1.0;
@@ -44,13 +44,12 @@ bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex
     return true;
 }
 
-/// Ends all playing, since what a device was given last would sound on after the program's end. A
-/// mute comes first, and stays: no end waits for a callback that hangs, and nothing is played past
-/// it.
+/// Stops all output at the program's end; otherwise a device would play its last field on. Mutes
+/// first, permanently: a hanging callback can't block it, and nothing is played afterwards.
 void stopAll()
 {
     auto all = scenes().all();
-    // In the child of a fork they are the parent's, which plays on.
+    // In the child of a fork they belong to the parent, which continues to play.
     all.erase(std::remove_if(all.begin(),
                              all.end(),
                              [](const std::shared_ptr<Scene>& scene) { return !scene->isOurs; }),
@@ -61,14 +60,14 @@ void stopAll()
     {
         if (!locks(scene->mutex)) continue;
         scene->isClosed = true;
-        const std::shared_ptr<void> ended = scene->endPlaying(); // dies without the mutex
+        const std::shared_ptr<void> ended = scene->endPlaying(); // destroyed without the mutex
         scene->mutex.unlock();
     }
 }
 
 void stopAtExit()
 {
-    // What threads use while they end has to be made before, so that it is destroyed after.
+    // Objects that ending threads use must be made first, so that they are destroyed last.
     static const bool isSet = []
     {
         bridge::ownSolverNames();
@@ -76,14 +75,14 @@ void stopAtExit()
         sceneTable();
         return std::atexit(stopAll) == 0;
     }();
-    if (!isSet) fail(MIDAIR_FAILED, "the program's end can't be watched: nothing is played");
+    if (!isSet) fail(MIDAIR_FAILED, "atexit() failed: nothing is played");
 }
 
-/// Fails for what is no URI, or plays by itself.
+/// Fails for an invalid URI, and for devices that play by themselves.
 void requireDevice(const std::string& device)
 {
     if (device::playsByItself(device))
-        fail(MIDAIR_REFUSED, "device \"" + device + "\": a recording takes no fields of a scene");
+        fail(MIDAIR_REFUSED, "device \"" + device + "\": a recording can't play a scene");
 }
 
 void requirePlaying(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
@@ -92,7 +91,7 @@ void requirePlaying(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
     if (scene.device.empty()) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
 }
 
-/// Calls the scene's listener with what was said and has ended.
+/// Calls the scene's listener with new and ended messages.
 class TellAtEnd
 {
 public:
@@ -136,7 +135,7 @@ midair_status midair_play(midair_scene* scene, const char* device)
                 const base::Lock lock(of->mutex);
                 before = of->endPlaying();
             }
-            before.reset(); // its device is closed before the other one is opened
+            before.reset(); // closes its device before the other one opens
             const base::Lock lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
             if (!of->device.empty())
@@ -157,7 +156,7 @@ midair_status midair_update(midair_scene* scene, double time_s)
         [&]
         {
             const auto of = sceneOf(scene);
-            // Told without the mutex, and of an update that fails as well.
+            // Called without the mutex, also after an update that fails.
             const TellAtEnd tells(*of);
             requireFinite(&time_s, 1, "time_s");
             const base::Lock lock(of->mutex);
@@ -195,7 +194,7 @@ midair_status midair_stop(midair_scene* scene)
         {
             const auto of = sceneOf(scene);
             of->silenceNow();
-            std::shared_ptr<void> ended; // dies without the mutex
+            std::shared_ptr<void> ended; // destroyed without the mutex
             const base::Lock lock(of->mutex);
             ended = of->endPlaying();
         });
@@ -255,7 +254,7 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
 namespace
 {
 
-/// Gives a handle of the newest field that was played; MIDAIR_SILENT: it is silence.
+/// Makes a handle of the newest field that was played; MIDAIR_SILENT: it is silence.
 midair_status giveNewest(Scene& scene, midair_field** field)
 {
     std::shared_ptr<const bridge::HologramResult> newest;
@@ -315,7 +314,7 @@ midair_status midair_wait_field(midair_scene* scene, double timeout_s, midair_fi
                 if (!why.empty()) fail(MIDAIR_SILENCED, why);
                 if (!of->player.whySilenced().empty())
                     fail(MIDAIR_SILENCED, of->player.whySilenced().front());
-                if (!of->isTimed) fail(MIDAIR_NOT_YET, "there was no midair_update() so far");
+                if (!of->isTimed) fail(MIDAIR_NOT_YET, "midair_update() was not called yet");
             }
             const std::string why = of->awaitField(timeout_s);
             if (!why.empty()) fail(MIDAIR_NOT_YET, why);
@@ -341,7 +340,7 @@ midair_status midair_set_ears(midair_scene* scene, const double* positions, size
             if (count > 0) given(positions, "positions");
             for (std::size_t i = 0; i < 3 * count; ++i)
                 if (!std::isfinite(positions[i]))
-                    refuse(fmt::format("ear {} is at no finite place", i / 3));
+                    refuse(fmt::format("ear {} is at a position that is not finite", i / 3));
             of->ears.resize(3, static_cast<Eigen::Index>(count));
             std::copy_n(positions, 3 * count, of->ears.data());
             of->misunderstood.settle(kEars);

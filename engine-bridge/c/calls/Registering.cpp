@@ -18,13 +18,13 @@ namespace
 
 constexpr std::size_t kErrorBytes = 1024;
 
-/// Returns a text of a callback, whose end may be missing.
+/// Returns a callback's text, whose terminator may be missing.
 std::string textOf(const std::array<char, kErrorBytes>& text)
 {
     return {text.data(), strnlen(text.data(), text.size())};
 }
 
-/// A driver of the application's. Its levels are kept with it, as the application's array may go.
+/// A driver of the application. It copies the levels, because the application's array may be freed.
 class DriverOfCallbacks : public bridge::ArrayDriver
 {
 public:
@@ -113,7 +113,7 @@ int32_t isStopped(const midair_problem* problem)
     return of && of->isStopped && of->isStopped() ? 1 : 0;
 }
 
-/// A solver of the application's.
+/// A solver of the application.
 class MethodOfCallback : public bridge::FieldMethod
 {
 public:
@@ -157,11 +157,7 @@ midair_status midair_register_device(const char* scheme, const midair_driver* dr
         {
             const std::string name = textGiven(scheme, "scheme", 256);
             const midair_driver& all = given(driver, "driver");
-            if (all.struct_size < sizeof(midair_driver))
-                fail(MIDAIR_INVALID,
-                     fmt::format("struct_size is {}; it must be the struct's sizeof, {}",
-                                 all.struct_size,
-                                 sizeof(midair_driver)));
+            requireSize(all);
             if (!all.open || !all.play || !all.silence)
                 fail(MIDAIR_INVALID, "open, play or silence is NULL");
             if (!(all.fields_per_second >= 0.0 && all.fields_per_second <= 1e9))

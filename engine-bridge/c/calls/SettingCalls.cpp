@@ -1,4 +1,4 @@
-// midair_set() and its like: settings and properties by their names.
+// midair_set() and related calls: settings and properties by name.
 #include "engine-bridge/c/inside/Scene.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Quantity.h"
@@ -16,7 +16,7 @@ namespace
 
 constexpr std::size_t kMostText = 65536;
 
-/// What is wrong with the transducers that the settings of \a scene name; empty: nothing.
+/// Returns the problem of the transducers named in the settings of \a scene; empty: none.
 std::string problemOfMarks(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
 {
     try
@@ -30,8 +30,8 @@ std::string problemOfMarks(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)
     }
 }
 
-/// Sets \a name in \a object from \a value. Returns what is wrong, with \a object unchanged; empty:
-/// nothing.
+/// Sets \a name in \a object from \a value. Returns an error, with \a object unchanged, or an empty
+/// text.
 template<typename T>
 std::string assigned(const base::SettingTable<T>& table,
                      T& object,
@@ -47,7 +47,7 @@ std::string assigned(const base::SettingTable<T>& table,
     return {};
 }
 
-/// The settings of safety that \a name may have been meant for.
+/// Returns the safety settings that \a name may be a misspelling of.
 template<typename T>
 std::vector<std::string> meantBy(const base::SettingTable<T>& table, const std::string& name)
 {
@@ -60,7 +60,7 @@ std::vector<std::string> meantBy(const base::SettingTable<T>& table, const std::
     return meant;
 }
 
-/// Notes an error that concerns safety, and fails.
+/// Records an error that concerns safety, and fails.
 template<typename T>
 [[noreturn]] void refuse(const base::SettingTable<T>& table,
                          const std::string& name,
@@ -97,7 +97,7 @@ midair_status get(const base::SettingTable<T>& table,
     return writeText(row->defaultText(object), text, size, needed);
 }
 
-/// Names and summaries that stay where they are.
+/// Names and summaries at fixed addresses.
 template<typename T>
 const std::vector<std::pair<std::string, std::string>>&
 described(const base::SettingTable<T>& table)
@@ -107,7 +107,7 @@ described(const base::SettingTable<T>& table)
     return *all;
 }
 
-/// The numbers of a pose that are no more than this off a rotation are rounding.
+/// Deviations of a pose from a rotation up to this are rounding errors.
 constexpr double kRigid = 1e-6;
 
 Eigen::Isometry3d poseOf(const double* matrix)
@@ -121,7 +121,7 @@ Eigen::Isometry3d poseOf(const double* matrix)
         fail(MIDAIR_INVALID, "the matrix' last row must be 0 0 0 1: it is read row by row");
     if (!(turn.transpose() * turn).isIdentity(kRigid) || turn.determinant() < 0.0)
         fail(MIDAIR_INVALID,
-             "the matrix is no rotation with a translation; a scale belongs into the vertices");
+             "the matrix is not a rotation with a translation; apply scales to the vertices");
     Eigen::Isometry3d pose;
     pose.matrix() = m;
     return pose;
@@ -179,7 +179,7 @@ midair_object_set(midair_scene* scene, midair_object object, const char* name, c
                 property == "pressure" || property == "unit" || property == "sampling";
             if (one.isPoints && isGiven)
                 fail(MIDAIR_INVALID,
-                     property + " of points can't be set: they are solved for as they were given");
+                     property + " of points can't be set: midair_add_points() fixes it");
             ObjectSettings changed = one.properties;
             const std::string error = assigned(objectTable(), changed, property, text);
             if (!error.empty()) refuse(objectTable(), property, error, *of, one.misunderstood);

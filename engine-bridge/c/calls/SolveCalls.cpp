@@ -1,4 +1,4 @@
-// midair_solve() and midair_solver_..(): fields that nothing plays.
+// midair_solve() and midair_solver_..(): fields that aren't played.
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/player/SceneSolve.h"
@@ -11,7 +11,7 @@ using namespace midair::capi;
 namespace
 {
 
-/// Takes a scene as it is, so that it is free while it is solved.
+/// Copies the scene's present state, so that the scene is free during the solve.
 bridge::SceneSolve inputOf(Scene& scene)
 {
     bridge::SceneSolve input;
@@ -43,6 +43,7 @@ std::shared_ptr<Field> fieldOf(bridge::SolvedScene solved, const bridge::SceneSo
     field->medium = solved.medium;
     field->ears = std::move(solved.ears);
     field->earLimit_dB = input.settings.earLimit;
+    field->feelThreshold_N = input.settings.feelThreshold;
     field->drive = field->array->drive;
     field->sequence = std::move(solved.fields.sequence);
     field->signals = std::move(solved.fields.signals);
@@ -79,7 +80,7 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
                 const base::Lock lock(of->mutex);
                 for (base::Message& message : messages.messages())
                 {
-                    message.isActive = false; // it is of this solve
+                    message.isActive = false; // it belongs to this solve
                     of->player.log().take(message);
                 }
             }

@@ -1,4 +1,4 @@
-// midair_solver_..(): one set of points after the other, without caps.
+// midair_solver_..(): one set of points after another, without caps.
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
@@ -21,18 +21,18 @@ namespace midair::capi
 namespace
 {
 
-/// What a midair_solver stands for.
+/// The object behind a midair_solver.
 struct OpenSolver
 {
-    base::MadeHere isOurs; ///< else its threads are the parent's
+    base::MadeHere isOurs; ///< otherwise its threads are the parent's
     std::shared_ptr<const ArrayPair> array;
     haptics::Medium medium;
     int maxPoints = 0; ///< 0: no limit of its own
     base::StopSource stop;
     std::unique_ptr<haptics::HologramSolver> solver MIDAIR_PT_GUARDED_BY(mutex);
 
-    base::Mutex mutex;                                      ///< of a solve
-    haptics::ControlPoints points MIDAIR_GUARDED_BY(mutex); ///< kept for its memory
+    base::Mutex mutex;                                      ///< held by a solve
+    haptics::ControlPoints points MIDAIR_GUARDED_BY(mutex); ///< kept to reuse its memory
     Eigen::VectorXcf q MIDAIR_GUARDED_BY(mutex);
     haptics::SolveReport report MIDAIR_GUARDED_BY(mutex);
     bool isSolved MIDAIR_GUARDED_BY(mutex) = false;
@@ -66,7 +66,7 @@ std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
     return solver;
 }
 
-// What is of no use for one set of points after the other, caps among it.
+// Refuses settings that don't apply to a midair_solver, such as caps.
 void refuseUnused(const SceneSettings& settings)
 {
     static const haptics::FieldSettings kDefaults;

@@ -15,7 +15,7 @@ namespace midair::capi
 namespace
 {
 
-/// The last error of a thread. Where there is no memory for a text, it is one of the program's.
+/// The last error of a thread. Without memory for a text it uses a fixed one.
 struct LastError
 {
     std::string text;
@@ -91,7 +91,7 @@ midair_status caught() noexcept
 
 midair_status silentFor(const std::string& why)
 {
-    return keep(MIDAIR_SILENT, why.empty() ? "nothing sounds" : why.c_str());
+    return keep(MIDAIR_SILENT, why.empty() ? "the field is silent" : why.c_str());
 }
 
 void fail(midair_status status, const std::string& text)

@@ -20,7 +20,7 @@
 namespace midair::capi
 {
 
-/// Why a call of the C interface fails, with the status that it returns.
+/// Reason and status of a failing call of the C interface.
 class Failure : public std::exception
 {
 public:
@@ -36,14 +36,14 @@ private:
 
 /// Forgets this thread's last error.
 void beginCall() noexcept;
-/// To be called in a handler of all exceptions: keeps what was caught as this thread's last error,
+/// To be called in a handler of all exceptions: stores the exception as this thread's last error
 /// and returns its status.
 midair_status caught() noexcept;
-/// Keeps why a call gave silence, and returns MIDAIR_SILENT.
+/// Stores why a call gave silence, and returns MIDAIR_SILENT.
 midair_status silentFor(const std::string& why);
 
-/// Runs the body of a function of the C interface, which returns its status, or nothing: then it is
-/// MIDAIR_OK. No exception leaves.
+/// Runs the body of a function of the C interface, which returns its status or void (MIDAIR_OK).
+/// Catches all exceptions.
 template<typename Body>
 midair_status called(const Body& body) noexcept
 {
@@ -66,7 +66,7 @@ midair_status called(const Body& body) noexcept
 
 [[noreturn]] void fail(midair_status status, const std::string& text);
 
-/// Returns what \a pointer points to; fails if it is null. \a name: of the argument.
+/// Dereferences \a pointer; fails if it is null. \a name: of the argument.
 template<typename T>
 T& given(T* pointer, const char* name)
 {
@@ -77,18 +77,18 @@ T& given(T* pointer, const char* name)
 /// Returns a text argument; fails if it is null or longer than \a most bytes.
 std::string textGiven(const char* text, const char* name, std::size_t most = 1 << 16);
 
-/// Fails unless all of \a count numbers are finite; \a each: numbers of one thing, for the message.
+/// Fails unless all of \a count numbers are finite; \a each: numbers per item, for the message.
 void requireFinite(const double* numbers,
                    std::size_t count,
                    const char* name,
                    std::size_t each = 1);
 
-/// Writes \a text with its end into \a room of \a size bytes, and what it takes into \a needed,
-/// which may be null. Fails with MIDAIR_TOO_SMALL; a size of 0 only asks.
+/// Writes \a text with its terminator into \a room of \a size bytes, and the size that it takes
+/// into \a needed (may be null). Fails with MIDAIR_TOO_SMALL; a size of 0 only queries.
 midair_status writeText(const std::string& text, char* room, std::size_t size, std::size_t* needed);
 
-/// While one exists, this thread runs a callback of the application's, which may not call functions
-/// with a scene: it would wait for itself.
+/// While one exists, this thread runs a callback of the application, which may not call functions
+/// with a scene: it would deadlock.
 class CallbackScope
 {
 public:
@@ -100,20 +100,20 @@ public:
     static bool isInside() noexcept;
 };
 
-/// Numbers for handles of all kinds, so that none is given twice; never an address of anything.
+/// Generates unique numbers for handles of all kinds; never an address.
 inline std::uintptr_t nextHandle()
 {
     static std::atomic<std::uintptr_t> next{1};
     return next++;
 }
 
-/// What handles of one kind stand for. A handle is looked up and never followed, so that one that
-/// was closed, or is of another kind, is an error and no fault of the memory. Any thread.
+/// The objects behind handles of one kind. A handle is looked up, never dereferenced, so a closed
+/// handle or one of another kind is an error, not a memory fault. Any thread.
 template<typename Handle, typename Object>
 class Handles
 {
 public:
-    /// \a kind: "midair_scene", for errors.
+    /// \a kind: "midair_scene", for error messages.
     explicit Handles(const char* kind) : _kind(kind) {}
 
     Handle* add(std::shared_ptr<Object> object)
@@ -124,7 +124,7 @@ public:
         return reinterpret_cast<Handle*>(number); // NOLINT(performance-no-int-to-ptr)
     }
 
-    /// Fails for a handle of nothing.
+    /// Fails for an invalid handle.
     std::shared_ptr<Object> find(const Handle* handle) const
     {
         const base::Lock lock(_mutex);
@@ -133,7 +133,7 @@ public:
         return found->second;
     }
 
-    /// Closes a handle and returns what it stood for; fails for a handle of nothing.
+    /// Closes a handle and returns its object; fails for an invalid handle.
     std::shared_ptr<Object> take(const Handle* handle)
     {
         const base::Lock lock(_mutex);
@@ -144,8 +144,8 @@ public:
         return object;
     }
 
-    /// Puts \a fresh in the place of \a old, which stays for ever: it is another process's. Returns
-    /// what the handle stands for then; fails for one of nothing.
+    /// Replaces \a old by \a fresh; \a old is never freed, because it belongs to another process.
+    /// Returns the handle's object afterwards; fails for an invalid handle.
     std::shared_ptr<Object>
     replace(const Handle* handle, const std::shared_ptr<Object>& old, std::shared_ptr<Object> fresh)
     {
@@ -157,13 +157,13 @@ public:
         found->second = std::move(fresh);
         return found->second;
     }
-    /// Never lets go of \a object.
+    /// Leaks \a object on purpose.
     static void leave(const std::shared_ptr<Object>& object)
     {
         new std::shared_ptr<Object>(object); // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
     }
 
-    /// \{ While the program forks: what is guarded is whole then.
+    /// \{ Held while the program forks, so that the guarded data is consistent.
     void lock() MIDAIR_NO_THREAD_ANALYSIS { _mutex.lock(); }
     void unlock() MIDAIR_NO_THREAD_ANALYSIS { _mutex.unlock(); }
     /// \}
@@ -189,7 +189,18 @@ private:
     std::unordered_map<std::uintptr_t, std::shared_ptr<Object>> _all MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// Copies what \a make makes of \a all into the caller's memory.
+/// Fails if a program's struct is smaller than in the version it was built for.
+template<typename Struct>
+void requireSize(const Struct& of)
+{
+    if (of.struct_size < sizeof(Struct))
+        fail(MIDAIR_INVALID,
+             fmt::format("struct_size is {}; it must be the struct's sizeof, {}",
+                         of.struct_size,
+                         sizeof(Struct)));
+}
+
+/// Copies \a all, converted by \a make, into the caller's memory.
 template<typename From, typename To, typename Make>
 midair_status copyAll(const std::vector<From>& all,
                       To* to,

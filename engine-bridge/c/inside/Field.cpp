@@ -30,8 +30,8 @@ void addExposure(const haptics::ExposureFigures& exposure,
             row.value);
 }
 
-/// What is heard at places around an array. Making it takes much longer than asking it, and fields
-/// that are asked one after the other are mostly of one array in one air.
+/// Exposure at places around an array. Making it takes much longer than a query, and consecutive
+/// queries mostly use the same array and air.
 struct Listening
 {
     base::Mutex mutex;
@@ -43,7 +43,8 @@ struct Listening
 
 haptics::ExposureFigures exposureOf(const Field& field)
 {
-    // No thread at the program's end meets it destroyed, and no child of a fork one that is locked.
+    // Never destroyed, so that no thread meets it destroyed at the program's end, and no child of a
+    // fork meets it locked.
     static auto* const all =
         new base::OfProcess<Listening>([](bool) { return std::make_unique<Listening>(); });
     Listening* const last = &**all;
@@ -70,10 +71,20 @@ const std::vector<std::pair<std::string, double>>& Field::figures() const
                    [this]
                    {
                        auto all = haptics::figuresOf(sequence.report);
+                       all.emplace_back(kFingertipForce, fingertip().force_N);
                        addExposure(exposureOf(*this), all);
                        _figures = std::move(all);
                    });
     return _figures;
+}
+
+haptics::FingertipForce Field::fingertip() const
+{
+    if (felt) return *felt;
+    haptics::FingertipForce force =
+        haptics::strongestForce(points, achieved_Pa, *array, medium, sequence);
+    force.threshold_N = feelThreshold_N;
+    return force;
 }
 
 void Field::complete()
@@ -141,6 +152,7 @@ std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
                                                   : 0.0;
     field->wanted_Pa = unit_Pa * field->points.targets;
     field->objects = objects;
+    field->felt = result.fingertip;
     bool sounds = false;
     for (const Eigen::VectorXcf& q : field->sequence.fields)
     {

@@ -5,6 +5,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/probe/FingertipForce.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/SolveReport.h"
 
@@ -12,6 +13,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,26 +21,33 @@
 namespace midair::capi
 {
 
-/// What a midair_field stands for; immutable.
+/// Name of the figure Field::fingertip().
+constexpr const char* kFingertipForce = "fingertipForce_N";
+
+/// The object behind a midair_field; immutable.
 struct Field
 {
     midair_field_info info{};
-    std::shared_ptr<const haptics::TransducerArray> array; ///< that it was solved with
+    std::shared_ptr<const haptics::TransducerArray> array; ///< used for solving
     haptics::DriveResolution drive;                        ///< its levels
     haptics::Medium medium;
-    haptics::FieldSequence sequence;          ///< as it is played
+    haptics::FieldSequence sequence;          ///< as played
     std::vector<device::DriveSignal> signals; ///< one for each of its fields
     haptics::ControlPoints points;
     Eigen::VectorXd wanted_Pa;                      ///< n
     Eigen::VectorXd achieved_Pa;                    ///< n
-    std::vector<midair_object> objects;             ///< that points.object counts
-    Eigen::Matrix3Xd ears = Eigen::Matrix3Xd(3, 0); ///< listening places besides those around
+    std::vector<midair_object> objects;             ///< indexed by points.object
+    Eigen::Matrix3Xd ears = Eigen::Matrix3Xd(3, 0); ///< in addition to places around the array
     double earLimit_dB = 0.0;
+    double feelThreshold_N = 0.0;
+    std::optional<haptics::FingertipForce> felt; ///< as the pipeline measured it
 
-    /// Names and values of all figures; those of the exposure are computed when first asked for.
+    /// Names and values of all figures; exposure figures are computed on demand.
     const std::vector<std::pair<std::string, double>>& figures() const;
+    /// Force on a fingertip at the strongest place; computed at each call.
+    haptics::FingertipForce fingertip() const;
 
-    /// Fills in what follows from the rest of info and the sequence.
+    /// Computes the remaining members from info and the sequence.
     void complete();
 
 private:
@@ -48,21 +57,21 @@ private:
 
 Handles<midair_field, const Field>& fields();
 
-/// Puts the figure \a name of \a all into \a value; returns false if there is none.
+/// Stores the figure \a name of \a all in \a value; returns false if there is none.
 bool findFigure(const std::vector<std::pair<std::string, double>>& all,
                 const std::string& name,
                 double& value);
-/// Fails with \a why there is no field: with MIDAIR_FAILED if \a solver is one of the program's,
-/// else with MIDAIR_REFUSED.
+/// Fails with the reason \a why: MIDAIR_FAILED if \a solver is one of the program's, else
+/// MIDAIR_REFUSED.
 [[noreturn]] void failUnsolved(const std::string& solver, const std::string& why);
-/// Fails for a report of no field.
+/// Fails if the report has no field.
 void requireSolved(const haptics::SolveReport& report);
-/// True: none of its fields sounds.
+/// True if none of its fields sounds.
 bool isSilence(const Field& field);
-/// Returns MIDAIR_SILENT, and keeps why, for a field that is silence; else MIDAIR_OK.
+/// Returns MIDAIR_SILENT and stores the reason for a silent field; else MIDAIR_OK.
 midair_status soundsOrWhy(const Field& field);
 
-/// The field that was played of \a result; null: it has none.
+/// Returns the played field of \a result; null if there is none.
 std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
                                const std::vector<midair_object>& objects);
 

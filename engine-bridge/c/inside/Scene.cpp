@@ -131,7 +131,7 @@ std::shared_ptr<const ArrayPair> Scene::markedArray() const
 void Scene::configure()
 {
     SceneSettings used = settings;
-    used.enabled = true; // a scene that isn't keeps its device: whySilenced() says so
+    used.enabled = true; // a disabled scene keeps its device; whySilenced() handles it
     bridge::PlayedOn on;
     if (followsFile)
         on.array = array->file;
@@ -159,6 +159,12 @@ bridge::SceneSnapshot& Scene::fillSnapshot()
         now.ears.conservativeResize(3, ears.cols() + 2);
         now.ears.rightCols<2>() = bridge::earsOf(*last);
     }
+    bridge::Viewing viewing;
+    viewing.display = display;
+    viewing.head = player.heads().lastPlace().value_or(viewing.head);
+    if (display && !player.heads().head().isTracked)
+        viewing.lost = player.heads().lastPlace() ? "the head is lost" : "no head is known";
+    player.setViewing(std::move(viewing));
     now.objects.clear();
     for (const auto& [number, object] : objects)
     {
@@ -186,7 +192,7 @@ std::shared_ptr<void> Scene::endPlaying()
 namespace
 {
 
-/// While the program forks nobody looks up a handle, so that a child can.
+/// Blocks handle lookups during a fork, so that the child can look up handles.
 void lockHandles() MIDAIR_NO_THREAD_ANALYSIS
 {
     arrays().lock();
@@ -203,8 +209,8 @@ void unlockHandles() MIDAIR_NO_THREAD_ANALYSIS
 
 const int kForkIsWatched = ::pthread_atfork(lockHandles, unlockHandles, unlockHandles);
 
-/// A scene as \a before, of this process, that nobody plays: threads and devices of that one are
-/// the parent's.
+/// Returns a scene of this process equal to \a before that isn't played: threads and devices of the
+/// original belong to the parent.
 std::shared_ptr<Scene> heirOf(Scene& before)
 {
     auto heir = std::make_shared<Scene>(before.array);
@@ -213,7 +219,7 @@ std::shared_ptr<Scene> heirOf(Scene& before)
     heir->player.log().say({base::MessageCode::SCENE_CLOSED, base::kForked});
     if (!before.mutex.try_lock())
     {
-        // Another thread of the parent was at work on it, and nobody knows what it is.
+        // Another thread of the parent was using it, so its state is undefined.
         heir->isClosed = true;
         return heir;
     }
@@ -229,7 +235,7 @@ std::shared_ptr<Scene> heirOf(Scene& before)
 
 Handles<midair_array, const ArrayPair>& arrays()
 {
-    // Never destroyed, as threads of the application may outlive static objects.
+    // Never destroyed, because threads of the application may outlive static objects.
     static auto* const all = new Handles<midair_array, const ArrayPair>("midair_array");
     return *all;
 }
@@ -284,7 +290,7 @@ midair_status midair_scene_close(midair_scene* scene)
                 const midair::base::Lock lock(closed->solveMutex);
                 closed->stop->request();
             }
-            std::shared_ptr<void> ended; // dies without the mutex, as the next does
+            std::shared_ptr<void> ended; // destroyed without the mutex, like the next one
             std::shared_ptr<midair::bridge::HandSource> source;
             std::shared_ptr<midair::bridge::HeadSource> head;
             const midair::base::Lock lock(closed->mutex);

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/c/inside/Calls.h"
+#include "engine-bridge/display/Display.h"
 #include "engine-bridge/hands/HandSource.h"
 #include "engine-bridge/heads/HeadSource.h"
 #include "engine-bridge/player/SceneOptions.h"
@@ -28,25 +29,25 @@ using bridge::readPlaces;
 using bridge::SceneSettings;
 using bridge::sceneTable;
 
-/// An array as it was read, and as a solve without a device takes it.
+/// An array as read, and as used by a solve without a device.
 struct ArrayPair
 {
     explicit ArrayPair(haptics::TransducerArray array, std::string itsFile = {});
 
     haptics::TransducerArray given;
     haptics::TransducerArray solvable; ///< its levels are those of a drive signal
-    std::string file; ///< its name or path, as of TransducerArray::load(); empty: it has none
+    std::string file;                  ///< name or path, see TransducerArray::load(); empty: none
 };
 
-/// What is wrong with values that concern safety: while there is one, nothing is played.
+/// Problems of values that concern safety: while there is one, nothing is played.
 class Misunderstood
 {
 public:
-    /// \a names: the settings that it may have been meant for.
+    /// \a names: the settings that may have been meant.
     void note(std::vector<std::string> names, std::string why);
-    /// The setting \a name is right now.
+    /// The setting \a name is valid now.
     void settle(const std::string& name);
-    /// Why nothing is played; empty: nothing keeps it.
+    /// Returns why nothing is played; empty: no problem.
     const std::string& why() const;
 
 private:
@@ -67,61 +68,63 @@ struct SceneObject
     std::uint64_t topologyId = 0;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     bridge::ObjectSettings properties;
-    bridge::HapticProperties felt; ///< of the properties
+    bridge::HapticProperties felt; ///< from the properties
     bool isPoints = false;
     Misunderstood misunderstood;
 };
 
-/// The part of \a properties that goes to the pipeline with each object. Fails, with the known
-/// names, for an unknown material, and for one whose numbers don't go together.
+/// Returns the part of \a properties that the pipeline gets with each object. Fails for an unknown
+/// material, listing the known names, and for one with inconsistent numbers.
 bridge::HapticProperties forPipeline(const ObjectSettings& properties);
 
-/// Hands that the application sets; they are gone 0.2 s after they were set last.
+/// Hands set by the application; they disappear 0.2 s after the last call.
 class SetHands : public bridge::InjectedHandSource
 {
 public:
     bool frameAt(double time_s, bridge::HandFrame& frame) override;
 };
 
-/// A head that the application sets; it is lost 0.2 s after it was set last.
+/// A head set by the application; it is lost 0.2 s after the last call.
 class SetHead : public bridge::InjectedHeadSource
 {
 public:
     bool headAt(double time_s, bridge::Head& head) override;
 };
 
-/// What midair_on_message() was given.
+/// Arguments of midair_on_message().
 struct MessageListener
 {
     midair_message_callback call = nullptr;
     void* user = nullptr;
-    std::uint64_t seen = 0; ///< newest change that it was told
+    std::uint64_t seen = 0; ///< newest change that it has received
 };
 
-/// The form of \a message that programs get.
+/// Converts \a message for programs.
 midair_message toPublic(const base::Message& message);
 
-/// What a midair_scene stands for.
+/// The object behind a midair_scene.
 struct Scene
 {
     explicit Scene(std::shared_ptr<const ArrayPair> itsArray);
 
-    const base::MadeHere isOurs; ///< else it is the parent's, and this is the child of a fork
-    /// It takes the place of one that the parent of this process plays.
+    const base::MadeHere isOurs; ///< otherwise it is the parent's, and this is the child of a fork
+    /// It replaces a scene that the parent of this process plays.
     bool isHeir = false;
     const std::shared_ptr<const ArrayPair> array;
     const std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
     const std::shared_ptr<SetHead> head = std::make_shared<SetHead>();
 
     mutable base::Mutex mutex;
-    SceneSettings settings MIDAIR_GUARDED_BY(mutex); ///< as they were set
+    SceneSettings settings MIDAIR_GUARDED_BY(mutex); ///< as set
     Misunderstood misunderstood MIDAIR_GUARDED_BY(mutex);
     std::map<midair_object, SceneObject> objects MIDAIR_GUARDED_BY(mutex);
-    Eigen::Matrix3Xd ears MIDAIR_GUARDED_BY(mutex) = Eigen::Matrix3Xd(3, 0); ///< as they were set
+    Eigen::Matrix3Xd ears MIDAIR_GUARDED_BY(mutex) = Eigen::Matrix3Xd(3, 0); ///< as set
     bool isClosed MIDAIR_GUARDED_BY(mutex) = false;
-    /// of midair_play(); empty: nothing is played
+    /// of midair_set_display(); null: none
+    std::shared_ptr<const bridge::Display> display MIDAIR_GUARDED_BY(mutex);
+    /// of midair_play(); empty: not playing
     std::string device MIDAIR_GUARDED_BY(mutex);
-    /// the array's file was there then: it is read again when it changes
+    /// the array is a file, which is read again when it changes
     bool followsFile MIDAIR_GUARDED_BY(mutex) = false;
     std::uint64_t frame MIDAIR_GUARDED_BY(mutex) = 0;
     double time_s MIDAIR_GUARDED_BY(mutex) = 0.0;  ///< of the last update
@@ -130,35 +133,35 @@ struct Scene
     MessageListener listener MIDAIR_GUARDED_BY(mutex);
 
     base::Mutex solveMutex;
-    /// of solves under way
+    /// of running solves
     std::shared_ptr<base::StopSource>
         stop MIDAIR_GUARDED_BY(solveMutex) = std::make_shared<base::StopSource>();
 
-    /// \{ The player's, which any thread may call: a callback that hangs within the mutex neither
+    /// \{ Calls of the player for any thread: a callback that hangs within the mutex neither
     /// keeps the array sounding nor unmutes it.
     void setMuted(bool muted) MIDAIR_NO_THREAD_ANALYSIS { player.setMuted(muted); }
     void silenceNow() MIDAIR_NO_THREAD_ANALYSIS { player.silenceNow(); }
-    /// Nobody waits for the mutex while a field is waited for.
+    /// The mutex isn't held while waiting for a field.
     std::string awaitField(double timeout_s) MIDAIR_NO_THREAD_ANALYSIS
     {
         return player.awaitField(timeout_s);
     }
     /// \}
-    /// What isn't understood, so that nothing is played.
+    /// Returns the problems for which nothing is played.
     std::vector<base::Message> faults() const MIDAIR_REQUIRES(mutex);
-    /// Why nothing is played, or an empty text.
+    /// Returns why nothing is played, or an empty text.
     std::string whySilenced() const MIDAIR_REQUIRES(mutex) { return whySilenced(faults()); }
-    /// The same where the \a all are known already.
+    /// The same if \a all are known already.
     std::string whySilenced(const std::vector<base::Message>& all) const MIDAIR_REQUIRES(mutex);
-    /// The array, as its file was read last, with the transducers that the settings name dead or
-    /// weak. Throws InputError.
+    /// Returns the array, as last read from its file, with the transducers that the settings mark
+    /// dead or weak. Throws InputError.
     std::shared_ptr<const ArrayPair> markedArray() const MIDAIR_REQUIRES(mutex);
-    /// Gives the settings to the player if they have changed.
+    /// Passes changed settings to the player.
     void configure() MIDAIR_REQUIRES(mutex);
-    /// Puts the scene as it is into the player's snapshot, without hands, and with the ears of the
-    /// head as it is now.
+    /// Copies the present scene into the player's snapshot, without hands, with the ears of the
+    /// present head.
     bridge::SceneSnapshot& fillSnapshot() MIDAIR_REQUIRES(mutex);
-    /// Ends playing; what is returned has to be destroyed without the mutex.
+    /// Ends playing; destroy the result without the mutex.
     std::shared_ptr<void> endPlaying() MIDAIR_REQUIRES(mutex);
 
 private:

@@ -23,7 +23,7 @@ namespace
 {
 
 constexpr double kLongestHelperPause_s = 30.0;
-/// A helper that lived so long is started again after the first pause.
+/// After this lifetime a helper is restarted after the first, shortest pause.
 constexpr double kLivedWell_s = 10.0;
 constexpr int kHelperTurn_ms = 100;
 
@@ -47,8 +47,8 @@ HelperHandSource::~HelperHandSource()
     ::close(_stop);
 }
 
-// The thread that starts the helper lives as long as the source: the system ends a helper that
-// asked for it with that thread (PR_SET_PDEATHSIG).
+// The thread that starts the helper lives as long as the source: the system kills a helper that
+// requested it together with that thread (PR_SET_PDEATHSIG).
 void HelperHandSource::run()
 {
     double pause_s = _options.retry_s;
@@ -78,7 +78,7 @@ void HelperHandSource::run()
     }
 }
 
-// Takes what the helper sends; returns what ended that, empty if it is the source's end.
+// Receives the helper's data; returns why that ended, empty for the source's end.
 std::string HelperHandSource::follow(HelperProcess& helper, double& lived_s)
 {
     {
@@ -97,16 +97,16 @@ std::string HelperHandSource::follow(HelperProcess& helper, double& lived_s)
         lived_s = now_s - begin_s;
         if (both[1].revents != 0)
         {
-            if (!receive(helper.socket())) return "there is no more of the helper";
+            if (!receive(helper.socket())) return "the helper closed its socket";
             heard_s = now_s;
         }
         sendHorizon(helper.socket(), sent_s);
         if (now_s - heard_s > _options.patience_s)
-            return fmt::format("the helper has said nothing for {:g} s", _options.patience_s);
+            return fmt::format("the helper has sent nothing for {:g} s", _options.patience_s);
     }
 }
 
-// Returns false once the helper's end is closed.
+// Returns false when the helper has closed its end.
 bool HelperHandSource::receive(int socket)
 {
     std::array<char, kMostOscBytes + 1> bytes;
@@ -143,7 +143,7 @@ bool HelperHandSource::frameAt(double time_s, HandFrame& frame)
 
 bool HelperHandSource::setHorizon(double ahead_s)
 {
-    // A NaN counts as 0.
+    // NaN counts as 0.
     _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthestOscHorizon_s) : 0.0;
     return true;
 }

@@ -27,8 +27,8 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// What the helper gets of this process: no file but these, no signal that is held back, and none
-/// that is ignored but by itself.
+/// Isolates the helper from this process: only these files, no blocked signals, and no ignored
+/// ones.
 class SpawnSettings
 {
 public:
@@ -67,7 +67,7 @@ HelperProcess::HelperProcess(const std::vector<std::string>& command)
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) != 0)
         throw base::InputError("there is no socket for the helper: " +
                                std::generic_category().message(errno));
-    // dup2() onto its own number would leave the flag that closes it.
+    // dup2() onto the same number would leave close-on-exec set.
     if (ends[1] == kSocket)
     {
         const int other = ::fcntl(ends[1], F_DUPFD_CLOEXEC, kSocket + 1);
@@ -99,13 +99,13 @@ HelperProcess::~HelperProcess()
     end();
 }
 
-// Returns true once it has ended.
+// Returns true if it has ended.
 bool HelperProcess::reap(int flags, std::string& how)
 {
     int status = 0;
     const pid_t ended = ::waitpid(_process, &status, flags);
     if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
-    how = ended < 0             ? "was waited for by the program itself"
+    how = ended < 0             ? "was reaped by the program itself"
           : WIFSIGNALED(status) ? fmt::format("was killed by signal {}", WTERMSIG(status))
                                 : fmt::format("ended with {}", WEXITSTATUS(status));
     _process = -1;
@@ -131,8 +131,7 @@ std::string programBeside(const std::string& name)
     const fs::path own = base::ownFolder();
     if (own.empty()) return {};
     std::error_code ignored;
-    // Beside a program; from a library, as it is installed, as it is built, and as the tests have
-    // it.
+    // Beside a program; for a library, as installed, as built, and as in the tests.
     for (const char* way : {".", MIDAIR_PROGRAMS_FROM_LIBRARY, "../bin", "../../bin"})
     {
         const fs::path file = (own / way / name).lexically_normal();

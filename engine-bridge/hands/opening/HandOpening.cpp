@@ -30,20 +30,19 @@ using device::DeviceUri;
 
 NamedFactories<HandSourceMaker>& registry()
 {
-    // Never destroyed, as threads of the application may outlive static objects.
+    // Never destroyed, because threads of the application may outlive static objects.
     static auto* const all = new NamedFactories<HandSourceMaker>("hand source");
     return *all;
 }
 
-/// Returns what stands before the colon of \a uri; empty if there is none.
+/// Returns the part of \a uri before the colon; empty if there is none.
 std::string schemeOf(const std::string& uri)
 {
     const std::size_t colon = uri.find(':');
     return colon == std::string::npos ? "" : uri.substr(0, colon);
 }
 
-/// The helper opens what \a uri names without a helper, and sends those hands, in the scene's
-/// world.
+/// The helper opens the same \a uri without a helper, and sends those hands, in the scene's world.
 std::shared_ptr<HandSource> openHelper(const DeviceUri& uri, const std::string& given)
 {
     const std::string file = given.empty() ? programBeside("midair-hands") : given;
@@ -99,26 +98,11 @@ std::shared_ptr<HandSource> openOsc(const std::string& text)
     }
 }
 
-/// Opens a source of the application's. It is the application's code: what it throws is an error.
-std::shared_ptr<HandSource> openOwn(const HandSourceMaker& make, const std::string& uri)
-{
-    std::string why = "it could not be made";
-    try
-    {
-        if (auto source = make(uri.substr(uri.find(':') + 1))) return source;
-    }
-    catch (...)
-    {
-        why = base::whatWasThrown();
-    }
-    throw InputError("hand source \"" + uri + "\": " + why);
-}
-
 } // namespace
 
 Eigen::Isometry3d takePlacement(DeviceUri& uri, const Eigen::Isometry3d& otherwise)
 {
-    constexpr double kTolerance = 0.02; // as a scene's calibration has it
+    constexpr double kTolerance = 0.02; // like a scene's calibration
     const std::string matrix = uri.takeText("matrix", "");
     if (matrix.empty()) return otherwise;
     std::istringstream in(matrix);
@@ -126,7 +110,7 @@ Eigen::Isometry3d takePlacement(DeviceUri& uri, const Eigen::Isometry3d& otherwi
     for (std::string word; in >> word;)
         if (!base::parseQuantity(word, "", numbers.emplace_back())) numbers.resize(17);
     PoseAndStretch parts;
-    // Read column by column, row by row is the transpose, which maps columns.
+    // Read column by column, the row-major numbers are the transpose, which maps column vectors.
     if (numbers.size() != 16 || !decompose(Eigen::Map<Eigen::Matrix4d>(numbers.data()), parts) ||
         !parts.stretch.isIdentity(kTolerance))
         throw uri.error("matrix=" + matrix +
@@ -166,7 +150,7 @@ std::optional<RecordedUri> RecordedUri::parse(const std::string& uri)
     RecordedUri recorded;
     recorded.file = uri.substr(kScheme.size());
     const std::size_t size = recorded.file.size();
-    // A file may have the name "?loop".
+    // A file name may end in "?loop".
     recorded.loops =
         size > kLoop.size() && recorded.file.compare(size - kLoop.size(), kLoop.size(), kLoop) == 0;
     if (recorded.loops) recorded.file.resize(size - kLoop.size());
@@ -219,7 +203,8 @@ std::shared_ptr<HandSource> openHands(const std::string& uri, const std::vector<
         return std::make_shared<RecordedHandSource>(recorded->file, recorded->loops);
     if (schemeOf(uri) == "openxr") return openOpenXr(uri);
     if (schemeOf(uri) == "osc") return openOsc(uri);
-    if (const HandSourceMaker make = registry().find(schemeOf(uri))) return openOwn(make, uri);
+    if (const HandSourceMaker make = registry().find(schemeOf(uri)))
+        return makeNamed(make, uri, "hand source \"" + uri + "\"");
     throw InputError(unknownHands(uri, more));
 }
 

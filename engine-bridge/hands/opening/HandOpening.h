@@ -22,8 +22,8 @@ namespace midair::bridge
 class OpeningHands : public HandSource
 {
 public:
-    /// \a open: runs in the thread; what it throws is told. \a name: for the status. The destructor
-    /// waits for the thread, whose time the readers' limits bound.
+    /// \a open runs in the thread; its exceptions are reported. \a name: for the status. The
+    /// destructor waits for the thread, whose time is bounded by the readers' limits.
     OpeningHands(std::function<std::shared_ptr<HandSource>()> open, std::string name) :
         _name(std::move(name)),
         _opening(std::async(std::launch::async, std::move(open)))
@@ -39,12 +39,12 @@ public:
 
 private:
     const std::string _name;
-    std::future<std::shared_ptr<HandSource>> _opening; ///< not valid: it has come to its end
+    std::future<std::shared_ptr<HandSource>> _opening; ///< not valid: it has ended
     std::shared_ptr<HandSource> _source;               ///< null until it is open
     std::vector<std::string> _messages;
 };
 
-/// A recording begins when it is first asked for hands: of that time, 0 is the recording's.
+/// Starts a recording at the time of the first query.
 class FromItsBegin : public HandSource
 {
 public:
@@ -77,36 +77,34 @@ struct RecordedUri
     std::string text() const;
 };
 
-/// \{ Takes parameters that sources of hands and of heads have: matrix=.., a rigid matrix as scenes
-/// have them, row by row, the translation last (\a otherwise if there is none); loader= and space=
-/// of "openxr:?..".
+/// \{ Takes parameters shared by sources of hands and heads: matrix=.., a rigid matrix as in
+/// scenes, row by row, the translation last (\a otherwise if missing); loader= and space= of
+/// "openxr:?..".
 Eigen::Isometry3d takePlacement(device::DeviceUri& uri, const Eigen::Isometry3d& otherwise);
 OpenXrOptions takeOpenXrOptions(device::DeviceUri& uri);
 /// \}
 
-/// Makes a hand source of the application's from what stands behind the colon of its URI. Whatever
-/// it throws, and null, mean that there is none.
+/// Makes a hand source of the application from the text after the colon. An exception or null means
+/// that there is none.
 using HandSourceMaker = std::function<std::shared_ptr<HandSource>(const std::string& options)>;
 
-/// From now on openHands() makes the source "NAME:.." by \a make. Returns false, with the reason in
-/// \a error, if the name has another form than 1 .. 32 small letters, digits and dashes, or is
-/// taken. Any thread.
+/// Registers \a make for the source "NAME:.." of openHands(). Returns false, with the reason in \a
+/// error, unless the name has 1 .. 32 small letters, digits and dashes and is free. Any thread.
 bool registerHands(const std::string& name, HandSourceMaker make, std::string& error);
 
-/// Returns true if registerHands() knows what stands before the colon of \a uri. Any thread.
+/// Returns true if registerHands() knows the name before the colon of \a uri. Any thread.
 bool isOwnHands(const std::string& uri);
 /// The registered names. Any thread.
 std::vector<std::string> ownHandNames();
 
-/// Returns what is wrong with \a uri if it names no kind of hand source that this program has;
-/// empty if it does, or is "" or "none". Opens nothing. \a more: kinds that the caller opens
-/// itself, "mouse:".
+/// Returns an error if \a uri names no kind of hand source of this program; empty if it does, or is
+/// "" or "none". Opens nothing. \a more: kinds that the caller opens itself, "mouse:".
 std::string unknownHands(const std::string& uri, const std::vector<std::string>& more = {});
 
-/// Opens the hand source that \a uri names: "recorded:FILE", "recorded:FILE?loop", "openxr:?..",
-/// "osc:?..", or "NAME:.." of registerHands(); null for "" and "none". Throws base::InputError or
-/// device::DeviceError, which name the URI, where it can't be opened. \a more: as of
-/// unknownHands(), for the error.
+/// Opens the hand source \a uri: "recorded:FILE", "recorded:FILE?loop", "openxr:?..", "osc:?..", or
+/// "NAME:.." of registerHands(); null for "" and "none". Throws base::InputError or
+/// device::DeviceError, which name the URI, if it can't be opened. \a more: see unknownHands(), for
+/// the error.
 std::shared_ptr<HandSource> openHands(const std::string& uri,
                                       const std::vector<std::string>& more = {});
 

@@ -1,5 +1,7 @@
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
 
+#include "engine-bridge/hands/openxr/OpenXrLending.h"
+
 namespace midair::bridge
 {
 
@@ -13,6 +15,7 @@ Eigen::Isometry3d OpenXrHandSource::upright()
 OpenXrHandSource::OpenXrHandSource(const OpenXrOptions& options,
                                    const Eigen::Isometry3d& placement) :
     _tracker(OpenXrTracker::open(options)),
+    _asker(_tracker->newAsker(false)),
     _placement(placement)
 {
 }
@@ -20,14 +23,21 @@ OpenXrHandSource::OpenXrHandSource(const OpenXrOptions& options,
 bool OpenXrHandSource::frameAt(double time_s, HandFrame& frame)
 {
     frame.time_s = time_s;
-    if (!_tracker->latest(frame)) return false;
+    if (!_tracker->latest(*_asker, frame)) return false;
     frame = transformed(frame, _placement);
     return true;
 }
 
 bool OpenXrHandSource::setHorizon(double ahead_s)
 {
-    _tracker->setHorizon(ahead_s);
+    OpenXrTracker::setHorizon(*_asker, ahead_s);
+    return true;
+}
+
+bool OpenXrHandSource::shownFrame(HandFrame& frame)
+{
+    if (!OpenXrLending::one().shown(frame)) return false;
+    frame = transformed(frame, _placement);
     return true;
 }
 

@@ -13,7 +13,7 @@
 namespace midair::bridge
 {
 
-/// The hands that an OpenXR runtime tracks now, or that it predicts, whatever time is asked for.
+/// The hands that an OpenXR runtime tracks now, or predicts, for any requested time.
 class OpenXrHandSource : public HandSource
 {
 public:
@@ -21,14 +21,14 @@ public:
     /// up).
     static Eigen::Isometry3d upright();
 
-    /// \a placement maps OpenXR's space to the world of the scene, in metres. Doesn't wait for the
+    /// \a placement maps OpenXR's space to the scene's world, in metres. Doesn't wait for the
     /// runtime; if hands can't be tracked, takeMessages() returns the reason.
     explicit OpenXrHandSource(const OpenXrOptions& options,
                               const Eigen::Isometry3d& placement = upright());
 
     bool frameAt(double time_s, HandFrame& frame) override;
-    /// The runtime is asked for the hands of so much later. Sources of one tracker share the newest
-    /// horizon.
+    bool shownFrame(HandFrame& frame) override;
+    /// Requests predicted hands from the runtime; each source has its own horizon.
     bool setHorizon(double ahead_s) override;
     std::string status() const override { return _tracker->status(); }
 
@@ -36,6 +36,7 @@ public:
 
 private:
     std::shared_ptr<OpenXrTracker> _tracker;
+    std::shared_ptr<OpenXrAsker> _asker;
     Eigen::Isometry3d _placement;
     std::size_t _told = 0;
 };

@@ -1,8 +1,12 @@
 #include "engine-bridge/hands/openxr/OpenXrSession.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -16,11 +20,20 @@ namespace midair::bridge
 namespace
 {
 
-constexpr std::array<const char*, 3> kNeeded = {XR_EXT_HAND_TRACKING_EXTENSION_NAME,
-                                                XR_MND_HEADLESS_EXTENSION_NAME,
-                                                XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
+using Names = std::vector<const char*>;
 
-/// A larger count from the runtime is lowered to this.
+const Names kForHands = {XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+                         XR_MND_HEADLESS_EXTENSION_NAME,
+                         XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
+const Names kForPicture = {"XR_KHR_opengl_enable"};
+/// Optional, with a picture.
+const Names kBesides = {XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+                        XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+                        XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+                        XR_FB_PASSTHROUGH_EXTENSION_NAME,
+                        XR_MSFT_SPATIAL_ANCHOR_EXTENSION_NAME};
+
+/// Limit of a count from the runtime.
 constexpr std::uint32_t kMostExtensions = 10000;
 
 /// A runtime's text may fill its array without a terminating zero.
@@ -31,7 +44,7 @@ std::string textOf(const char (&field)[N])
 }
 
 std::vector<XrExtensionProperties>
-extensionsOf(PFN_xrEnumerateInstanceExtensionProperties enumerate)
+extensionsOf(PFN_xrEnumerateInstanceExtensionProperties enumerate, const std::string& without)
 {
     std::vector<XrExtensionProperties> extensions;
     std::uint32_t count = 0;
@@ -43,12 +56,24 @@ extensionsOf(PFN_xrEnumerateInstanceExtensionProperties enumerate)
         result = enumerate(nullptr, count, &count, extensions.data());
     }
     if (XR_FAILED(result))
-        throw OpenXrError("the loader finds no OpenXR runtime (" + resultName(result) +
-                              "); no hands. Install one, such as Monado, or name its manifest in "
+        throw OpenXrError("the loader finds no OpenXR runtime (" + resultName(result) + "); " +
+                              without +
+                              ". Install one, such as Monado, or name its manifest in "
                               "XR_RUNTIME_JSON",
                           false);
     extensions.resize(std::min<std::size_t>(count, extensions.size()));
     return extensions;
+}
+
+/// True if \a loader was already in the process at the first check.
+bool wasLoadedBefore(const std::string& loader)
+{
+    static base::Mutex mutex;
+    static std::map<std::string, bool> known;
+    const base::Lock lock(mutex);
+    const auto found = known.find(loader);
+    if (found != known.end()) return found->second;
+    return known[loader] = dlopen(loader.c_str(), RTLD_NOW | RTLD_NOLOAD) != nullptr;
 }
 
 /// "a, b and c".
@@ -60,10 +85,10 @@ std::string listed(const std::vector<std::string>& names)
     return text;
 }
 
-/// The most events handled in one call; the rest waits for the next call.
+/// Limit of events per call; the rest waits for the next call.
 constexpr int kMostEvents = 100;
 
-constexpr std::uint32_t kMostSpaces = 1000; ///< a larger count from the runtime is lowered to it
+constexpr std::uint32_t kMostSpaces = 1000; ///< limit of a count from the runtime
 
 const char* spaceName(XrReferenceSpaceType type)
 {
@@ -84,17 +109,24 @@ std::string described(const XrHandJointLocationEXT& location)
     return fmt::format("position {:g} {:g} {:g} m, radius {:g} m", p.x, p.y, p.z, location.radius);
 }
 
-/// Copies a joint if its values are plausible. Returns false if the runtime says that it is valid
-/// but its position or radius is impossible.
+XrPosef poseFor(const Eigen::Isometry3d& pose)
+{
+    const Eigen::Vector3f p = pose.translation().cast<float>();
+    const Eigen::Quaternionf q = Eigen::Quaterniond(pose.linear()).cast<float>();
+    return {{q.x(), q.y(), q.z(), q.w()}, {p.x(), p.y(), p.z()}};
+}
+
+/// Copies a joint if its values are plausible. Returns false if the runtime marks it as valid but
+/// its position or radius is impossible.
 bool fill(const XrHandJointLocationEXT& location, HandJoint& joint)
 {
     const XrVector3f& p = location.pose.position;
     const XrQuaternionf& q = location.pose.orientation;
-    // A member that is not valid may hold anything, so it stays at its default.
+    // An invalid member may hold anything, so it stays at its default.
     if ((location.locationFlags & XR_SPACE_LOCATION_ORIENTATION_VALID_BIT) != 0)
     {
         const Eigen::Quaterniond orientation(Eigen::Quaternionf(q.w, q.x, q.y, q.z));
-        joint.orientationValid = std::abs(orientation.norm() - 1.0) < 1e-2; // false for NaN
+        joint.orientationValid = std::abs(orientation.norm() - 1.0) < 1e-2; // also false for NaN
         if (joint.orientationValid) joint.orientation = orientation.normalized();
     }
     if ((location.locationFlags & XR_SPACE_LOCATION_POSITION_VALID_BIT) == 0) return true;
@@ -122,13 +154,14 @@ std::string resultName(XrResult result)
     return fmt::format("XrResult {}", static_cast<int>(result));
 }
 
-OpenXrInstance::OpenXrInstance(const std::string& loader)
+OpenXrInstance::OpenXrInstance(const std::string& loader, Use use) :
+    _without(use == Use::HANDS ? "no hands" : "no picture in a headset")
 {
     loadLibrary(loader);
     try
     {
-        create();
-        findSystem();
+        create(use);
+        findSystem(use);
     }
     catch (...)
     {
@@ -137,61 +170,85 @@ OpenXrInstance::OpenXrInstance(const std::string& loader)
     }
 }
 
+OpenXrInstance::OpenXrInstance(const OpenXrHandles& handles) :
+    _instance(static_cast<XrInstance>(handles.instance)),
+    _isOwn(false)
+{
+    _functions.getInstanceProcAddr =
+        reinterpret_cast<PFN_xrGetInstanceProcAddr>(handles.getInstanceProcAddr);
+    loadFunctions();
+    PFN_xrVoidFunction found = nullptr;
+    const auto isThere = [&](const char* name)
+    { return XR_SUCCEEDED(_functions.getInstanceProcAddr(_instance, name, &found)) && found; };
+    if (isThere("xrConvertTimespecTimeToTimeKHR"))
+        load("xrConvertTimespecTimeToTimeKHR", _functions.convertTimespecTimeToTime);
+    _tracksHands = isThere("xrCreateHandTrackerEXT");
+    if (_tracksHands) loadHandFunctions();
+}
+
 OpenXrInstance::~OpenXrInstance()
 {
-    _functions.destroyInstance(_instance);
+    if (_isOwn) _functions.destroyInstance(_instance);
 }
 
 void OpenXrInstance::loadLibrary(const std::string& loader)
 {
-    // The library is never closed: runtimes leave threads behind that may still be in it.
+    _isLoaderPrograms = wasLoadedBefore(loader);
+    // The library is never closed: runtimes leave threads behind that may still run in it.
     void* library = dlopen(loader.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library)
     {
         // NOLINTNEXTLINE(concurrency-mt-unsafe): the C library keeps one a thread
         const char* why = dlerror();
-        throw OpenXrError("the loader can't be loaded (" + std::string(why ? why : loader) +
-                              "); no hands. Install libopenxr-loader1 and an OpenXR runtime",
+        throw OpenXrError("the loader can't be loaded (" + std::string(why ? why : loader) + "); " +
+                              _without + ". Install libopenxr-loader1 and an OpenXR runtime",
                           false);
     }
     _functions.getInstanceProcAddr =
         reinterpret_cast<PFN_xrGetInstanceProcAddr>(dlsym(library, "xrGetInstanceProcAddr"));
     if (!_functions.getInstanceProcAddr)
         throw OpenXrError(
-            loader + " is no OpenXR loader (it has no xrGetInstanceProcAddr); no hands", false);
+            loader + " is no OpenXR loader (it has no xrGetInstanceProcAddr); " + _without, false);
 }
 
-template<typename F>
-void OpenXrInstance::load(const char* name, F& function) const
+PFN_xrVoidFunction OpenXrInstance::find(const char* name) const
 {
     PFN_xrVoidFunction found = nullptr;
     const XrResult result = _functions.getInstanceProcAddr(_instance, name, &found);
     if (XR_FAILED(result) || !found)
         throw OpenXrError(_runtime + " has no function " + name + " (" + resultName(result) +
-                              "); no hands",
+                              "); " + _without,
                           false);
-    function = reinterpret_cast<F>(found);
+    return found;
 }
 
-void OpenXrInstance::create()
+void OpenXrInstance::create(Use use)
 {
     PFN_xrEnumerateInstanceExtensionProperties enumerate = nullptr;
     PFN_xrCreateInstance createInstance = nullptr;
     load("xrEnumerateInstanceExtensionProperties", enumerate);
     load("xrCreateInstance", createInstance);
-    const std::vector<XrExtensionProperties> offered = extensionsOf(enumerate);
-    // The runtime's name is available only through an instance, so one is made with the extensions
-    // that are there.
-    std::vector<const char*> present;
+    const std::vector<XrExtensionProperties> offered = extensionsOf(enumerate, _without);
+    const auto isOffered = [&offered](const char* name)
+    {
+        return std::any_of(offered.begin(),
+                           offered.end(),
+                           [name](const XrExtensionProperties& extension)
+                           { return textOf(extension.extensionName) == name; });
+    };
+    // The runtime's name is available only through an instance, so this makes one with the
+    // supported extensions.
+    const Names& needed = use == Use::HANDS ? kForHands : kForPicture;
+    Names present;
     std::vector<std::string> missing;
-    for (const char* name : kNeeded)
-        if (std::any_of(offered.begin(),
-                        offered.end(),
-                        [name](const XrExtensionProperties& extension)
-                        { return textOf(extension.extensionName) == name; }))
+    for (const char* name : needed)
+        if (isOffered(name))
             present.push_back(name);
         else
             missing.emplace_back(name);
+    if (use == Use::PICTURE)
+        std::copy_if(kBesides.begin(), kBesides.end(), std::back_inserter(present), isOffered);
+    _extensions.insert(present.begin(), present.end());
 
     XrInstanceCreateInfo info{};
     info.type = XR_TYPE_INSTANCE_CREATE_INFO;
@@ -202,20 +259,31 @@ void OpenXrInstance::create()
     const XrResult result = createInstance(&info, &_instance);
     if (result == XR_ERROR_LIMIT_REACHED)
         throw OpenXrError("this program has an OpenXR instance already, and the loader allows no "
-                          "second one (XR_ERROR_LIMIT_REACHED); no hands. Set hands with "
-                          "InjectedHands instead",
+                          "second one (XR_ERROR_LIMIT_REACHED); " +
+                              _without + ". Hand its session over: osgMidair::XrSession",
                           false);
     if (XR_FAILED(result))
         throw OpenXrError("the runtime can't be reached (xrCreateInstance: " + resultName(result) +
-                              "); no hands. Is its service running?",
+                              "); " + _without + ". Is its service running?",
                           true);
     loadFunctions();
     if (!missing.empty())
-        throw OpenXrError(_runtime + " has no " + listed(missing) +
-                              "; no hands. They take a runtime with " +
-                              listed({kNeeded.begin(), kNeeded.end()}) + ", such as Monado",
+        throw OpenXrError(_runtime + " has no " + listed(missing) + "; " + _without +
+                              (use == Use::HANDS ? ". They take" : ". It takes") +
+                              " a runtime with " + listed({needed.begin(), needed.end()}) +
+                              ", such as Monado",
                           false);
-    load("xrConvertTimespecTimeToTimeKHR", _functions.convertTimespecTimeToTime);
+    if (has(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME))
+        load("xrConvertTimespecTimeToTimeKHR", _functions.convertTimespecTimeToTime);
+    if (has(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) loadHandFunctions();
+    if (!has(XR_MSFT_SPATIAL_ANCHOR_EXTENSION_NAME)) return;
+    load("xrCreateSpatialAnchorMSFT", _functions.createAnchor);
+    load("xrCreateSpatialAnchorSpaceMSFT", _functions.createAnchorSpace);
+    load("xrDestroySpatialAnchorMSFT", _functions.destroyAnchor);
+}
+
+void OpenXrInstance::loadHandFunctions()
+{
     load("xrCreateHandTrackerEXT", _functions.createHandTracker);
     load("xrDestroyHandTrackerEXT", _functions.destroyHandTracker);
     load("xrLocateHandJointsEXT", _functions.locateHandJoints);
@@ -248,17 +316,18 @@ void OpenXrInstance::loadFunctions()
                            XR_VERSION_PATCH(version));
 }
 
-void OpenXrInstance::findSystem()
+void OpenXrInstance::findSystem(Use use)
 {
     XrSystemGetInfo wanted{};
     wanted.type = XR_TYPE_SYSTEM_GET_INFO;
     wanted.formFactor = XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY;
     const XrResult result = _functions.getSystem(_instance, &wanted, &_system);
     if (result == XR_ERROR_FORM_FACTOR_UNAVAILABLE)
-        throw OpenXrError(_runtime + " has no headset now (" + resultName(result) +
-                              "); no hands until it is connected",
+        throw OpenXrError(_runtime + " has no headset now (" + resultName(result) + "); " +
+                              _without + " until it is connected",
                           true);
     check(result, "xrGetSystem");
+    if (!has(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) return;
 
     XrSystemHandTrackingPropertiesEXT tracking{};
     tracking.type = XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT;
@@ -266,7 +335,8 @@ void OpenXrInstance::findSystem()
     properties.type = XR_TYPE_SYSTEM_PROPERTIES;
     properties.next = &tracking;
     check(_functions.getSystemProperties(_instance, _system, &properties), "xrGetSystemProperties");
-    if (!tracking.supportsHandTracking)
+    _tracksHands = tracking.supportsHandTracking == XR_TRUE;
+    if (!_tracksHands && use == Use::HANDS)
         throw OpenXrError(_runtime + ": \"" + textOf(properties.systemName) +
                               "\" doesn't track hands; no hands. It takes a headset or camera "
                               "that does",
@@ -277,13 +347,16 @@ void OpenXrInstance::check(XrResult result, const char* call) const
 {
     if (XR_SUCCEEDED(result)) return;
     const bool lost = result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST;
-    throw OpenXrError(_runtime + ": " + call + ": " + resultName(result) + "; no hands" +
+    throw OpenXrError(_runtime + ": " + call + ": " + resultName(result) + "; " + _without +
                           (lost ? " until it is back" : ""),
                       lost);
 }
 
 XrTime OpenXrInstance::now() const
 {
+    if (!_functions.convertTimespecTimeToTime)
+        return _known.time +
+               static_cast<XrTime>(1e9 * (base::steadySeconds() - _known.at_s.load()));
     timespec now{};
     clock_gettime(CLOCK_MONOTONIC, &now);
     XrTime time = 0;
@@ -292,27 +365,77 @@ XrTime OpenXrInstance::now() const
     return time;
 }
 
-OpenXrSession::OpenXrSession(const std::string& loader, OpenXrSpace space, Say say) :
-    _say(std::move(say)),
-    _instance(loader)
+void OpenXrInstance::setTime(XrTime time)
 {
-    const OpenXrFunctions& xr = _instance.functions();
+    _known.time = time;
+    _known.at_s = base::steadySeconds();
+}
+
+std::optional<double> OpenXrInstance::steadyTime(XrTime time) const
+{
+    if (!_functions.convertTimespecTimeToTime) return {};
+    return base::steadySeconds() + 1e-9 * static_cast<double>(time - now());
+}
+
+OpenXrSession::OpenXrSession(const std::string& loader, OpenXrSpace space, Say say) :
+    OpenXrSession(std::make_shared<OpenXrInstance>(loader, OpenXrInstance::Use::HANDS),
+                  nullptr,
+                  space,
+                  std::move(say))
+{
+    if (_instance->isLoaderPrograms())
+        _say("openxr: this program has loaded OpenXR itself, and the kit's tracker has the one "
+             "instance that OpenXR allows: an xrCreateInstance of the program's own fails "
+             "(XR_ERROR_LIMIT_REACHED). osgMidair::XrSession::open() before it prevents that, and "
+             "its lend() hands the program's session over");
+}
+
+OpenXrSession::OpenXrSession(std::shared_ptr<OpenXrInstance> instance,
+                             const void* binding,
+                             OpenXrSpace space,
+                             Say say) :
+    _say(std::move(say)),
+    _instance(std::move(instance))
+{
+    XrSessionCreateInfo info{};
+    info.type = XR_TYPE_SESSION_CREATE_INFO;
+    info.next = binding;
+    info.systemId = _instance->system();
+    _instance->check(_instance->functions().createSession(_instance->handle(), &info, &_session),
+                     "xrCreateSession");
+    begin(space);
+}
+
+OpenXrSession::OpenXrSession(const OpenXrHandles& handles, OpenXrSpace space, Say say) :
+    _say(std::move(say)),
+    _instance(std::make_shared<OpenXrInstance>(handles)),
+    _session(static_cast<XrSession>(handles.session)),
+    _space(static_cast<XrSpace>(handles.space)),
+    _isSpaceOwn(!handles.space),
+    _running(true)
+{
+    begin(space);
+}
+
+void OpenXrSession::begin(OpenXrSpace space)
+{
+    const OpenXrFunctions& xr = _instance->functions();
     try
     {
-        XrSessionCreateInfo info{};
-        info.type = XR_TYPE_SESSION_CREATE_INFO;
-        info.systemId = _instance.system();
-        _instance.check(xr.createSession(_instance.handle(), &info, &_session), "xrCreateSession");
-        createSpace(space);
-        for (std::size_t i = 0; i < _trackers.size(); ++i)
+        if (_isSpaceOwn) createSpace(space);
+        for (std::size_t i = 0; _instance->tracksHands() && i < _trackers.size(); ++i)
         {
             XrHandTrackerCreateInfoEXT hand{};
             hand.type = XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT;
             hand.hand = i == 0 ? XR_HAND_LEFT_EXT : XR_HAND_RIGHT_EXT;
             hand.handJointSet = XR_HAND_JOINT_SET_DEFAULT_EXT;
-            _instance.check(xr.createHandTracker(_session, &hand, &_trackers[i]),
-                            "xrCreateHandTrackerEXT");
+            _instance->check(xr.createHandTracker(_session, &hand, &_trackers[i]),
+                             "xrCreateHandTrackerEXT");
         }
+        if (!_instance->tracksHands())
+            _say("openxr: " + runtime() +
+                 " tracks no hands in this session: it needs a headset that tracks hands, and an "
+                 "instance that was created with XR_EXT_hand_tracking");
     }
     catch (...)
     {
@@ -328,30 +451,31 @@ OpenXrSession::~OpenXrSession()
 
 void OpenXrSession::destroy()
 {
-    const OpenXrFunctions& xr = _instance.functions();
+    const OpenXrFunctions& xr = _instance->functions();
     for (XrHandTrackerEXT tracker : _trackers)
         if (tracker != XR_NULL_HANDLE) xr.destroyHandTracker(tracker);
-    for (XrSpace space : {_view, _space})
-        if (space != XR_NULL_HANDLE) xr.destroySpace(space);
-    if (_session != XR_NULL_HANDLE) xr.destroySession(_session);
+    if (_view != XR_NULL_HANDLE) xr.destroySpace(_view);
+    if (_isSpaceOwn && _space != XR_NULL_HANDLE) xr.destroySpace(_space);
+    if (_anchor != XR_NULL_HANDLE) xr.destroyAnchor(_anchor);
+    if (_instance->isOwn() && _session != XR_NULL_HANDLE) xr.destroySession(_session);
 }
 
 void OpenXrSession::createSpace(OpenXrSpace space)
 {
-    const OpenXrFunctions& xr = _instance.functions();
+    const OpenXrFunctions& xr = _instance->functions();
     std::uint32_t count = 0;
-    _instance.check(xr.enumerateReferenceSpaces(_session, 0, &count, nullptr),
-                    "xrEnumerateReferenceSpaces");
+    _instance->check(xr.enumerateReferenceSpaces(_session, 0, &count, nullptr),
+                     "xrEnumerateReferenceSpaces");
     std::vector<XrReferenceSpaceType> offered(std::min(count, kMostSpaces));
-    _instance.check(
+    _instance->check(
         xr.enumerateReferenceSpaces(
             _session, static_cast<std::uint32_t>(offered.size()), &count, offered.data()),
         "xrEnumerateReferenceSpaces");
     const bool hasStage =
         std::find(offered.begin(), offered.end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered.end();
     if (space == OpenXrSpace::STAGE && !hasStage)
-        throw OpenXrError(runtime() + " has no stage space; no hands. openxr:?space=local takes "
-                                      "the other one",
+        throw OpenXrError(runtime() + " has no stage space; " + _instance->without() +
+                              ". openxr:?space=local takes the other one",
                           false);
     if (hasStage && space != OpenXrSpace::LOCAL) _spaceType = XR_REFERENCE_SPACE_TYPE_STAGE;
     _space = makeSpace(_spaceType);
@@ -364,9 +488,40 @@ XrSpace OpenXrSession::makeSpace(XrReferenceSpaceType type)
     info.referenceSpaceType = type;
     info.poseInReferenceSpace.orientation.w = 1.0f;
     XrSpace space = XR_NULL_HANDLE;
-    _instance.check(_instance.functions().createReferenceSpace(_session, &info, &space),
-                    "xrCreateReferenceSpace");
+    _instance->check(_instance->functions().createReferenceSpace(_session, &info, &space),
+                     "xrCreateReferenceSpace");
     return space;
+}
+
+void OpenXrSession::anchor(const Eigen::Isometry3d& place, XrTime time)
+{
+    const OpenXrFunctions& xr = _instance->functions();
+    if (!xr.createAnchor || _anchor != XR_NULL_HANDLE || _refusesAnchor || !_isSpaceOwn) return;
+    XrSpatialAnchorCreateInfoMSFT info{};
+    info.type = XR_TYPE_SPATIAL_ANCHOR_CREATE_INFO_MSFT;
+    info.space = _space;
+    info.pose = poseFor(place);
+    info.time = time;
+    XrResult result = xr.createAnchor(_session, &info, &_anchor);
+    if (result == XR_ERROR_CREATE_SPATIAL_ANCHOR_FAILED_MSFT) return; // the room is unknown yet
+    XrSpace tied = XR_NULL_HANDLE;
+    if (XR_SUCCEEDED(result))
+    {
+        XrSpatialAnchorSpaceCreateInfoMSFT space{};
+        space.type = XR_TYPE_SPATIAL_ANCHOR_SPACE_CREATE_INFO_MSFT;
+        space.anchor = _anchor;
+        space.poseInAnchorSpace = poseFor(place.inverse());
+        result = xr.createAnchorSpace(_session, &space, &tied);
+    }
+    if (XR_FAILED(result))
+    {
+        if (_anchor != XR_NULL_HANDLE) xr.destroyAnchor(_anchor);
+        _anchor = XR_NULL_HANDLE;
+        _refusesAnchor = true;
+        return;
+    }
+    xr.destroySpace(_space);
+    _space = tied;
 }
 
 void OpenXrSession::handleEvents()
@@ -375,8 +530,8 @@ void OpenXrSession::handleEvents()
     {
         XrEventDataBuffer event{};
         event.type = XR_TYPE_EVENT_DATA_BUFFER;
-        const XrResult result = _instance.functions().pollEvent(_instance.handle(), &event);
-        _instance.check(result, "xrPollEvent");
+        const XrResult result = _instance->functions().pollEvent(_instance->handle(), &event);
+        _instance->check(result, "xrPollEvent");
         if (result == XR_EVENT_UNAVAILABLE) return;
         if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED)
         {
@@ -384,20 +539,30 @@ void OpenXrSession::handleEvents()
             if (change.session == _session) handleState(change.state);
         }
         else if (event.type == XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING)
-            throw OpenXrError(runtime() + " is going away; no hands until it is back", true);
+            throw OpenXrError(
+                runtime() + " is going away; " + _instance->without() + " until it is back", true);
         else if (event.type == XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING)
         {
             const auto change = as<XrEventDataReferenceSpaceChangePending>(event);
-            if (change.session == _session && change.referenceSpaceType == _spaceType)
-                _say("openxr: " + runtime() + " moves the origin of its " + spaceName(_spaceType) +
-                     " space: hands are no longer where they were calibrated to be");
+            const bool isOurs =
+                change.session == _session && change.referenceSpaceType == _spaceType;
+            if (isOurs && _anchor == XR_NULL_HANDLE) tellRecentred();
         }
     }
 }
 
+void OpenXrSession::tellRecentred()
+{
+    const std::string text = "openxr: " + runtime() + " moves the origin of its " +
+                             spaceName(_spaceType) +
+                             " space: the calibration of hands is no longer valid";
+    OpenXrLending::one().setRecentred(text);
+    _say(text);
+}
+
 void OpenXrSession::handleState(XrSessionState state)
 {
-    const OpenXrFunctions& xr = _instance.functions();
+    const OpenXrFunctions& xr = _instance->functions();
     switch (state)
     {
     case XR_SESSION_STATE_READY:
@@ -405,31 +570,47 @@ void OpenXrSession::handleState(XrSessionState state)
         XrSessionBeginInfo info{};
         info.type = XR_TYPE_SESSION_BEGIN_INFO;
         info.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-        _instance.check(xr.beginSession(_session, &info), "xrBeginSession");
+        _instance->check(xr.beginSession(_session, &info), "xrBeginSession");
         _running = true;
         break;
     }
     case XR_SESSION_STATE_STOPPING:
         _running = false;
-        _instance.check(xr.endSession(_session), "xrEndSession");
-        _say("openxr: " + runtime() + " stopped the session; no hands until it goes on");
+        _instance->check(xr.endSession(_session), "xrEndSession");
+        _say("openxr: " + runtime() + " stopped the session; " + _instance->without() +
+             " until it goes on");
         break;
     case XR_SESSION_STATE_LOSS_PENDING:
-        throw OpenXrError(runtime() + " loses the session; no hands until it is back", true);
+        throw OpenXrError(
+            runtime() + " loses the session; " + _instance->without() + " until it is back", true);
     case XR_SESSION_STATE_EXITING:
-        throw OpenXrError(runtime() + " ended the session; no hands. Set the hand source again to "
-                                      "begin another",
+        throw OpenXrError(runtime() + " ended the session; " + _instance->without() +
+                              (_instance->has(XR_MND_HEADLESS_EXTENSION_NAME)
+                                   ? ". Set the hand source again to begin another"
+                                   : ". Start the program again to begin another"),
                           false);
     default:
         break;
     }
 }
 
+void OpenXrSession::locateAt(XrTime time, HandFrame& frame)
+{
+    frame.hands.clear();
+    if (!_running || !_instance->tracksHands()) return;
+    for (int id = 0; id < static_cast<int>(_trackers.size()); ++id)
+    {
+        Hand hand;
+        hand.id = id;
+        if (locateHand(id, time, 0, hand)) frame.hands.push_back(hand);
+    }
+}
+
 void OpenXrSession::locate(HandFrame& frame, double ahead_s)
 {
     frame.hands.clear();
-    if (!_running) return;
-    const XrTime now = _instance.now();
+    if (!_running || !_instance->tracksHands()) return;
+    const XrTime now = _instance->now();
     const auto ahead = static_cast<XrDuration>(std::llround(1e9 * ahead_s));
     for (int id = 0; id < static_cast<int>(_trackers.size()); ++id)
     {
@@ -444,21 +625,21 @@ void OpenXrSession::locateHead(Head& head, double ahead_s)
     head = {};
     if (!_running) return;
     if (_view == XR_NULL_HANDLE) _view = makeSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
-    const XrTime now = _instance.now();
+    const XrTime now = _instance->now();
     const auto ahead = _refusesLaterHead ? 0 : static_cast<XrDuration>(std::llround(1e9 * ahead_s));
     XrSpaceLocation location{};
     location.type = XR_TYPE_SPACE_LOCATION;
-    const OpenXrFunctions& xr = _instance.functions();
+    const OpenXrFunctions& xr = _instance->functions();
     XrResult result = xr.locateSpace(_view, _space, now + ahead, &location);
     if (result == XR_ERROR_TIME_INVALID && ahead > 0)
     {
         _refusesLaterHead = true;
-        _say("openxr: " + runtime() + " tells no head of a later time (" + resultName(result) +
-             "): it is that of now. prediction=kalman predicts it");
+        _say("openxr: " + runtime() + " doesn't predict the head (" + resultName(result) +
+             "): its present pose is used. prediction=kalman predicts it");
         result = xr.locateSpace(_view, _space, now, &location);
     }
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST)
-        _instance.check(result, "xrLocateSpace");
+        _instance->check(result, "xrLocateSpace");
     if (XR_FAILED(result))
         _say("openxr: " + runtime() + ": xrLocateSpace: " + resultName(result) +
              "; no head as long as that lasts");
@@ -470,7 +651,7 @@ void OpenXrSession::locateHead(Head& head, double ahead_s)
     const XrQuaternionf& q = location.pose.orientation;
     const Eigen::Quaterniond turn(Eigen::Quaternionf(q.w, q.x, q.y, q.z));
     const Eigen::Vector3d place = Eigen::Vector3f(p.x, p.y, p.z).cast<double>();
-    // False for NaN, too.
+    // Also false for NaN.
     head.isTracked = place.norm() < kFarthest_m && std::abs(turn.norm() - 1.0) < 1e-2;
     if (head.isTracked) head.pose = headPose(place, turn);
 }
@@ -481,7 +662,7 @@ XrResult OpenXrSession::askRuntime(int id, XrTime time, XrHandJointLocationsEXT&
     info.type = XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT;
     info.baseSpace = _space;
     info.time = time;
-    return _instance.functions().locateHandJoints(
+    return _instance->functions().locateHandJoints(
         _trackers[static_cast<std::size_t>(id)], &info, &locations);
 }
 
@@ -498,12 +679,12 @@ bool OpenXrSession::locateHand(int id, XrTime now, XrDuration ahead, Hand& hand)
     if (result == XR_ERROR_TIME_INVALID && isLater)
     {
         _refusesLater = true;
-        _say("openxr: " + runtime() + " tells no hands of a later time (" + resultName(result) +
-             "): they are those of now, and are felt late. prediction=kalman predicts them");
+        _say("openxr: " + runtime() + " doesn't predict hands (" + resultName(result) +
+             "): their present poses are used, and felt late. prediction=kalman predicts them");
         result = askRuntime(id, now, locations);
     }
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST)
-        _instance.check(result, "xrLocateHandJointsEXT");
+        _instance->check(result, "xrLocateHandJointsEXT");
     if (XR_FAILED(result))
     {
         _say("openxr: " + runtime() + ": xrLocateHandJointsEXT: " + resultName(result) +

@@ -1,11 +1,11 @@
 #include "engine-bridge/hands/openxr/OpenXrTracker.h"
 
+#include "engine-bridge/hands/openxr/OpenXrLending.h"
 #include "engine-bridge/hands/openxr/OpenXrSession.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -19,25 +19,22 @@ namespace
 constexpr double kIdleAfter_s = 1.0;
 constexpr double kIdleInterval_s = 0.1;
 
-/// The longest pause between attempts. Pauses get longer since the loader writes to stderr whenever
-/// a runtime can't be reached.
+/// Longest pause between attempts. Pauses grow, because the loader writes to stderr whenever a
+/// runtime can't be reached.
 constexpr double kLongestRetry_s = 60.0;
 
-/// A runtime isn't asked for what is farther ahead.
+/// Longest requested prediction.
 constexpr double kFarthest_s = 1.0;
 
-/// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
+/// Wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
-
-/// When nobody has asked so far.
-constexpr double kNever_s = -std::numeric_limits<double>::infinity();
 
 bool isRecent(double asked_s)
 {
     return base::steadySeconds() - asked_s < kIdleAfter_s;
 }
 
-/// A NaN counts as 0.
+/// NaN counts as 0.
 double horizonOf(double ahead_s)
 {
     return ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
@@ -46,20 +43,6 @@ double horizonOf(double ahead_s)
 auto after(double time_s)
 {
     return std::chrono::steady_clock::now() + std::chrono::duration<double>(time_s);
-}
-
-/// The right to use the program's one OpenXR instance: one tracker has it at a time.
-struct Turn
-{
-    base::Mutex mutex;
-    base::Condition ended;
-    bool taken MIDAIR_GUARDED_BY(mutex) = false;
-};
-
-Turn& turn()
-{
-    static Turn one;
-    return one;
 }
 
 } // namespace
@@ -83,7 +66,6 @@ std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
 
 OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) :
     _options(options),
-    _asked{kNever_s, kNever_s},
     _thread([this] { run(); })
 {
 }
@@ -95,30 +77,57 @@ OpenXrTracker::~OpenXrTracker()
         const base::Lock lock(_mutex);
         _wake.notifyAll();
     }
-    {
-        const base::Lock lock(turn().mutex);
-        turn().ended.notifyAll();
-    }
+    OpenXrLending::one().wake();
     _thread.join();
 }
 
 void OpenXrTracker::run()
 {
-    if (!takeTurn()) return;
+    while (!_stop)
+    {
+        if (OpenXrLending::one().isTaken())
+            followLent();
+        else if (takeTurn())
+            connect();
+    }
+}
+
+bool OpenXrTracker::takeTurn()
+{
+    OpenXrLending& lending = OpenXrLending::one();
+    if (lending.beginOwn(kHandOver_s, _stop)) return true;
+    if (_stop || lending.isTaken()) return false;
+    lose("openxr: another hand source of this program follows OpenXR with other options; no "
+         "hands until it ends");
+    return lending.beginOwn(-1.0, _stop);
+}
+
+// Follows its own sessions until it has to end or to follow a lent one.
+void OpenXrTracker::connect()
+{
+    OpenXrLending& lending = OpenXrLending::one();
     double retry_s = _options.retry_s;
-    for (bool again = true; again && !_stop;)
+    bool again = true;
+    while (again && !_stop && !lending.isTaken())
     {
         if (followSession(again)) retry_s = _options.retry_s;
-        base::Lock lock(_mutex);
-        const auto end = after(retry_s);
-        while (again && !_stop && _wake.waitUntil(lock, end))
-        {
-        }
+        if (again) pause(retry_s, false);
         retry_s = std::max(retry_s, std::min(2.0 * retry_s, kLongestRetry_s));
     }
-    const base::Lock lock(turn().mutex);
-    turn().taken = false;
-    turn().ended.notifyAll();
+    lending.endOwn();
+    while (!again && !_stop && !lending.isTaken())
+        pause(kLongestRetry_s, false);
+}
+
+/// Waits for \a time_s, until the end, or until lending differs from \a isTaken.
+void OpenXrTracker::pause(double time_s, bool isTaken)
+{
+    const double end_s = base::steadySeconds() + time_s;
+    base::Lock lock(_mutex);
+    for (double now_s = base::steadySeconds();
+         !_stop && now_s < end_s && OpenXrLending::one().isTaken() == isTaken;
+         now_s = base::steadySeconds())
+        _wake.waitUntil(lock, after(std::min(kIdleInterval_s, end_s - now_s)));
 }
 
 bool OpenXrTracker::followSession(bool& again)
@@ -129,7 +138,7 @@ bool OpenXrTracker::followSession(bool& again)
         OpenXrSession session(
             _options.loader, _options.space, [this](const std::string& message) { say(message); });
         connected = true;
-        follow(session);
+        follow(&session);
     }
     catch (const OpenXrError& error)
     {
@@ -139,49 +148,92 @@ bool OpenXrTracker::followSession(bool& again)
     return connected;
 }
 
-bool OpenXrTracker::takeTurn()
+void OpenXrTracker::followLent()
 {
-    Turn& mine = turn();
-    base::Lock lock(mine.mutex);
-    const auto end = after(kHandOver_s);
-    while (!_stop && mine.taken && mine.ended.waitUntil(lock, end))
+    try
     {
+        follow(nullptr);
     }
-    if (!_stop && mine.taken)
-        lose("openxr: another hand source of this program follows OpenXR with other options; no "
-             "hands until it ends");
-    while (!_stop && mine.taken)
-        mine.ended.wait(lock);
-    if (_stop) return false;
-    mine.taken = true;
-    return true;
+    catch (const OpenXrError& error)
+    {
+        lose(error.what()); // its owner looks for another
+        pause(kIdleInterval_s, true);
+    }
 }
 
-void OpenXrTracker::follow(OpenXrSession& session)
+/// Data for an asker.
+struct OpenXrTracker::Reading
 {
     HandFrame frame;
     Head head;
-    base::Lock lock(_mutex);
-    while (!_stop)
+};
+
+OpenXrTracker::Askers OpenXrTracker::recentAskers()
+{
+    Askers recent;
+    _askers.erase(std::remove_if(_askers.begin(),
+                                 _askers.end(),
+                                 [](const auto& asker) { return asker.expired(); }),
+                  _askers.end());
+    for (const std::weak_ptr<OpenXrAsker>& one : _askers)
+        if (auto asker = one.lock(); asker && isRecent(asker->asked_s))
+            recent.push_back(std::move(asker));
+    _isWanted = false;
+    return recent;
+}
+
+void OpenXrTracker::publish(Askers& askers, const std::vector<Reading>& read)
+{
+    bool any = false;
+    const double now_s = base::steadySeconds();
+    for (std::size_t i = 0; i < askers.size(); ++i)
     {
-        const bool areHands = isRecent(_asked.hands_s);
-        const bool isHead = isRecent(_asked.head_s);
-        const bool asked = areHands || isHead;
+        askers[i]->frame = read[i].frame;
+        askers[i]->head = read[i].head;
+        askers[i]->frame.time_s = askers[i]->head.time_s = now_s;
+        any = any || !read[i].frame.hands.empty();
+    }
+    if (any) ++_frames;
+}
+
+void OpenXrTracker::follow(OpenXrSession* own)
+{
+    OpenXrLending& lending = OpenXrLending::one();
+    base::Lock lock(_mutex);
+    while (!_stop && lending.isTaken() == !own)
+    {
+        Askers askers = recentAskers();
         lock.unlock();
-        session.handleEvents();
-        frame.hands.clear();
-        if (areHands) session.locate(frame, _horizon_s);
-        head.isTracked = false;
-        if (isHead) session.locateHead(head, _headHorizon_s);
-        head.time_s = frame.time_s = base::steadySeconds();
+        std::string condition = "openxr: no session of the headset or of the program now";
+        std::size_t leftOut = 0;
+        std::vector<Reading> read(askers.size());
+        const auto readIn = [&](OpenXrSession& session)
+        {
+            for (std::size_t i = 0; i < askers.size(); ++i)
+                if (askers[i]->isForHead)
+                    session.locateHead(read[i].head, askers[i]->horizon_s);
+                else
+                    session.locate(read[i].frame, askers[i]->horizon_s);
+            leftOut = session.jointsLeftOut();
+            condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
+        };
+        if (own)
+        {
+            own->handleEvents();
+            readIn(*own);
+        }
+        else
+        {
+            lending.use(readIn);
+            for (const std::string& message : lending.messages(_lentTold))
+                say(message);
+        }
         lock.lock();
-        _leftOut = session.jointsLeftOut();
-        _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
-        if (areHands) _frame = frame;
-        if (isHead) _head = head;
-        if (areHands && !frame.hands.empty()) ++_frames;
-        const auto end = after(asked ? kInterval_s : kIdleInterval_s);
-        while (!_stop && (asked || !isAskedFor()) && _wake.waitUntil(lock, end))
+        _leftOut = leftOut;
+        _condition = condition;
+        publish(askers, read);
+        const auto end = after(askers.empty() ? kIdleInterval_s : kInterval_s);
+        while (!_stop && (!askers.empty() || !_isWanted) && _wake.waitUntil(lock, end))
         {
         }
     }
@@ -190,8 +242,12 @@ void OpenXrTracker::follow(OpenXrSession& session)
 void OpenXrTracker::lose(const std::string& why)
 {
     const base::Lock lock(_mutex);
-    _frame.hands.clear();
-    _head.isTracked = false;
+    for (const std::weak_ptr<OpenXrAsker>& one : _askers)
+        if (const auto asker = one.lock())
+        {
+            asker->frame.hands.clear();
+            asker->head.isTracked = false;
+        }
     _condition = why;
     _messages.say({base::MessageCode::HANDS_SOURCE, why});
 }
@@ -202,48 +258,50 @@ void OpenXrTracker::say(const std::string& message)
     _messages.say({base::MessageCode::HANDS_SOURCE, message});
 }
 
-bool OpenXrTracker::isAskedFor() const
+std::shared_ptr<OpenXrAsker> OpenXrTracker::newAsker(bool forHead)
 {
-    return isRecent(_asked.hands_s) || isRecent(_asked.head_s);
+    auto asker = std::make_shared<OpenXrAsker>(forHead);
+    const base::Lock lock(_mutex);
+    _askers.push_back(asker);
+    return asker;
 }
 
-// Wakes the thread where it isn't looked for yet; returns the time.
+// Wakes the thread if this is the first request; returns the time.
 double OpenXrTracker::noteAsked(double& asked_s)
 {
-    if (!isRecent(asked_s)) _wake.notifyAll();
+    if (!isRecent(asked_s))
+    {
+        _isWanted = true;
+        _wake.notifyAll();
+    }
     return asked_s = base::steadySeconds();
 }
 
-bool OpenXrTracker::latest(HandFrame& frame)
+bool OpenXrTracker::latest(OpenXrAsker& asker, HandFrame& frame)
 {
     const base::Lock lock(_mutex);
-    const double now_s = noteAsked(_asked.hands_s);
+    const double now_s = noteAsked(asker.asked_s);
     frame.hands.clear();
-    if (now_s - _frame.time_s > kStale_s) return false;
-    frame.hands = _frame.hands;
+    if (now_s - asker.frame.time_s > kStale_s) return false;
+    frame.hands = asker.frame.hands;
     for (Hand& hand : frame.hands)
-        hand.age_s = now_s - _frame.time_s;
+        hand.age_s = now_s - asker.frame.time_s;
     return !frame.hands.empty();
 }
 
-bool OpenXrTracker::latestHead(Head& head)
+bool OpenXrTracker::latestHead(OpenXrAsker& asker, Head& head)
 {
     const base::Lock lock(_mutex);
-    const double now_s = noteAsked(_asked.head_s);
-    head = _head;
-    head.age_s = std::max(0.0, now_s - _head.time_s);
-    head.isTracked = _head.isTracked && head.age_s <= kStale_s;
+    const double now_s = noteAsked(asker.asked_s);
+    head = asker.head;
+    head.age_s = std::max(0.0, now_s - asker.head.time_s);
+    head.isTracked = asker.head.isTracked && head.age_s <= kStale_s;
     return head.isTracked;
 }
 
-void OpenXrTracker::setHorizon(double ahead_s)
+void OpenXrTracker::setHorizon(OpenXrAsker& asker, double ahead_s)
 {
-    _horizon_s = horizonOf(ahead_s);
-}
-
-void OpenXrTracker::setHeadHorizon(double ahead_s)
-{
-    _headHorizon_s = horizonOf(ahead_s);
+    asker.horizon_s = horizonOf(ahead_s);
 }
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const

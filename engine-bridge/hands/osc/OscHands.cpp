@@ -1,8 +1,8 @@
-// Reading and writing is done by oscpack: it reads in place, allocates nothing, throws at what is
-// malformed, and leaves sockets to others. liblo, the larger of Debian's two, copies each message
-// to the heap, listens on all addresses of the machine by itself, and calls handlers by patterns
-// that the sender may choose. Of blobs oscpack 1.1 checks no length, and reads beyond the datagram:
-// it sees none, since messages with other arguments than hands have are refused before.
+// Uses oscpack for reading and writing: it reads in place, allocates nothing, throws on malformed
+// data, and leaves sockets to its user. liblo, the larger library in Debian, copies each message to
+// the heap, listens on all addresses of the machine, and calls handlers by patterns that the sender
+// may choose. oscpack 1.1 doesn't check the length of blobs, and reads beyond the datagram;
+// therefore messages with arguments other than those of hands are refused before it sees them.
 #include "engine-bridge/hands/osc/OscHands.h"
 
 #include "haptics/base/InputError.h"
@@ -23,14 +23,14 @@ namespace
 {
 
 constexpr int kDeepestBundle = 4;
-constexpr std::size_t kMostMessages = 32; ///< in a datagram
+constexpr std::size_t kMostMessages = 32; ///< per datagram
 constexpr std::size_t kMostText = 1000;
-constexpr double kLatest_s = 1e15; ///< times beyond it have no milliseconds in a double
+constexpr double kLatest_s = 1e15; ///< later times have no milliseconds in a double
 constexpr int kPositionValid = 1;
 constexpr int kOrientationValid = 2;
-constexpr double kQuaternionError = 0.01; ///< of its length; floats have less
+constexpr double kQuaternionError = 0.01; ///< of its length; floats are more exact
 
-/// \a text for messages: what is no printable ASCII is replaced, and it is cut.
+/// \a text for messages: replaces non-printable characters and cuts it.
 std::string shown(const char* text, std::size_t most = 60)
 {
     std::string result(text, ::strnlen(text, most));
@@ -39,7 +39,7 @@ std::string shown(const char* text, std::size_t most = 60)
     return result;
 }
 
-/// The arguments of a message, one after the other; each throws base::InputError.
+/// The arguments of a message in order; each getter throws base::InputError.
 class Arguments
 {
 public:
@@ -50,7 +50,7 @@ public:
     {
     }
 
-    /// A float, a double or an int32, whichever the sender has.
+    /// A float, a double or an int32, whichever was sent.
     double number(const char* what)
     {
         const osc::ReceivedMessageArgument one = take(what);
@@ -108,7 +108,7 @@ int sideOf(Arguments& arguments)
     throw arguments.error("side", "is \"" + shown(side) + "\", should be left or right");
 }
 
-/// Takes a joint that is called valid and can't be out of the hand; says why.
+/// Removes a joint marked as valid but impossible from the hand; notes the reason.
 void believe(HandJoint& joint, int number, OscContent& content)
 {
     const double length = joint.orientation.norm();
@@ -129,12 +129,12 @@ void believe(HandJoint& joint, int number, OscContent& content)
                                            joint.position.z(),
                                            joint.radius_m);
     joint.positionValid = joint.positionValid && isPlace && isSkin;
-    // What isn't valid may be any number, and nobody is to come upon it.
+    // Invalid members may hold any number; clears them for later readers.
     if (!joint.positionValid) joint.position.setZero();
     if (!isSkin) joint.radius_m = 0.0;
 }
 
-/// The time and the age, each in its range.
+/// Takes the time and the age, each in its range.
 void takeTimes(Arguments& arguments, double& time_s, double& age_s)
 {
     time_s = arguments.number("time");
@@ -168,7 +168,7 @@ void takeHand(Arguments arguments, OscContent& content)
     content.hands.push_back(timed);
 }
 
-/// A head: its time and age, which may both be left out, then its place and turn.
+/// Reads a head: its time and age, which are both optional, then its position and orientation.
 void takeHead(Arguments arguments, std::size_t count, OscContent& content)
 {
     constexpr std::size_t kOfPose = 7;
@@ -197,8 +197,8 @@ void takeHead(Arguments arguments, std::size_t count, OscContent& content)
                                            turn.norm());
 }
 
-/// The text that begins at \a at, and where the next one does: texts end with zeros up to a
-/// multiple of four. Throws if its end is missing.
+/// Returns the text that begins at \a at, and moves \a at behind it: texts are padded with zeros to
+/// a multiple of four. Throws if the terminator is missing.
 std::string takeText(const char* data, std::size_t size, std::size_t& at)
 {
     const void* end = at < size ? std::memchr(data + at, 0, size - at) : nullptr;
@@ -209,8 +209,8 @@ std::string takeText(const char* data, std::size_t size, std::size_t& at)
     return text;
 }
 
-/// False for a message that isn't about hands or heads; throws for one with arguments that these
-/// don't have.
+/// Returns false for a message that isn't about hands or heads; throws for one with unsupported
+/// argument types.
 bool isOfHands(const char* data, std::size_t size, OscContent& content)
 {
     std::size_t at = 0;

@@ -12,55 +12,55 @@
 namespace midair::bridge
 {
 
-/// \{ Addresses of what is sent; samples/guides/HANDS.md has their arguments.
+/// \{ OSC addresses; samples/guides/HANDS.md has their arguments.
 constexpr const char* kOscHand = "/midair/hand";
 constexpr const char* kOscHead = "/midair/head";
 constexpr const char* kOscText = "/midair/text";
 constexpr const char* kOscHorizon = "/midair/horizon";
 /// \}
 
-/// A datagram that is longer is none of hands: two take 2,600 bytes.
+/// Longer datagrams are refused: two hands take 2,600 bytes.
 constexpr std::size_t kMostOscBytes = 8192;
-constexpr double kOldestOscHand_s = 10.0; ///< the largest age that a sender may tell, of heads too
-constexpr double kFarthestOscHorizon_s = 1.0; ///< how far ahead hands may be asked for
+constexpr double kOldestOscHand_s = 10.0; ///< largest age that a sender may report, also for heads
+constexpr double kFarthestOscHorizon_s = 1.0; ///< limit of a requested prediction
 
-/// Throws base::InputError in a build without OSC. All that sends or receives asks first.
+/// Throws base::InputError in a build without OSC. Senders and receivers call it first.
 void requireOsc();
 
-/// What one datagram says.
+/// Content of one datagram.
 struct OscContent
 {
-    /// A hand and the sender's time of it.
+    /// A hand with the sender's time.
     struct Timed
     {
-        double time_s = 0.0; ///< the sender's clock, whose zero is its own
-        Hand hand;           ///< age_s: when it was sent
+        double time_s = 0.0; ///< the sender's clock, with an arbitrary zero
+        Hand hand;           ///< age_s: at the time of sending
     };
     std::vector<Timed> hands;
-    /// The newest head; time_s: the sender's clock, NaN if it tells none; age_s: when it was sent.
+    /// The newest head; time_s: the sender's clock, NaN if missing; age_s: at the time of sending.
     std::optional<Head> head;
-    std::vector<std::string> texts; ///< what the sender has to tell the user
-    double horizon_s = -1.0;        ///< >= 0: the receiver asks for hands so much later; else: not
-    std::size_t jointsLeftOut = 0;  ///< that are called valid and can't be, and such heads
-    std::string firstLeftOut;       ///< what is wrong with the first of them
-    std::string unknown;            ///< the first address that isn't known; empty: none
+    std::vector<std::string> texts; ///< messages of the sender for the user
+    double horizon_s = -1.0;        ///< >= 0: requested prediction of hands; else: no request
+    std::size_t jointsLeftOut = 0;  ///< marked as valid but impossible, including heads
+    std::string firstLeftOut;       ///< problem of the first of them
+    std::string unknown;            ///< first unknown address; empty: none
     std::size_t unknownCount = 0;
 };
 
-/// Reads a datagram of \a size bytes: a message, or a bundle of them, also one in another. Throws
-/// base::InputError, which says what is wrong, for one that has any mistake: a datagram counts as a
-/// whole or not at all. Reads no byte outside of it, and keeps none.
+/// Decodes a datagram of \a size bytes: a message or a bundle, possibly nested. Throws
+/// base::InputError for any error: a datagram is accepted completely or not at all. Reads no byte
+/// outside of it, and keeps no reference.
 OscContent decodeOsc(const char* data, std::size_t size);
 
-/// Datagrams as they are sent: their bytes are valid until the next call.
+/// Encodes datagrams: the bytes are valid until the next call.
 class OscWriter
 {
 public:
-    /// A bundle with a message for each of \a hands whose id is 0 or 1, others are left out; an
-    /// empty one, which says that the sender is there, if there are none. \a time_s: the sender's
-    /// clock, which must rise.
+    /// A bundle with a message for each of \a hands with id 0 or 1, others are left out; without
+    /// hands an empty bundle, as a sign of life. \a time_s: the sender's clock, which must
+    /// increase.
     std::size_t hands(const std::vector<Hand>& hands, double time_s);
-    /// A head, at head.time_s of the sender's clock, which must rise.
+    /// A head, at head.time_s of the sender's clock, which must increase.
     std::size_t head(const Head& head);
     std::size_t text(const std::string& text); ///< cut after 1000 bytes
     std::size_t horizon(double ahead_s);       ///< >= 0

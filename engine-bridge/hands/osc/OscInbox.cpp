@@ -26,7 +26,8 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
     if (!wrong.empty())
     {
         ++_counts.malformed;
-        tellOnce("malformed", "a datagram is ignored, as others like it will be: " + wrong);
+        tellOnce("malformed",
+                 "an invalid datagram is ignored, and so will be the next ones: " + wrong);
         return;
     }
     for (const OscContent::Timed& timed : content.hands)
@@ -45,14 +46,12 @@ void OscInbox::take(const char* data, std::size_t size, const std::string& sende
                      ", a head to " + kOscHead);
     _counts.jointsLeftOut += content.jointsLeftOut;
     if (!content.firstLeftOut.empty())
-        tellOnce(
-            "left out",
-            content.firstLeftOut +
-                " is left out, as others will be; positions within 1000 m and radii over 0, up "
-                "to 0.1 m are believed");
+        tellOnce("left out",
+                 content.firstLeftOut + " is left out, and so will be the next ones; valid are "
+                                        "positions within 1000 m and radii over 0, up to 0.1 m");
 }
 
-// A sender that was lost may begin anew, with another clock, or be another one.
+// A sender that was lost may start again with another clock, or be another sender.
 template<typename T>
 bool OscInbox::take(Newest<T>& newest, const Newest<T>& next, const std::string& name)
 {
@@ -65,7 +64,7 @@ bool OscInbox::take(Newest<T>& newest, const Newest<T>& next, const std::string&
                      fmt::format("two senders have a {}: the first one's is taken", name));
             return false;
         }
-        if (next.time_s <= newest.time_s) // false where no time is told
+        if (next.time_s <= newest.time_s) // also false without a time
         {
             ++_counts.late;
             tellOnce("late",
@@ -154,7 +153,7 @@ std::string OscInbox::status() const
     {
         if (count > 0) ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
     };
-    add(counts.malformed, "datagrams not understood");
+    add(counts.malformed, "invalid datagrams");
     add(counts.late, "out of order");
     add(counts.ofOthers, "of another sender");
     add(counts.unknown, "to another address");

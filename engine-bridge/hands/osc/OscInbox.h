@@ -13,66 +13,65 @@
 namespace midair::bridge
 {
 
-/// What came of the datagrams so far.
+/// Counts of the datagrams so far.
 struct OscCounts
 {
     std::uint64_t datagrams = 0;
-    std::uint64_t hands = 0;     ///< that were taken
-    std::uint64_t heads = 0;     ///< that were taken
-    std::uint64_t malformed = 0; ///< datagrams that are not understood
-    std::uint64_t late = 0;      ///< hands and heads older than, or as old as, one that is known
-    std::uint64_t ofOthers = 0;  ///< hands and heads of a sender that another was before
-    std::uint64_t unknown = 0;   ///< messages with another address
-    std::uint64_t jointsLeftOut = 0; ///< that are called valid and can't be
+    std::uint64_t hands = 0;         ///< accepted
+    std::uint64_t heads = 0;         ///< accepted
+    std::uint64_t malformed = 0;     ///< invalid datagrams
+    std::uint64_t late = 0;          ///< hands and heads not newer than the known one
+    std::uint64_t ofOthers = 0;      ///< hands and heads of a second sender
+    std::uint64_t unknown = 0;       ///< messages to another address
+    std::uint64_t jointsLeftOut = 0; ///< marked as valid but impossible
 };
 
-/// The newest hands and head of a stream of datagrams, whoever receives these. What is hostile or
-/// wrong is counted and ignored, and told once of each kind. All members may be called from any
-/// thread.
+/// The newest hands and head of a stream of datagrams, from any receiver. Hostile or invalid data
+/// is counted, ignored, and reported once per kind. All members may be called from any thread.
 class OscInbox
 {
 public:
-    /// A hand, or the head, of which nothing has come for so long is lost.
+    /// A hand or head without data for this time is lost.
     static constexpr double kLost_s = 0.1;
 
-    /// \a name begins each message: "osc: port 9000".
+    /// \a name is the prefix of each message: "osc: port 9000".
     explicit OscInbox(std::string name) : _name(std::move(name)) { requireOsc(); }
 
-    /// Takes a datagram that came at \a now_s (steady clock) from \a sender, any bytes that tell
-    /// senders apart. As long as a side's hand isn't lost, it is that of the sender that had it
-    /// first, and each must be newer than the one before.
+    /// Takes a datagram that arrived at \a now_s (steady clock) from \a sender, any bytes that
+    /// identify a sender. Until a side's hand is lost, only its first sender is accepted, and each
+    /// must be newer than the last.
     void take(const char* data, std::size_t size, const std::string& sender, double now_s);
 
-    /// True if \a sender may give a hand at \a now_s, or the head where that is asked for: if not,
-    /// its datagrams need not be read.
+    /// True if \a sender may provide a hand at \a now_s, or the head if that is requested;
+    /// otherwise its datagrams need not be read.
     bool mayBeOf(const std::string& sender, double now_s) const;
-    /// Counts a datagram that was not read, as it is of another sender.
+    /// Counts a datagram of another sender that was not read.
     void passOver();
 
-    /// Puts the hands that are not lost at \a now_s into \a frame, with their age; returns false
-    /// if there are none.
+    /// Stores the hands that are not lost at \a now_s in \a frame, with their age; returns false if
+    /// there are none.
     bool latest(double now_s, HandFrame& frame) const;
 
-    /// Puts the head, if it isn't lost at \a now_s, into \a head, with its age; returns false if it
-    /// is. From now on datagrams are read for it.
+    /// Stores the head, with its age, in \a head; returns false if it is lost at \a now_s. From now
+    /// on datagrams are read for it.
     bool latestHead(double now_s, Head& head) const;
 
     /// Adds a message.
     void say(const std::string& message);
-    /// The messages from number \a told on; sets \a told to the number of all messages.
+    /// Returns the messages from number \a told on; sets \a told to the number of all messages.
     std::vector<std::string> messages(std::size_t& told) const;
 
     OscCounts counts() const;
-    /// "1200 hands; ignored: 3 datagrams that are no hands, .."
+    /// "1200 hands; ignored: 3 invalid datagrams, .."
     std::string status() const;
 
 private:
-    /// The newest of what one sender has at a time: a side's hand, the head.
+    /// The newest item of a side's hand or of the head, from one sender at a time.
     template<typename T>
     struct Newest
     {
         T what;
-        double time_s = 0.0;     ///< the sender's clock; NaN: not told
+        double time_s = 0.0;     ///< the sender's clock; NaN: missing
         double arrived_s = -1e9; ///< steady clock
         std::string sender;
 

@@ -32,8 +32,8 @@ std::string nameOf(const OscOptions& options)
     return fmt::format("osc: {} port {}", options.address, options.port);
 }
 
-/// Waits until one of the two can be read, or \a timeout_ms is over (-1: never). Returns true if
-/// \a stop can be.
+/// Waits until one of the two is readable, or \a timeout_ms is over (-1: never). Returns true if \a
+/// stop is readable.
 bool waitFor(int stop, int socket, int timeout_ms)
 {
     std::array<pollfd, 2> both = {{{stop, POLLIN, 0}, {socket, POLLIN, 0}}};
@@ -79,7 +79,7 @@ SocketAddress SocketAddress::boundTo(int socket)
 
 int SocketAddress::port() const
 {
-    // Both families have the port at the same place.
+    // Both address families store the port at the same place.
     in_port_t port = 0;
     if (family() == AF_INET6)
         port = reinterpret_cast<const sockaddr_in6*>(&_address)->sin6_port;
@@ -119,7 +119,7 @@ OscReceiver::OscReceiver(const OscOptions& options) :
 OscReceiver::~OscReceiver()
 {
     const std::uint64_t one = 1;
-    // An eventfd takes 8 bytes at once; without it the thread would go on for ever.
+    // An eventfd takes 8 bytes at once; without this write the thread would never end.
     while (::write(_stop, &one, sizeof one) < 0 && errno == EINTR)
     {
     }
@@ -160,14 +160,14 @@ void OscReceiver::receive()
     while (!waitFor(_stop, _socket, -1))
     {
         if (takeTurn() < kMostInTurn) continue;
-        _inbox.say(fmt::format("more than {} datagrams a millisecond arrive; what is more is lost, "
-                               "and hands may be",
-                               kMostInTurn / kTurn_ms));
+        _inbox.say(fmt::format(
+            "more than {} datagrams a millisecond arrive; the rest is lost, and hands may be, too",
+            kMostInTurn / kTurn_ms));
         if (waitFor(_stop, -1, kTurn_ms)) return;
     }
 }
 
-// Returns how many datagrams were there.
+// Returns the number of datagrams read.
 int OscReceiver::takeTurn()
 {
     std::array<char, kMostOscBytes + 1> bytes;
@@ -175,7 +175,7 @@ int OscReceiver::takeTurn()
     {
         sockaddr_storage from{};
         socklen_t length = sizeof from;
-        // MSG_TRUNC: what doesn't fit is known by its true size.
+        // MSG_TRUNC: returns the true size of datagrams that don't fit.
         const ssize_t size = ::recvfrom(_socket,
                                         bytes.data(),
                                         bytes.size(),

@@ -19,14 +19,14 @@
 namespace midair::bridge
 {
 
-/// An address of the internet and a port.
+/// An internet address and a port.
 class SocketAddress
 {
 public:
-    /// \a address: numeric, IPv4 or IPv6, no name, for which the network would be asked. \a port: 0
-    /// .. 65535. Throws base::InputError.
+    /// \a address: numeric, IPv4 or IPv6; names would need the network. \a port: 0 .. 65535. Throws
+    /// base::InputError.
     static SocketAddress parse(const std::string& address, int port);
-    /// What \a socket is bound to.
+    /// Returns the address that \a socket is bound to.
     static SocketAddress boundTo(int socket);
 
     int family() const { return _address.ss_family; }
@@ -39,28 +39,28 @@ private:
     socklen_t _size = sizeof(sockaddr_storage);
 };
 
-/// Where datagrams are received.
+/// Address for receiving datagrams.
 struct OscOptions
 {
-    std::string address = "127.0.0.1"; ///< numeric, IPv4 or IPv6; 0.0.0.0: all of the machine's
-    int port = 9000;                   ///< 0 .. 65535; 0: any that is free, for tests
+    std::string address = "127.0.0.1"; ///< numeric, IPv4 or IPv6; 0.0.0.0: all of the machine
+    int port = 9000;                   ///< 0 .. 65535; 0: any free one, for tests
 };
 
 bool operator==(const OscOptions& a, const OscOptions& b);
 
-/// Receives hands by OSC over UDP, on a thread of its own. A port that can't be had is tried again,
-/// with pauses from 1 s to 30 s. At most kMostInTurn datagrams a millisecond are read, so that a
-/// flood takes no whole core; what is more the system drops.
+/// Receives hands by OSC over UDP, on a separate thread. A port that can't be opened is tried
+/// again, with pauses from 1 s to 30 s. Reads at most kMostInTurn datagrams a millisecond, so that
+/// a flood doesn't use a whole core; the system drops the rest.
 class OscReceiver
 {
 public:
     static constexpr int kMostInTurn = 64;
 
-    /// The receiver for these options; callers with the same options share one, since a port is had
-    /// once.
+    /// Returns the receiver for these options; callers with equal options share one, because a port
+    /// can be bound only once.
     static std::shared_ptr<OscReceiver> open(const OscOptions& options);
 
-    /// Throws base::InputError if \a options have no address.
+    /// Throws base::InputError if \a options have an invalid address.
     explicit OscReceiver(const OscOptions& options);
     ~OscReceiver();
     OscReceiver(const OscReceiver&) = delete;
@@ -69,7 +69,7 @@ public:
     const OscInbox& inbox() const { return _inbox; }
     int port() const { return _port; } ///< 0: not open yet; any thread
 
-    /// One line of text: where it listens, and what came. Any thread.
+    /// One line of text: its address, and counts. Any thread.
     std::string status() const;
 
 private:
@@ -80,18 +80,18 @@ private:
 
     const OscOptions _options;
     OscInbox _inbox;
-    int _stop;        ///< a file descriptor that gets readable at the end
+    int _stop;        ///< a file descriptor that becomes readable at the end
     int _socket = -1; ///< of the thread
     std::atomic<int> _port{0};
     std::thread _thread; ///< last: it uses the other members
 };
 
-/// The hands that come by OSC now, whatever time is asked for.
+/// The hands that come by OSC now, for any requested time.
 class OscHandSource : public HandSource
 {
 public:
-    /// \a placement maps the sender's space to the world of the scene, in metres. Throws
-    /// base::InputError if \a options have no address.
+    /// \a placement maps the sender's space to the scene's world, in metres. Throws
+    /// base::InputError if \a options have an invalid address.
     explicit OscHandSource(const OscOptions& options,
                            const Eigen::Isometry3d& placement = Eigen::Isometry3d::Identity());
 
@@ -108,7 +108,7 @@ private:
     std::size_t _told = 0;
 };
 
-/// Takes address= and port= of "osc:?..": what a source listens at, and where a sender sends to.
+/// Takes address= and port= of "osc:?..", for receiving or sending.
 inline OscOptions takeOscOptions(device::DeviceUri& uri)
 {
     uri.rejectPath();

@@ -51,8 +51,7 @@ bool OscSender::say(const std::string& text)
 
 bool OscSender::sendBytes(std::size_t size)
 {
-    // Where nobody listens yet, UDP answers to the next datagram with an error that concerns the
-    // one before.
+    // If nobody listens yet, UDP reports an error of the last datagram at the next one.
     for (int i = 0; i < 2; ++i)
     {
         if (::send(_socket, _writer.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return true;
@@ -67,7 +66,7 @@ bool OscSender::listen()
     for (;;)
     {
         const ssize_t size = ::recv(_socket, bytes.data(), bytes.size(), MSG_DONTWAIT);
-        // Nobody listens at UDP's other end now; somebody may later.
+        // Nobody listens at the other end of UDP now, but may later.
         if (size < 0) return errno == EAGAIN || errno == EINTR || errno == ECONNREFUSED;
         if (size == 0) return false;
         try
@@ -77,7 +76,7 @@ bool OscSender::listen()
         }
         catch (const base::InputError&)
         {
-            // The receiver is this kit's: what comes by UDP from others is of no interest.
+            // The receiver belongs to this kit: other UDP input is ignored.
         }
     }
 }

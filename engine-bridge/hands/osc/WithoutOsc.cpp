@@ -1,5 +1,4 @@
-// In the place of OscHands.cpp where oscpack wasn't found: whoever would send or receive hands is
-// told so.
+// Replaces OscHands.cpp in builds without oscpack: reports that OSC is not available.
 
 #include "engine-bridge/hands/osc/OscHands.h"
 #include "haptics/base/InputError.h"

@@ -14,21 +14,21 @@ namespace midair::bridge
 namespace
 {
 
-// What a tracker's noise of 1 mm a joint comes to. The gains don't depend on these figures, only
-// the expected errors do.
+// Effects of a tracker's noise of 1 mm per joint. The gains don't depend on these numbers, only the
+// expected errors do.
 constexpr double kPlaceNoise_m = 1e-3;
-constexpr double kTurnNoise = 0.01;   ///< rad, of a palm some 80 mm wide
-constexpr double kFingerNoise = 0.02; ///< rad, of a finger of some 70 mm
+constexpr double kTurnNoise = 0.01;   ///< rad, for a palm about 80 mm wide
+constexpr double kFingerNoise = 0.02; ///< rad, for a finger of about 70 mm
 
-// What a turn moves: the fingertips of a turning palm, the tip of a turning finger.
+// Lever of a rotation: from the palm to the fingertips, and from the knuckle to the tip.
 constexpr double kPalmLever_m = 0.1;
 constexpr double kFingerLever_m = 0.07;
 
-/// A shape must be this wide for its turns to be seen, and a finger this long.
+/// Least width of a shape, and length of a finger, for measuring its rotation.
 constexpr double kLeastWidth_m = 0.02;
 constexpr double kLeastFinger_m = 0.005;
 
-/// A finger's joints: those from knuckle + 1 to tip turn about the knuckle.
+/// A finger's joints: those from knuckle + 1 to tip rotate around the knuckle.
 struct FingerJoints
 {
     int knuckle;
@@ -41,7 +41,7 @@ constexpr FingerJoints kFingerJoints[] = {{THUMB_METACARPAL, THUMB_TIP},
                                           {RING_PROXIMAL, RING_TIP},
                                           {LITTLE_PROXIMAL, LITTLE_TIP}};
 
-/// The joints that bend least against each other. The thumb's metacarpal isn't one.
+/// The joints that bend least against each other. The thumb's metacarpal doesn't belong to them.
 constexpr int kPalmJoints[] = {PALM,
                                WRIST,
                                INDEX_METACARPAL,
@@ -58,7 +58,7 @@ const HandJoint& jointOf(const Hand& hand, int joint)
     return hand.joints[static_cast<std::size_t>(joint)];
 }
 
-/// The turn by the vector \a turn: axis times angle.
+/// Rotation by the vector \a turn: axis times angle.
 Eigen::Quaterniond turnBy(const Eigen::Vector3d& turn)
 {
     const double angle = turn.norm();
@@ -72,7 +72,7 @@ Eigen::Vector3d vectorOf(const Eigen::Quaterniond& turn)
     return both.angle() * both.axis();
 }
 
-/// Turns a joint by \a turn about \a centre. \a sigma: of the turn, rad.
+/// Rotates a joint by \a turn around \a centre. \a sigma: of the rotation, rad.
 void turnAbout(const Eigen::Vector3d& centre,
                const Eigen::Quaterniond& turn,
                double sigma,
@@ -80,13 +80,12 @@ void turnAbout(const Eigen::Vector3d& centre,
 {
     const Eigen::Vector3d lever = joint.position - centre;
     joint.sigma_m = std::hypot(joint.sigma_m, sigma * lever.norm());
-    if (turn.vec().isZero(0.0)) return; // so that what rests stays to the last bit
+    if (turn.vec().isZero(0.0)) return; // keeps resting joints exact to the last bit
     joint.position = centre + turn * lever;
     if (joint.orientationValid) joint.orientation = (turn * joint.orientation).normalized();
 }
 
-/// Sources may number their hands as they like; the troubles of more than so many are told as those
-/// of one.
+/// Sources may use any hand numbers; problems beyond this many hands are reported as those of one.
 constexpr std::size_t kMostTold = 16;
 constexpr int kOthers = -1;
 
@@ -98,7 +97,7 @@ std::string nameOf(const Hand& hand)
     return fmt::format("hand {}", hand.id);
 }
 
-/// The first joint that is said to be valid and isn't; -1: none.
+/// First joint marked as valid with a position that isn't finite; -1: none.
 int wrongJoint(const Hand& hand)
 {
     for (int i = 0; i < HAND_JOINTS; ++i)
@@ -147,7 +146,7 @@ Eigen::Vector3d HandMotion::middle(const Hand& hand) const
     return sum / static_cast<double>(_rigid.count());
 }
 
-// The rigid joints around their middle.
+// The rigid joints relative to their middle.
 Eigen::Matrix3Xd HandMotion::shapeOf(const Hand& hand) const
 {
     Eigen::Matrix3Xd shape(3, static_cast<Eigen::Index>(_rigid.count()));
@@ -169,7 +168,7 @@ void HandMotion::begin(double time_s, const Hand& hand)
     const Eigen::Vector3d centre = _rigid.any() ? middle(hand) : Eigen::Vector3d::Zero();
     _place->restart(time_s, centre);
     _shape = shapeOf(hand);
-    // The second singular value says how far the shape is from a line.
+    // The second singular value measures the distance of the shape from a line.
     const bool isWide =
         _rigid.count() >= 3 &&
         base::singularParts(_shape * _shape.transpose()).values[1] > kLeastWidth_m * kLeastWidth_m;
@@ -249,7 +248,7 @@ void HandMotion::followFinger(int which, double time_s)
     finger.direction = direction;
 }
 
-// The finger as it will be on the palm as it was seen.
+// Predicts the finger on the palm as seen.
 void HandMotion::turnFinger(int which, double ahead_s, Hand& hand) const
 {
     const Finger& finger = _fingers[static_cast<std::size_t>(which)];
@@ -313,15 +312,15 @@ void HandPredictor::predict(HandFrame& frame, double horizon_s)
     dropLost(frame.time_s, seen);
 }
 
-// Returns false if the hand is left as it is, and what was known of it is worth nothing.
+// Returns false if the hand is unchanged and its known motion is useless.
 bool HandPredictor::predictHand(double time_s, double horizon_s, Hand& hand)
 {
     if (!isUsable(hand, horizon_s)) return false;
     if (horizon_s + hand.age_s > kFarthest_s)
         say(hand.id,
             FAR_HORIZON,
-            fmt::format("{} would have to be predicted by {:.0f} ms, the most possible is {:.0f} "
-                        "ms: it is felt late",
+            fmt::format("{} needs a prediction of {:.0f} ms, more than the limit of {:.0f} ms: it "
+                        "is felt late",
                         nameOf(hand),
                         1e3 * (horizon_s + hand.age_s),
                         1e3 * kFarthest_s));
@@ -343,11 +342,11 @@ bool HandPredictor::isUsable(const Hand& hand, double horizon_s)
     if (wrong >= 0)
         say(hand.id,
             NO_NUMBER,
-            fmt::format("the {} of {} is said to be tracked and has no finite place: the hand is "
-                        "not predicted as long as that lasts",
+            fmt::format("the {} of {} is marked as tracked, but its position is not finite: the "
+                        "hand is not predicted until it is",
                         jointName(wrong),
                         nameOf(hand)));
-    // False for NaN, too. An age under 0 is of a time that hasn't come.
+    // Also false for NaN. An age below 0 belongs to a future time.
     const bool isAhead = horizon_s >= 0.0 && hand.age_s >= 0.0 && std::isfinite(horizon_s) &&
                          std::isfinite(hand.age_s);
     if (!isAhead)
@@ -373,13 +372,13 @@ void HandPredictor::move(double time_s, double target_s, Hand& hand)
         if (motion.update(seen_s, hand, jump_m) == HandMotion::JUMPED)
             say(hand.id,
                 JUMP,
-                fmt::format("{} has jumped by {:.2f} m from one measurement to the next: it is "
-                            "predicted anew from there",
+                fmt::format("{} jumped by {:.2f} m between two measurements: its prediction starts "
+                            "again from there",
                             nameOf(hand),
                             jump_m));
     }
     const double ahead_s = std::min(target_s - motion.time_s(), kFarthest_s);
-    // What hasn't moved for so long is at rest, or the tracker is.
+    // Without motion for this long, the hand is at rest, or the tracker is.
     if (time_s - motion.time_s() > HandMotion::kLongestGap_s)
     {
         setSigma(hand, MotionNoise().measured);
@@ -391,7 +390,7 @@ void HandPredictor::move(double time_s, double target_s, Hand& hand)
     _ahead_s = std::max(_ahead_s, ahead_s);
 }
 
-// A hand that comes back after a longer gap is begun anew, and needs nothing of what was.
+// A hand that comes back after a longer gap starts again without its old data.
 void HandPredictor::dropLost(double time_s, const std::vector<int>& seen)
 {
     for (auto hand = _hands.begin(); hand != _hands.end();)

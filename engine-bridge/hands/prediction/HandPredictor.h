@@ -15,40 +15,39 @@
 namespace midair::bridge
 {
 
-/// Follows one hand and predicts it as a palm that is rigid, six coordinates, and the turn of each
-/// finger about its knuckle. All that moves turns and shifts, so that bones keep the lengths that
-/// they were measured with. What of the palm isn't tracked is left out; of a hand without any of
-/// the palm, all joints that are tracked move as one.
+/// Tracks one hand and predicts it as a rigid palm, with six coordinates, and the rotation of each
+/// finger around its knuckle. Only rotations and translations are applied, so that bones keep their
+/// measured lengths. Untracked joints of the palm are ignored; without any of the palm, all tracked
+/// joints move as one.
 class HandMotion
 {
 public:
-    /// A new measurement farther than this from the last one begins anew, as what the hand did in
-    /// between isn't known.
+    /// After a gap longer than this prediction starts again, because the motion in between is
+    /// unknown.
     static constexpr double kLongestGap_s = 0.05;
-    /// What is faster is another hand, or the tracker's error, where it is at the same time farther
-    /// than kNearest_m away.
+    /// A faster motion over more than kNearest_m is another hand, or an error of the tracker.
     static constexpr double kFastest_mps = 10.0;
     static constexpr double kNearest_m = 0.05;
 
-    /// \a method: one that has a filter.
+    /// \a method: one with a filter.
     explicit HandMotion(PredictionMethod method) : _method(method) {}
 
-    /// What became of a measurement.
+    /// Result of a measurement.
     enum Outcome
     {
         FOLLOWED,
-        BEGUN, ///< anew: it is the first, or came after a gap, or other joints are tracked
-        JUMPED ///< anew: it is too far from the last one
+        BEGUN, ///< restarted: the first one, after a gap, or with other tracked joints
+        JUMPED ///< restarted: too far from the last one
     };
 
-    /// Takes \a hand, whose valid joints have finite positions, as it was seen at \a time_s.
-    /// \a jump_m gets the way that it went if it JUMPED.
+    /// Adds \a hand, whose valid joints have finite positions, as seen at \a time_s. \a jump_m
+    /// receives the distance if it JUMPED.
     Outcome update(double time_s, const Hand& hand, double& jump_m);
 
-    /// Moves the measured joints, and gives each its sigma_m, to \a ahead_s (>= 0) after time_s().
+    /// Predicts the measured joints \a ahead_s (>= 0) after time_s(), and sets their sigma_m.
     Hand predict(double ahead_s) const;
 
-    /// Returns true if \a hand is what was measured last: the tracker has nothing newer.
+    /// Returns true if \a hand equals the last measurement: the tracker has nothing newer.
     bool isLast(const Hand& hand) const;
 
     double time_s() const { return _time_s; } ///< of the last measurement
@@ -76,44 +75,40 @@ private:
     PredictionMethod _method;
     double _time_s = 0.0;
     Hand _last;
-    Joints _rigid; ///< the joints of _last that say where the palm is
+    Joints _rigid; ///< the joints of _last that determine the palm
     std::unique_ptr<MotionTrack> _place;
-    std::unique_ptr<MotionTrack> _turn;                          ///< null: it can't be seen
-    Eigen::Matrix3Xd _shape;                                     ///< _rigid where it was begun
-    Eigen::Quaterniond _turned = Eigen::Quaterniond::Identity(); ///< since then
+    std::unique_ptr<MotionTrack> _turn;                          ///< null: not measurable
+    Eigen::Matrix3Xd _shape;                                     ///< _rigid at the start
+    Eigen::Quaterniond _turned = Eigen::Quaterniond::Identity(); ///< since the start
     std::array<Finger, kFingers> _fingers;
 };
 
-/// Moves hands to where they will be when the sound that is being made for them arrives. A hand
-/// that can't be predicted (its joints are no numbers, it has jumped, it has been seen too few
-/// times) stays where it was seen, with a sigma_m that says so; the others go on. To be used by one
-/// thread.
+/// Predicts hands to the time when the sound for them arrives. A hand that can't be predicted
+/// (positions that aren't finite, a jump, too few measurements) stays where it was seen, with a
+/// matching sigma_m; the others are predicted. To be used by one thread.
 class HandPredictor
 {
 public:
-    /// The farthest that hands are predicted, s; what is asked beyond is cut.
+    /// Longest prediction, s; longer ones are clamped.
     static constexpr double kFarthest_s = 0.25;
-    /// Hand::id of a palm that stands for a head, which messages name so.
+    /// Hand::id of a palm that represents a head, for messages.
     static constexpr int kHead = -1000;
 
-    /// Sets how hands are predicted; OFF, the default, leaves frames as they are. With TRACKER the
-    /// joints, which the source has predicted, get their sigma_m only. Another method than before
-    /// forgets all hands.
+    /// Sets the prediction method; OFF, the default, leaves frames unchanged. With TRACKER the
+    /// joints, which the source has predicted, only get their sigma_m. A change of method forgets
+    /// all hands.
     void setMethod(PredictionMethod method);
     PredictionMethod method() const { return _method; }
 
-    /// Moves the joints of \a frame to \a horizon_s after its time, and gives each its sigma_m. The
-    /// time's clock is that of the hands' motion; a frame whose hand is as it was before has no new
-    /// measurement of it. A horizon that is under 0 or no number leaves all hands where they were
-    /// seen.
+    /// Predicts the joints of \a frame \a horizon_s after its time, and sets their sigma_m. The
+    /// time is on the clock of the hands' motion; a frame with an unchanged hand has no new
+    /// measurement of it. A horizon below 0 or NaN leaves all hands where they were seen.
     void predict(HandFrame& frame, double horizon_s);
 
-    /// Returns what the user should know that has happened since the last call: of each hand, each
-    /// kind of trouble once as long as the method stays.
+    /// Returns new messages for the user: for each hand, each kind of problem once per method.
     std::vector<std::string> takeMessages();
 
-    /// How far the hands of the last frame were predicted from when they were seen, s: the farthest
-    /// of them; 0: none was.
+    /// Longest prediction in the last frame, s, from when the hand was seen; 0: none.
     double ahead_s() const { return _ahead_s; }
 
 private:
@@ -134,7 +129,7 @@ private:
 
     PredictionMethod _method = PredictionMethod::OFF;
     std::map<int, HandMotion> _hands; ///< by Hand::id
-    std::map<int, unsigned> _told;    ///< troubles by Hand::id
+    std::map<int, unsigned> _told;    ///< reported problems by Hand::id
     std::vector<std::string> _messages;
     double _ahead_s = 0.0;
 };

@@ -10,16 +10,16 @@ namespace midair::bridge
 namespace
 {
 
-/// m/s and m/s^2 at a noise of 1 mm: how fast something may move, and gain speed, of which there is
-/// one measurement.
+/// m/s and m/s^2 at a noise of 1 mm: assumed limits of speed and acceleration after one
+/// measurement.
 constexpr double kFirstSpeed = 1.0;
 constexpr double kFirstAcceleration = 10.0;
 
 /// Filters whose state, the coordinate and its first N - 1 derivatives, is corrected in proportion
-/// to the innovation. The derivative behind them, the drive, is unknown. Beside the state they keep
-/// what is wrong with it: the covariance that the noise of the measurements makes, and the error
-/// that a constant drive makes. Noise and drive are not taken together, as a Kalman filter does
-/// with its P: the jerk of a reach lasts for many measurements, and errs to one side.
+/// to the innovation. The next derivative, the drive, is unknown. They also track the state's
+/// errors: the covariance from the measurements' noise, and the error from a constant drive. These
+/// are kept apart, unlike in a Kalman filter's P, because the jerk of a reach lasts for many
+/// measurements and errs to one side.
 template<int N>
 class LinearFilter : public MotionFilter
 {
@@ -62,10 +62,10 @@ public:
     }
 
 protected:
-    /// The gains for a measurement \a interval_s after the last one.
+    /// Returns the gains for a measurement \a interval_s after the last one.
     virtual Vector gains(double interval_s) = 0;
 
-    /// How the state goes on without a drive: row i has T^(j - i) / (j - i)!.
+    /// Transition of the state without a drive: row i has T^(j - i) / (j - i)!.
     static Matrix transition(double interval_s)
     {
         Matrix step = Matrix::Zero();
@@ -81,7 +81,7 @@ protected:
         return step;
     }
 
-    /// What a drive of 1 adds to the state: [T^3 / 6, T^2 / 2, T] for N = 3.
+    /// Effect of a drive of 1 on the state: [T^3 / 6, T^2 / 2, T] for N = 3.
     static Vector driven(double interval_s)
     {
         Vector added;
@@ -123,8 +123,8 @@ public:
     }
 
 private:
-    // The first measurements have the gains of a straight line that is fitted to them all, as long
-    // as these are larger: the steady ones would take long to come to the speed.
+    // The first measurements use the gains of a straight line fitted to all of them, as long as
+    // these are larger: the steady gains would take long to reach the speed.
     Vector gains(double interval_s) override
     {
         AlphaBetaGains used = kalataGains(interval_s, _noise);
@@ -158,12 +158,12 @@ private:
         return gain;
     }
 
-    Matrix _expected = Matrix::Zero(); ///< the P of the textbooks, of which the gains are made
+    Matrix _expected = Matrix::Zero(); ///< the P of textbooks, which determines the gains
 };
 
 /// The one euro filter (G. Casiez, N. Roussel, D. Vogel, "1 euro filter", CHI 2012): a low-pass
-/// whose corner f_min + b |speed| rises with the speed, that is smoothed by a low-pass of its own.
-/// It lags what moves steadily by tau = 1 / (2 pi f), for which the prediction makes up.
+/// whose corner f_min + b |speed| rises with the speed, which has its own low-pass. It lags a
+/// steady motion by tau = 1 / (2 pi f), which the prediction compensates.
 class OneEuroFilter : public MotionFilter
 {
 public:
@@ -189,9 +189,9 @@ public:
         _last = value;
     }
 
-    // The sigma is that of a steady state. A low-pass of share a leaves a / (2 - a) of a variance,
-    // and of that of differences 2 a^2 / (2 - a) over the interval's square. An acceleration A errs
-    // by A (h^2 / 2 - tau^2 + (tau_v + T / 2) (h + tau)).
+    // Sigma of a steady state. A low-pass of share a leaves a / (2 - a) of a variance, and for
+    // differences 2 a^2 / (2 - a) over the square of the interval. An acceleration A causes an
+    // error of A (h^2 / 2 - tau^2 + (tau_v + T / 2) (h + tau)).
     PredictedMotion predict(double ahead_s) const override
     {
         const double reach_s = ahead_s + _lag_s;
@@ -207,12 +207,12 @@ public:
     }
 
 private:
-    // Chosen with the reaches of midair-hands-bench, which prints what they lead to.
+    // Chosen with the reaches of midair-hands-bench, which prints their results.
     static constexpr double kLeast_Hz = 6.0;
     static constexpr double kSlope_Hz = 30.0; ///< at 1 m/s
     static constexpr double kSpeedLag_s = 0.02;
 
-    /// The share of the new value in a low-pass that lags by \a lag_s.
+    /// Share of the new value in a low-pass with the lag \a lag_s.
     double share(double lag_s) const { return _interval_s / (_interval_s + lag_s); }
 
     const MotionNoise _noise;

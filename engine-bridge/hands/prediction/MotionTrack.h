@@ -10,55 +10,54 @@
 namespace midair::bridge
 {
 
-/// Who predicts the hands, and how.
+/// Method of predicting hands.
 enum class PredictionMethod
 {
-    OFF,        ///< nobody: hands are where they were last seen
-    TRACKER,    ///< the source is asked for the hands of a later time, if it can tell them
-    ALPHA_BETA, ///< constant speed, with the gains of Kalata
-    KALMAN,     ///< constant acceleration, with the gains of Kalman
-    ONE_EURO    ///< smoothed more when slow, then moved on at the smoothed speed
+    OFF,        ///< none: hands are where they were last seen
+    TRACKER,    ///< the source predicts them, if it can
+    ALPHA_BETA, ///< constant speed, with Kalata's gains
+    KALMAN,     ///< constant acceleration, with Kalman's gains
+    ONE_EURO    ///< smoothed more when slow, then extrapolated at the smoothed speed
 };
 
-/// What a filter assumes. The unit u of a coordinate is m for a place and rad for a turn.
+/// Assumptions of a filter. The unit u of a coordinate is m for a position and rad for a rotation.
 struct MotionNoise
 {
     double measured = 1e-3; ///< u, > 0; standard deviation of a measured coordinate
-    /// u/s^2, > 0; standard deviation of the acceleration that alpha-beta and one euro don't follow
+    /// u/s^2, > 0; standard deviation of the acceleration that alpha-beta and one euro don't model
     double acceleration = 5.0;
-    double jerk = 50.0; ///< u/s^3, > 0; of the jerk that the Kalman filter doesn't follow
+    double jerk = 50.0; ///< u/s^3, > 0; of the jerk that the Kalman filter doesn't model
 };
 
-/// The defaults for coordinates whose noise is \a measured (u, > 0): all in the same ratios, so
-/// that the gains of a filter don't depend on the unit. 50 m/s^3 and 5 m/s^2 at 1 mm fit a hand
-/// that reaches 0.3 m in 0.6 s.
+/// Returns the defaults for coordinates with the noise \a measured (u, > 0): all in the same
+/// ratios, so that a filter's gains don't depend on the unit. 50 m/s^3 and 5 m/s^2 at 1 mm fit a
+/// hand that reaches 0.3 m in 0.6 s.
 MotionNoise motionNoise(double measured);
 
-/// A coordinate at a later time.
+/// A predicted coordinate.
 struct PredictedMotion
 {
     double value = 0.0; ///< u
-    double noise = 0.0; ///< u, > 0; standard deviation that the measurements' noise makes
-    double lag = 0.0;   ///< u, >= 0; error that the assumed acceleration or jerk makes if it lasts
+    double noise = 0.0; ///< u, > 0; standard deviation from the measurements' noise
+    double lag = 0.0;   ///< u, >= 0; error if the assumed acceleration or jerk lasts
 
     double sigma() const { return std::sqrt(noise * noise + lag * lag); }
 };
 
-/// Follows one coordinate of something that moves, and predicts it. Times of measurements need not
-/// be equally spaced. To be used by one thread. Values have to be finite; they are the caller's to
-/// check.
+/// Tracks one coordinate of a motion, and predicts it. Measurements need not be equally spaced in
+/// time. To be used by one thread. The caller must check that values are finite.
 class MotionFilter
 {
 public:
     virtual ~MotionFilter() = default;
 
-    /// Forgets all, and begins at \a value.
+    /// Drops all data, and starts at \a value.
     virtual void restart(double value) = 0;
 
-    /// Takes the measurement \a value, \a interval_s (> 0) after the last one.
+    /// Adds the measurement \a value, \a interval_s (> 0) after the last one.
     virtual void update(double interval_s, double value) = 0;
 
-    /// The coordinate \a ahead_s (>= 0) after the last measurement.
+    /// Predicts the coordinate \a ahead_s (>= 0) after the last measurement.
     virtual PredictedMotion predict(double ahead_s) const = 0;
 };
 
@@ -69,59 +68,58 @@ std::unique_ptr<MotionFilter> makeMotionFilter(PredictionMethod method, const Mo
 struct AlphaBetaGains
 {
     double alpha = 1.0;
-    double beta = 1.0; ///< per interval: the speed's correction is beta / interval
+    double beta = 1.0; ///< per interval: the correction of the speed is beta / interval
 };
 
-/// Gains for measurements each \a interval_s (> 0): with Lambda = s_a T^2 / s_m and
-/// r = (4 + Lambda - sqrt(8 Lambda + Lambda^2)) / 4, alpha = 1 - r^2 and
-/// beta = 2 (2 - alpha) - 4 sqrt(1 - alpha) (P. R. Kalata, "The tracking index", IEEE Trans.
-/// Aerospace and Electronic Systems 20, 1984).
+/// Returns the gains for measurements every \a interval_s (> 0): with Lambda = s_a T^2 / s_m and r
+/// = (4 + Lambda - sqrt(8 Lambda + Lambda^2)) / 4, alpha = 1 - r^2 and beta = 2 (2 - alpha) - 4
+/// sqrt(1 - alpha) (P. R. Kalata, "The tracking index", IEEE Trans. Aerospace and Electronic
+/// Systems 20, 1984).
 AlphaBetaGains kalataGains(double interval_s, const MotionNoise& noise);
 
-/// How far something has gone since it was last measured.
+/// Predicted motion since the last measurement.
 struct PredictedShift
 {
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero(); ///< u, to be added to the last measurement
-    double sigma = 0.0;                              ///< u, > 0; expected error of the place then
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero(); ///< u, added to the last measurement
+    double sigma = 0.0; ///< u, > 0; expected error of the predicted place
 };
 
-/// Follows three coordinates that belong together, and predicts them less and less as they come to
-/// rest: a prediction multiplies noise, and overshoots what has stopped.
+/// Tracks three coordinates that belong together, and predicts them less and less as they come to
+/// rest: a prediction amplifies noise, and overshoots a motion that has stopped.
 class MotionTrack
 {
 public:
-    /// What moves slower than this (m/s) isn't predicted at all, and what is faster than the second
-    /// wholly; in between it is by a share that rises with the pace: half of it at 0.05 m/s, which
-    /// is 3.5 mm in 70 ms. Lower ones let the noise of a tracker that sees each joint apart
-    /// through.
+    /// Motions slower than this (m/s) aren't predicted, those faster than the second limit fully,
+    /// and those in between by a share that rises with the pace: half at 0.05 m/s, which is 3.5 mm
+    /// in 70 ms. Lower limits would pass the noise of a tracker that measures each joint
+    /// separately.
     static constexpr double kRest = 0.035;
     static constexpr double kMoving = 0.07;
-    /// The pace is that between the means of the two halves of the last measurements: those of this
-    /// time, and kLeast at least.
+    /// The pace is measured between the means of the two halves of the last measurements: those of
+    /// this time, at least kLeast.
     static constexpr double kWindow_s = 0.1;
     static constexpr std::size_t kLeast = 4;
-    /// What is this fast (m/s) has the accelerations that MotionNoise assumes; what is slower has
-    /// less, in proportion, as reaches of one duration have, but a tenth at least.
+    /// At this speed (m/s) MotionNoise's accelerations are assumed, at lower speeds proportionally
+    /// less (as for reaches of equal duration), but at least a tenth.
     static constexpr double kReach = 0.5;
     static constexpr double kLeastReach = 0.1;
-    /// The speed (m/s) that something may have whose pace isn't known yet, for its sigma.
+    /// Assumed speed (m/s) for sigma while the pace is unknown.
     static constexpr double kUnknown = 1.0;
 
-    /// \a measured: noise of a coordinate, u (m or rad), > 0. \a metresPerUnit: what a u comes to
-    /// on the skin; 1 for places, for turns the lever's length in m. \a method: one that has a
-    /// filter.
+    /// \a measured: noise of a coordinate, u (m or rad), > 0. \a metresPerUnit: motion of the skin
+    /// per u; 1 for positions, the lever's length in m for rotations. \a method: one with a filter.
     MotionTrack(PredictionMethod method, double measured, double metresPerUnit);
 
-    /// Forgets all but \a place, and begins with it at \a time_s.
+    /// Drops all data except \a place, and starts with it at \a time_s.
     void restart(double time_s, const Eigen::Vector3d& place);
 
-    /// Takes the measurement \a place at \a time_s, which has to be after the last one's.
+    /// Adds the measurement \a place at \a time_s, which has to be after the last one's.
     void update(double time_s, const Eigen::Vector3d& place);
 
-    /// The way from the last measurement to the place \a ahead_s (>= 0) after it.
+    /// Predicts the motion from the last measurement to \a ahead_s (>= 0) after it.
     PredictedShift predict(double ahead_s) const;
 
-    /// The skin's speed, m/s. Only for kLeast measurements or more: isKnown().
+    /// Returns the skin's speed, m/s. Only after kLeast measurements: isKnown().
     double pace() const;
     bool isKnown() const { return _count >= kLeast; }
     const Eigen::Vector3d& place() const { return _recent[_newest].place; }
@@ -136,7 +134,7 @@ private:
         Eigen::Vector3d place = Eigen::Vector3d::Zero();
     };
 
-    /// The measurement \a back before the newest.
+    /// Returns the measurement \a back before the newest.
     const Measurement& before(std::size_t back) const
     {
         return _recent[(_newest + kMost - back) % kMost];

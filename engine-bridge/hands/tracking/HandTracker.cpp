@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/tracking/HandTracker.h"
 
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/hands/openxr/OpenXrLending.h"
 
 #include <utility>
 
@@ -37,8 +38,8 @@ std::vector<Message> HandTracker::troubles() const
     if (active() && !_impossible.empty()) all.emplace_back(MessageCode::HANDS_SOURCE, _impossible);
     if (_source.refusesLater())
         all.emplace_back(MessageCode::HANDS_PREDICTION,
-                         "prediction is left to the tracker, and the hand source tells no hands "
-                         "of a later time: they are felt late. prediction=kalman predicts them");
+                         "prediction is left to the tracker, but the hand source doesn't predict "
+                         "hands: they are felt late. prediction=kalman predicts them");
     return all;
 }
 
@@ -50,13 +51,24 @@ void HandTracker::setPrediction(PredictionMethod method, double trackerDelay_s)
 
 void HandTracker::locate(double time_s, const Eigen::Isometry3d& worldToArray)
 {
+    if (_worldToArray && !_worldToArray->isApprox(worldToArray))
+        OpenXrLending::one().setRecentred({});
+    _worldToArray = worldToArray;
     _frame.hands.clear();
     _source.tryAgain();
     bool any = false;
     const double horizon_s = _delay.total_s();
-    const bool isAsked =
-        _source.ask(leavesToTracker() ? horizon_s : -1.0,
-                    [&](HandSource& source) { any = source.frameAt(time_s, _frame); });
+    const bool isAsked = _source.ask(leavesToTracker() ? horizon_s : -1.0,
+                                     [&](HandSource& source)
+                                     {
+                                         any = source.frameAt(time_s, _frame);
+                                         _isShown = source.shownFrame(_shown);
+                                     });
+    _isShown = _isShown && isAsked;
+    _shown.time_s = time_s;
+    if (_isShown) _shown = transformed(_shown, worldToArray);
+    for (Hand& hand : _shown.hands)
+        leaveOutImpossible(hand);
     if (!any || !isAsked) _frame.hands.clear();
     _frame.time_s = time_s;
     _frame.presses = std::exchange(_presses, {});
@@ -67,8 +79,13 @@ void HandTracker::locate(double time_s, const Eigen::Isometry3d& worldToArray)
         const std::string wrong = leaveOutImpossible(hand);
         if (_impossible.empty()) _impossible = wrong;
     }
-    // With no hands, too: those that were known are lost.
+    // Also called without hands: then the known ones are lost.
     if (!leavesToTracker() || _source.tellsLater()) _predictor.predict(_frame, horizon_s);
+}
+
+std::string HandTracker::recentred()
+{
+    return OpenXrLending::one().recentred();
 }
 
 void HandTracker::touch(const std::vector<HapticObject>& objects,
@@ -77,8 +94,7 @@ void HandTracker::touch(const std::vector<HapticObject>& objects,
     _touchable.clear();
     for (const HapticObject& object : objects)
         if (object.touchEvents) _touchable.push_back(object);
-    // Touches also end when objects or hands are gone, so there is work left until no touch is
-    // left.
+    // Touches also end when objects or hands are gone, so this continues until no touch is left.
     if (_touchable.empty() && _proximity->touches() == 0)
     {
         _proximity->clear();

@@ -15,38 +15,37 @@
 namespace midair::bridge
 {
 
-/// How a source of what is tracked (Source: HandSource, HeadSource) is opened and called.
+/// How a source of tracking data (Source: HandSource, HeadSource) is opened and called.
 template<typename Source>
 struct SourceKind
 {
-    /// Opens the source that a text names; null: none. Throws what is wrong with it. Must not wait
-    /// for a file.
+    /// Opens a source by its text; null: none. Throws on errors. Must not wait for a file.
     std::function<std::shared_ptr<Source>(const std::string& text)> open;
-    /// True for a source of the application's, which may be there later.
+    /// True for a source of the application, which may become available later.
     bool (*isOwn)(const std::string& text);
     const char* name; ///< "hand source"
-    const char* none; ///< what there isn't while it throws: "there are no hands"
+    const char* none; ///< state while it throws: "there are no hands"
 };
 
-/// The source in use: the one that the program has set, else the one that a setting names; and what
-/// is wrong with it. A source is the application's code: what it throws is told, and isn't thrown
-/// out of a frame. For one thread.
+/// The source in use (the one set by the program, otherwise the one named by a setting) and its
+/// problems. A source may be application code: its exceptions are reported, and don't leave a
+/// frame. For one thread.
 template<typename Source>
 class NamedSource
 {
 public:
     explicit NamedSource(SourceKind<Source> kind) : _kind(std::move(kind)) {}
 
-    /// Sets a source of the program's; null: none.
+    /// Sets a source of the program; null: none.
     void set(std::shared_ptr<Source> source)
     {
         if (source != _source) askNoLonger();
         _source = std::move(source);
     }
 
-    /// Opens the source \a text. Returns what is wrong with it, once per change, or an empty text.
-    /// One of the application's that can't be made is tried again by tryAgain(), with pauses from
-    /// 1 s to 30 s; each try that fails is a message.
+    /// Opens the source \a text. Returns its error, once per change, or an empty text. tryAgain()
+    /// retries an application's source that can't be made, with pauses from 1 s to 30 s; each
+    /// failure is reported.
     std::string setNamed(const std::string& text)
     {
         if (text == _text) return {};
@@ -65,8 +64,8 @@ public:
 
     const std::shared_ptr<Source>& active() const { return _source ? _source : _namedSource; }
 
-    /// Calls \a ask with the source, after it was asked for the time \a horizon_s ahead (below 0:
-    /// that isn't left to it). Returns false if there is none, or if it has thrown.
+    /// Calls \a ask with the source, after requesting the time \a horizon_s ahead (below 0: the
+    /// source doesn't predict). Returns false if there is none, or if it has thrown.
     template<typename Ask>
     bool ask(double horizon_s, Ask ask)
     {
@@ -80,15 +79,15 @@ public:
             });
         return _thrown.empty();
     }
-    bool tellsLater() const { return _later == Later::YES; } ///< by the last ask()
+    bool tellsLater() const { return _later == Later::YES; } ///< of the last ask()
     bool refusesLater() const { return active() && _later == Later::NO; }
 
-    /// Returns what has happened since the last call.
+    /// Returns new messages.
     std::vector<base::Message> takeMessages()
     {
         std::vector<base::Message> messages;
         if (!std::exchange(_retry.isTold, true))
-            messages.push_back({base::MessageCode::HANDS_OPEN, _retry.failed}); // once more
+            messages.push_back({base::MessageCode::HANDS_OPEN, _retry.failed}); // report it again
         const std::shared_ptr<Source> source = active();
         if (!source) return messages;
         const std::string thrown = base::thrownBy(
@@ -101,7 +100,7 @@ public:
         return messages;
     }
 
-    /// Returns what is wrong with it now.
+    /// Returns its present problems.
     std::vector<base::Message> troubles() const
     {
         std::vector<base::Message> all;
@@ -111,7 +110,7 @@ public:
         return all;
     }
 
-    /// One line of text; empty: there is none. What it throws is its status.
+    /// One line of text; empty: there is none. Its exception becomes its status.
     std::string status() const
     {
         const std::shared_ptr<Source> source = active();
@@ -125,19 +124,19 @@ public:
     }
 
 private:
-    // Between the tries of a source of the application's that can't be made.
+    // For retries of an application's source that can't be made.
     static constexpr double kLeastPause_s = 1.0;
     static constexpr double kMostPause_s = 30.0;
 
-    /// When a source that could not be made is tried again.
+    /// Next retry of a source that could not be made.
     struct Retry
     {
         double at_s = 0.0;    ///< steady clock
-        double pause_s = 0.0; ///< before it; 0: never
-        std::string failed;   ///< why the last try has; empty: it has not
-        bool isTold = true;   ///< \c failed, of a try after the first
+        double pause_s = 0.0; ///< before the retry; 0: never
+        std::string failed;   ///< why the last try failed; empty: it didn't
+        bool isTold = true;   ///< \c failed, of a retry, was reported
     };
-    /// What a source said when it was asked for a later time.
+    /// Answer of a source to the request for a later time.
     enum class Later
     {
         NOT_ASKED,
@@ -145,7 +144,7 @@ private:
         NO
     };
 
-    // Returns what is wrong; empty: nothing. The pauses before the tries to come double.
+    // Returns the error, or an empty text. The pauses before retries double.
     std::string open()
     {
         std::string error;
@@ -166,7 +165,8 @@ private:
         return error;
     }
 
-    // Asks the source for a later time if it is to predict, and for now when it isn't any longer.
+    // Requests a later time from the source if it has to predict, and the present time when that
+    // ends.
     void askAhead(Source& source, double horizon_s)
     {
         if (horizon_s < 0.0)
@@ -179,7 +179,7 @@ private:
         _later = source.setHorizon(horizon_s) ? Later::YES : Later::NO;
     }
 
-    // Another source follows. What this one throws is of no interest any more.
+    // Another source follows. Exceptions of this one no longer matter.
     void askNoLonger()
     {
         const std::shared_ptr<Source> source = active();
@@ -202,22 +202,20 @@ private:
     std::string _text;
     Retry _retry;
     Later _later = Later::NOT_ASKED;
-    std::string _thrown; ///< by the source, in words; empty: nothing
+    std::string _thrown; ///< exception of the source, as text; empty: none
 };
 
-/// How long it takes from locating what is tracked to the sound that is made for it.
+/// Delay from locating hands or head to the sound made for them.
 struct TrackedDelay
 {
     double tracker_s = 0.0; ///< the tracker's own
     double latency_s = 0.0; ///< from locating to the drive signal
 
-    double total_s() const
-    {
-        // From the drive signal to the skin: 0.24 m of air, and the time in which a transducer's
-        // amplitude comes up.
-        constexpr double kSound_s = 0.7e-3 + 0.2e-3;
-        return latency_s + tracker_s + kSound_s;
-    }
+    /// From the drive signal to the skin: 0.24 m of air, and the rise time of a transducer's
+    /// amplitude.
+    static constexpr double kSound_s = 0.7e-3 + 0.2e-3;
+
+    double total_s() const { return latency_s + tracker_s + kSound_s; }
 };
 
 } // namespace midair::bridge

@@ -21,7 +21,7 @@ namespace
 
 using device::DriveSignal;
 
-/// Passes fields on to a device, lowered to an ear limit.
+/// Forwards fields to a device, lowered to an ear limit.
 class HeldToEars : public device::ArrayDevice
 {
 public:
@@ -54,7 +54,7 @@ public:
     }
     void silence() override { _device->silence(); }
     void setMuted(bool muted) override { _device->setMuted(muted); }
-    // What sounds might be rounded to levels for which no factor was found.
+    // Sounding levels might be rounded to levels for which no factor was computed.
     bool setAmplitudeCap(double amplitude) override
     {
         _device->silence();
@@ -78,10 +78,10 @@ public:
         report.sent += _refused;
         report.refused += _refused;
         if (_refused > 0 && report.message.empty())
-            report.message = fmt::format(
-                "{} fields were refused: no level of the device keeps to the ear limit of {:g} dB",
-                _refused,
-                _ears.limit_dB());
+            report.message = fmt::format("{} fields were refused: every level of the device "
+                                         "exceeds the ear limit of {:g} dB",
+                                         _refused,
+                                         _ears.limit_dB());
         return report;
     }
     device::DriveAbility ability() const override
@@ -109,10 +109,10 @@ public:
     double confirmed_s() const override { return _device->confirmed_s(); }
 
 private:
-    /// Lowers \a signal to the limit; returns the factor, 0: nothing is left.
+    /// Lowers \a signal to the limit; returns the factor, 0 for silence.
     double hold(DriveSignal& signal) const MIDAIR_REQUIRES(_mutex)
     {
-        // Anything but the array's fields is refused by the device.
+        // The device refuses anything but fields of the array.
         if (signal.size() != _array.size()) return 1.0;
         const Eigen::Matrix3Xd nowhere(3, 0);
         CappedPlaces where{nowhere, {&_array}, _medium};
@@ -133,7 +133,7 @@ private:
     const haptics::Medium _medium;
     mutable base::Mutex _mutex;
     mutable EarWatch _ears MIDAIR_GUARDED_BY(_mutex);
-    double _factor MIDAIR_GUARDED_BY(_mutex) = 1.0; ///< the smallest so far
+    double _factor MIDAIR_GUARDED_BY(_mutex) = 1.0; ///< smallest so far
     std::uint64_t _refused MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
@@ -149,23 +149,23 @@ std::unique_ptr<device::ArrayDevice> openForUser(const std::string& uri,
     if (!caps.wrong.empty()) throw device::DeviceError(caps.wrong.front());
     const auto refuse = [&](const char* why)
     {
-        throw device::DeviceError(fmt::format(
-            "device \"{}\": the ear limit of {:g} dB can't be held, {}; nothing is played",
-            uri,
-            caps.earLimit_dB,
-            why));
+        throw device::DeviceError(fmt::format("device \"{}\": the ear limit of {:g} dB can't be "
+                                              "held, because {}; nothing is played",
+                                              uri,
+                                              caps.earLimit_dB,
+                                              why));
     };
     if (caps.earLimit_dB > 0.0 && device::playsByItself(uri))
-        refuse("as it plays by itself: \"midair-device play\" holds it");
+        refuse("it plays by itself: \"midair-device play\" enforces it");
     if (caps.earLimit_dB > 0.0 && (!array || array->size() != layout.transducers))
-        refuse("as nobody says where the transducers are");
+        refuse("the positions of the transducers are unknown");
     device::SafetyLimits all = limits;
     all.maxAmplitude = std::min(limits.maxAmplitude, caps.maxAmplitude);
     all.maxPressure_Pa = device::stricterCap(limits.maxPressure_Pa, caps.maxPressure_Pa);
     auto device = device::openLimitedDevice(uri, layout, all, owner);
     if (!(caps.earLimit_dB > 0.0)) return device;
     Eigen::Matrix3Xd places(3, 0);
-    readPlaces(caps.earPoints, places); // judged by device::capsOfUser()
+    readPlaces(caps.earPoints, places); // checked by device::capsOfUser()
     return std::make_unique<HeldToEars>(std::move(device), *array, caps.earLimit_dB, places);
 }
 

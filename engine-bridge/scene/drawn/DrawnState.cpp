@@ -46,19 +46,19 @@ std::string notFeltOf(const osg::Node& node)
 {
     const auto* clip = dynamic_cast<const osg::ClipNode*>(&node);
     if (clip && clip->getReferenceFrame() != osg::ClipNode::RELATIVE_RF)
-        return "clips in an absolute frame, not in the world; what is below it is felt whole";
+        return "clips in an absolute frame, not in the world; its children are felt whole";
     const osg::StateSet* state = node.getStateSet();
     if (!state) return {};
     const auto* program =
         dynamic_cast<const osg::Program*>(state->getAttribute(osg::StateAttribute::PROGRAM));
     if (program && mayMoveVertices(*program))
-        return "has a shader that may move vertices on the graphics card; what is below it is felt "
-               "as it is stored";
+        return "has a shader that may move vertices on the graphics card; its children are felt as "
+               "they are stored";
     constexpr unsigned int kPlanes = 6;
     for (unsigned int i = 0; i < kPlanes; ++i)
         if (state->getAttribute(osg::StateAttribute::CLIPPLANE, i))
-            return "has a clip plane, which is felt through: an osg::ClipNode above the haptic "
-                   "object clips what is felt, too";
+            return "has a clip plane that doesn't clip the haptics; use an osg::ClipNode above the "
+                   "haptic object";
     return {};
 }
 

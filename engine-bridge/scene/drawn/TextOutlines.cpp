@@ -41,7 +41,7 @@ void addGlyph(osgText::Glyph& glyph, const osg::Vec2& middle, const osg::Vec2& s
         ++out.withoutOutline;
         return;
     }
-    // The picture's lower left corner is the bearing away from where the outline has its origin.
+    // The picture's lower left corner is the outline's origin plus the bearing.
     const osg::Vec2 corner =
         osg::Vec2(0.5f * glyph.getWidth(), 0.5f * glyph.getHeight()) + glyph.getHorizontalBearing();
     const auto base = static_cast<int>(out.vertices.size());
@@ -55,7 +55,7 @@ void addGlyph(osgText::Glyph& glyph, const osg::Vec2& middle, const osg::Vec2& s
                                   base + static_cast<int>(contour->index(i + 1)));
 }
 
-// A flat text is a picture of each character on a rectangle of two triangles.
+// A flat text draws a picture of each character on a rectangle of two triangles.
 void addFlat(const osgText::Text& text, Lines& out)
 {
     constexpr unsigned int kCorners = 6;
@@ -96,7 +96,7 @@ private:
     }
 };
 
-/// For each of \a vertices the first one in the same place.
+/// Returns for each of \a vertices the first one in the same place.
 std::vector<int> weldedIndices(const osg::Vec3Array& vertices)
 {
     std::map<osg::Vec3, int> places;
@@ -106,10 +106,10 @@ std::vector<int> weldedIndices(const osg::Vec3Array& vertices)
     return welded;
 }
 
-// The edges of the front face that only one of its triangles has.
+// Uses the edges of the front face that belong to only one triangle.
 void addSolid(const osgText::Text3D& text, Lines& out)
 {
-    // Protected, as only drawing is expected to need it.
+    // Protected in OSG, because only drawing needs it.
     struct Faces : osgText::Text3D
     {
         using osgText::Text3D::_frontPrimitiveSetList;

@@ -11,7 +11,7 @@
 namespace midair::bridge
 {
 
-/// \a drawable as a text; null if it is none.
+/// Returns \a drawable as a text; null if it is none.
 const osgText::TextBase* textOf(const osg::Drawable& drawable);
 
 /// Returns true for a text that turns or scales with the camera on screen.
@@ -22,11 +22,11 @@ struct TextOutlines
 {
     std::vector<osg::Vec3d> places;
     std::vector<std::pair<int, int>> lines; ///< indices of places
-    std::string problem;                    ///< what can't be felt, and why; empty: nothing
+    std::string problem;                    ///< problem of a part; empty: none
 };
 
-/// The outlines of the characters of \a text, where they are drawn, in the drawable's coordinates.
-/// For the thread that may read nodes.
+/// Returns the outlines of the characters of \a text as drawn, in the drawable's coordinates. For
+/// the thread that may read nodes.
 TextOutlines textOutlines(const osgText::TextBase& text);
 
 } // namespace midair::bridge

@@ -10,7 +10,7 @@
 namespace midair::base
 {
 
-/// Replaces what \a to has of its base class \a Part by that of \a from.
+/// Copies the base class \a Part of \a from to that of \a to.
 template<class Part, class To, class From>
 void assignPart(To& to, const From& from)
 {
@@ -25,7 +25,7 @@ struct Choice
     void (*set)(T&, int);
 };
 
-/// One value of an enum: the word that people write, the word that files store, and the number.
+/// A value of an enum: the word for users, the word stored in files, and the number.
 struct Word
 {
     std::string text;
@@ -33,8 +33,8 @@ struct Word
     int value;
 };
 
-/// Pointer to the member of a struct \a T that holds a setting, and so its kind. Structs with
-/// members of further types have a specialisation, and a ValueText for each of those.
+/// Pointer to the member of struct \a T that holds a setting; its type determines the setting's
+/// kind. Structs with other member types specialise it, with a ValueText for each type.
 template<typename T>
 struct Kinds
 {
@@ -43,8 +43,8 @@ struct Kinds
 template<typename T>
 using Member = typename Kinds<T>::Member;
 
-/// Range of a number: low .. high, ends included; orZero: 0 is valid as well. NaN and infinity
-/// never are.
+/// Range of a number: low .. high, inclusive; orZero: 0 is valid as well. NaN and infinity are
+/// never valid.
 struct Range
 {
     double low = 0.0;
@@ -55,43 +55,43 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
-/// What follows when a value changes while a scene is played. Several may be joined by |.
+/// Consequence of a changed value while a scene plays. Values may be joined by |.
 enum Effect : unsigned
 {
-    NOTHING = 0, ///< in what plays: whoever plays acts on it in the next frame
-    SOLVE = 1,   ///< fields are solved again, on the device that is open
-    REOPEN = 2,  ///< array and device are opened anew
-    MOVE = 4     ///< what is felt is elsewhere in the array's frame
+    NOTHING = 0, ///< for what plays; the player uses the value in the next frame
+    SOLVE = 1,   ///< solves again, on the open device
+    REOPEN = 2,  ///< opens array and device again
+    MOVE = 4     ///< moves touchable objects in the array frame
 };
 
-/// Who has a use for a setting of a field besides scenes that play. Several may be joined by |.
+/// Users of a field setting besides playing scenes. Values may be joined by |.
 enum Use : unsigned
 {
-    PLAYED = 0, ///< nobody: it is of what goes on while a scene plays
-    STILL = 1,  ///< whoever solves for a scene at rest, once
-    POINTS = 2  ///< whoever solves for one set of points after the other
+    PLAYED = 0, ///< none: only for playing scenes
+    STILL = 1,  ///< programs that solve once for a scene at rest
+    POINTS = 2  ///< programs that solve for several sets of points in turn
 };
 
-/// What a row says of a value, whatever struct holds it.
+/// Facts about a setting, independent of the struct that holds it.
 struct SettingFacts
 {
     std::string name;        ///< as in options, tags and settings files: "fieldRate"
-    std::string help;        ///< one line that says what it does
+    std::string help;        ///< one-line description
     Range range{};           ///< for numbers
     std::string unit;        ///< for numbers; empty: none
     std::vector<Word> words; ///< for an enum
-    std::string zero;        ///< for a double: the word that says 0, "none"; empty: there is none
+    std::string zero;        ///< for a double: the word for 0, "none"; empty: none
 
-    std::string stored;    ///< name in scene files; empty: the name with a capital
-    std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none
-    bool isSafety = false; ///< a value that isn't understood silences the array
-    unsigned effect = Effect::SOLVE; ///< of a change
-    /// what is played of a frame depends on it, so that a baked field is one of its value
+    std::string stored;              ///< name in scene files; empty: the name with a capital
+    std::string variable;            ///< environment variable without "OSG_MIDAIR_"; empty: none
+    bool isSafety = false;           ///< an invalid value silences the array
+    unsigned effect = Effect::SOLVE; ///< of a changed value
+    /// the played field depends on it, so baked fields are valid only for their value
     bool isIdentity = true;
-    /// a text that names what is outside of the scene: where a file gives it, it is a wish, which
-    /// needs the user's grant
+    /// a text that names something outside the scene; in a file it is only a request, which the
+    /// user must grant
     bool isWish = false;
-    unsigned use = Use::STILL | Use::POINTS; ///< by others than scenes that play
+    unsigned use = Use::STILL | Use::POINTS; ///< by others than playing scenes
 
     /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
@@ -99,47 +99,46 @@ struct SettingFacts
     std::string numbers() const { return range.text() + (unit.empty() ? "" : " " + unit); }
 };
 
-/// A row of a table: all that is known about one value of a plain struct \a T. The default is the
-/// initial value of the member.
+/// Row of a table: all facts about one value of a plain struct \a T. The member's initial value is
+/// the default.
 template<typename T>
 struct Setting : SettingFacts
 {
     Member<T> member{};
-    /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
+    /// Parses texts special to this setting; if empty or returning false, the text is parsed by
+    /// kind.
     std::function<bool(T&, const std::string&)> parse;
-    /// Returns what is wrong with a text, a sentence that begins with the name, or an empty text;
-    /// empty: any will do.
+    /// Returns the error in a text as a sentence that begins with the name, or an empty text; if
+    /// empty, all texts are valid.
     std::function<std::string(const T&)> judge;
 
-    /// Sets the value in \a object from text. Returns false if it isn't understood. Numbers out of
-    /// range are accepted; see repair().
+    /// Sets the value in \a object from text. Returns false on a syntax error. Accepts numbers out
+    /// of range; see repair().
     bool assign(T& object, const std::string& text) const;
-    /// Returns what assign() understands: "a number, 0 .. 1".
+    /// Returns the valid input: "a number, 0 .. 1".
     std::string expected() const;
-    /// If the value in \a object is out of range, resets it to the default, explains this in \a
+    /// If the value in \a object is out of range, resets it to the default, describes this in \a
     /// what and returns true.
     bool repair(T& object, std::string& what) const;
 
-    /// Returns true if the value in \a object is in its range, or as what judges it wants it.
-    /// Matrices, flags and other texts always are.
+    /// Returns true if the value in \a object is in its range and passes judge(). Matrices, flags
+    /// and other texts always do.
     bool holds(const T& object) const;
-    /// Returns what is wrong with the value in \a object, which is what \a text says, as a phrase:
-    /// 'is "7", should be a number, 0 .. 1'; empty: it holds.
+    /// Returns the error in the value of \a object, given as \a text, as a phrase: 'is "7", should
+    /// be a number, 0 .. 1'; empty if it is valid.
     std::string problem(const T& object, const std::string& text) const;
-    /// Returns the value in \a object; 0 if it is no number.
+    /// Returns the value in \a object; 0 if it is not a number.
     double number(const T& object) const;
 
     /// Returns the possible values: "1 .. 40000 Hz", "true, false", "surface, edges, vertices".
     std::string values() const;
-    /// Returns the default, which is the value in \a defaults, as text, "1000"; empty where it is
-    /// an empty text.
+    /// Returns the default, the value in \a defaults, as text: "1000"; empty for an empty text.
     std::string defaultText(const T& defaults = T()) const;
-    /// Returns help, values and default in one line.
+    /// Returns description, values and default in one line.
     std::string summary(const T& defaults = T()) const;
 };
 
-/// Choice for the enum member that \a M points to, of a struct \a T or of one that it inherits
-/// from.
+/// Choice for the enum member \a M of struct \a T or of a base class.
 template<typename T, auto M>
 constexpr Choice<T> choiceOf()
 {
@@ -148,8 +147,8 @@ constexpr Choice<T> choiceOf()
             { object.*M = static_cast<std::decay_t<decltype(object.*M)>>(value); }};
 }
 
-/// Returns true if the values of \a member are equal in \a a and \a b. Two NaN count as equal, so
-/// that a NaN that stays is no change.
+/// Returns true if \a a and \a b have equal values of \a member. Two NaN count as equal, so an
+/// unchanged NaN is no change.
 template<typename T>
 bool isSame(const Member<T>& member, const T& a, const T& b);
 

@@ -17,7 +17,7 @@
 namespace midair::base
 {
 
-/// Builds a Setting: the constructor takes what every row has, the named functions set the rest.
+/// Builds a Setting: the constructor takes the required facts, named functions set the others.
 template<typename T>
 class Row
 {
@@ -60,19 +60,18 @@ private:
     Setting<T> _setting;
 };
 
-/// Range without an upper end.
+/// Range without an upper limit.
 constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
-/// The same member, as one of the struct \a T, which inherits from \a B.
+/// Converts a member of \a B to a member of \a T, which inherits from \a B.
 template<typename T, typename V, typename B>
 V T::*asMemberOf(V B::*member)
 {
     return member;
 }
 
-/// Returns \a rows of the struct \a B as rows of \a T, which inherits from it. Throws
-/// std::logic_error for settings of an enum type, and for those with a parser of their own.
-/// Which texts hold stays as it is.
+/// Converts \a rows of struct \a B to rows of \a T, which inherits from it. judge() is unchanged.
+/// Throws std::logic_error for settings of enum type and for those with their own parser.
 template<typename T, typename B>
 std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
 {
@@ -95,7 +94,7 @@ std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
     return all;
 }
 
-/// Appends each of \a groups of rows to one list.
+/// Concatenates \a groups of rows.
 template<typename T>
 std::vector<Setting<T>> joined(std::initializer_list<std::vector<Setting<T>>> groups)
 {
@@ -105,7 +104,7 @@ std::vector<Setting<T>> joined(std::initializer_list<std::vector<Setting<T>>> gr
     return rows;
 }
 
-/// All settings of a struct \a T, in the order in which they are listed and stored.
+/// All settings of struct \a T, in the order of lists and files.
 template<typename T>
 class SettingTable
 {
@@ -126,8 +125,8 @@ public:
         return found == _rows.end() ? nullptr : &*found;
     }
 
-    /// Sets the value of \a name in \a object from text. Returns false if the name or the value
-    /// isn't understood, with the expected ones in \a error.
+    /// Sets \a name in \a object from text. Returns false, with the valid names or values in \a
+    /// error, if the name or value is invalid.
     bool set(T& object, const std::string& name, const std::string& value, std::string& error) const
     {
         const Setting<T>* row = find(name);
@@ -148,7 +147,7 @@ public:
         return false;
     }
 
-    /// Returns true if \a name is a setting that concerns safety, or may be one of these misspelt.
+    /// Returns true if \a name is a safety setting or a likely misspelling of one.
     bool concernsSafety(const std::string& name) const
     {
         const std::vector<std::string> meant =
@@ -157,7 +156,7 @@ public:
                            meant.end(),
                            [this](const std::string& one) { return find(one)->isSafety; });
     }
-    /// Returns true if \a name is none of the table, nor like one.
+    /// Returns true if \a name neither equals nor resembles a setting.
     bool isUnlikeAny(const std::string& name) const
     {
         return !find(name) && nearestWords(name, names()).empty();
@@ -183,7 +182,7 @@ public:
         return said;
     }
 
-    /// Adds a check for each setting of \a object to \a check.
+    /// Adds checks of all settings of \a object to \a check.
     RangeCheck& check(const T& object, RangeCheck& check) const
     {
         for (const Setting<T>& row : _rows)
@@ -203,8 +202,7 @@ public:
         return check;
     }
 
-    /// What follows from the settings that differ between \a a and \a b: values of Effect, joined
-    /// by |.
+    /// Returns the effects (Effect, joined by |) of all settings that differ between \a a and \a b.
     unsigned effects(const T& a, const T& b) const
     {
         unsigned all = Effect::NOTHING;
@@ -232,7 +230,7 @@ public:
 
 private:
     std::vector<Setting<T>> _rows;
-    std::vector<Member<T>> _members; ///< contiguous, since scenes are compared in every frame
+    std::vector<Member<T>> _members; ///< contiguous, because scenes are compared in every frame
 };
 
 } // namespace midair::base

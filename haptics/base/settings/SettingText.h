@@ -1,7 +1,7 @@
 #pragma once
 
-// The bodies of Setting, for the file that instantiates it for a struct: that file includes this
-// one, specialises ValueText for types that only its struct has, and ends with
+// Implementation of Setting. A file that instantiates it for a struct includes this file,
+// specialises ValueText for the struct's own types, and ends with
 //     template struct Setting<MyStruct>;
 //     template bool isSame(const Member<MyStruct>&, const MyStruct&, const MyStruct&);
 #include "haptics/base/settings/Setting.h"
@@ -17,8 +17,8 @@
 namespace midair::base
 {
 
-/// How values of type \a V are read from text, compared, written and described; read() returns
-/// false for a text that isn't understood.
+/// Reads, compares, writes and describes values of type \a V. read() returns false on a syntax
+/// error.
 template<typename V>
 struct ValueText;
 
@@ -64,7 +64,7 @@ struct ValueText<std::string>
     static std::string write(const std::string& value) { return value; }
 };
 
-/// Type of the value that a member of a struct \a T holds.
+/// Value type of a member of struct \a T.
 template<typename T, typename M>
 using ValueOf = std::decay_t<decltype(std::declval<T&>().*std::declval<M&>())>;
 
@@ -173,7 +173,7 @@ bool Setting<T>::repair(T& object, std::string& what) const
         using M = decltype(kept);
         if constexpr (std::is_same_v<M, Choice<T>>)
         {
-            // A binary file may hold any number.
+            // A binary file may contain any number.
             what = fmt::format("{} is number {}, should be {}; the default is used",
                                name,
                                kept.get(object),

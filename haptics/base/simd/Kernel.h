@@ -7,8 +7,8 @@
 namespace midair::base
 {
 
-/// A function that is compiled once for each instruction set. It is called like a function and runs
-/// the version for the set in use.
+/// A function that is compiled once per instruction set. A call runs the version for the set in
+/// use.
 ///
 ///     extern const base::Kernel<float(int count, const float* x)> sumOf; // in a header
 ///

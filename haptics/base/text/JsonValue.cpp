@@ -1,9 +1,8 @@
 #include "haptics/base/text/JsonValue.h"
 
-#include "haptics/base/InputError.h"
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,8 +12,8 @@ namespace midair::base
 namespace
 {
 
-// Returns a short value as it is in the file. Long or nested ones are only described: 100,000
-// brackets are no help, and writing them out would recurse as deep.
+// Returns a short value as in the file. Long or nested ones are only described: 100,000 brackets
+// are no help, and printing them would recurse as deep.
 std::string shown(const JsonValue::Json& value)
 {
     if (value.is_object()) return "an object";
@@ -27,6 +26,13 @@ std::string shown(const JsonValue::Json& value)
 }
 
 } // namespace
+
+JsonError::JsonError(const std::string& source, std::string itsPath, std::string itsReason) :
+    InputError(source + ": " + itsReason),
+    path(std::move(itsPath)),
+    reason(std::move(itsReason))
+{
+}
 
 JsonValue::Json parseJson(const std::string& text, const std::string& source)
 {
@@ -47,7 +53,7 @@ JsonValue::Json parseJson(const std::string& text, const std::string& source)
 
 void JsonValue::fail(const std::string& what) const
 {
-    throw InputError(fmt::format("{}: {}{}{}", *_source, _path, _path.empty() ? "" : " ", what));
+    throw JsonError(*_source, _path, _path.empty() ? what : _path + " " + what);
 }
 
 void JsonValue::wrong(const std::string& right) const

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/InputError.h"
+
 #include <Eigen/Core>
 
 #include <cstddef>
@@ -13,9 +15,18 @@
 namespace midair::base
 {
 
-/// A value of a JSON text, and where it stands there. What reads it throws InputError for a value
-/// that is not as expected: "source: path in the file is VALUE; it must be RIGHT". The text has to
-/// outlive it. Private to the library.
+/// Error in a value of a JSON text. what() is "source: path reason".
+class JsonError : public InputError
+{
+public:
+    JsonError(const std::string& source, std::string itsPath, std::string itsReason);
+
+    const std::string path;   ///< of the value, as in JsonValue; empty: the whole text
+    const std::string reason; ///< path and problem, without the source
+};
+
+/// A value of a JSON text and its path. Accessors throw JsonError for unexpected values: "source:
+/// path in the file is VALUE; it must be RIGHT". The text must outlive it. Private to the library.
 class JsonValue
 {
 public:
@@ -31,11 +42,11 @@ public:
     [[noreturn]] void fail(const std::string& what) const;
     [[noreturn]] void wrong(const std::string& right) const;
 
-    /// Requires an object with no other keys than \a known.
+    /// Requires an object whose keys are all in \a known.
     void object(std::initializer_list<const char*> known) const;
-    /// The value of \a key in an object; none: it has none.
+    /// Returns the value of \a key in an object, or none.
     std::optional<JsonValue> find(const std::string& key) const;
-    /// The same, which has to be there.
+    /// Like find(), but the key must exist.
     JsonValue required(const std::string& key, const std::string& right) const;
 
     /// Requires a list of at most \a most entries.
@@ -43,7 +54,7 @@ public:
                           std::size_t most = std::numeric_limits<std::size_t>::max()) const;
     bool isList() const { return _json->is_array(); }
     std::size_t size() const { return _json->size(); }
-    JsonValue operator[](std::size_t index) const; ///< of a list
+    JsonValue operator[](std::size_t index) const; ///< element of a list
 
     /// Returns a finite number in [low, high].
     double number(double low, double high, const std::string& right) const;
@@ -51,10 +62,10 @@ public:
     std::string string() const;
     /// Returns a list of \a size finite numbers, each within -limit .. limit.
     Eigen::VectorXd vector(int size, double limit, const std::string& right) const;
-    /// Returns a vector of three numbers that is not zero, normalised.
+    /// Returns a non-zero vector of three numbers, normalised.
     Eigen::Vector3d direction() const;
 
-    /// The same of required().
+    /// number() of required().
     double number(const char* key, double low, double high, const std::string& right) const
     {
         return required(key, right).number(low, high, right);
@@ -67,7 +78,7 @@ public:
     const Json& json() const { return *_json; }
 
 private:
-    const std::string* _source; ///< name of the text in messages, usually the path of a file
+    const std::string* _source; ///< name of the text in messages, usually a file path
     const Json* _json;
     std::string _path;
 };

@@ -19,7 +19,7 @@ bool isDigit(char c)
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-// The end of the number that begins at \a i: digits, points, and an exponent with its sign.
+// Returns the end of the number that begins at \a i: digits, points, and an exponent with its sign.
 std::size_t endOfNumber(const std::string& text, std::size_t i)
 {
     const auto at = [&](std::size_t k) { return k < text.size() ? text[k] : '\0'; };
@@ -32,7 +32,7 @@ std::size_t endOfNumber(const std::string& text, std::size_t i)
     }
 }
 
-/// Of the program: rises with each message that a log is told, and with each that ends.
+/// Program-wide counter: increases when a message is sent or ends.
 std::atomic<std::uint64_t>& changesOfAll()
 {
     static std::atomic<std::uint64_t> changes{0};
@@ -60,7 +60,8 @@ std::string keyOf(const Message& message)
            withoutNumbers(begins ? message.text.substr(message.path.size()) : message.text);
 }
 
-/// More places than a scene has messages of; then those where nothing waits begin anew.
+/// Maximum number of code and path pairs, more than a scene has; above it, those without waiting
+/// messages are forgotten.
 constexpr std::size_t kMostPlaces = 1000;
 
 } // namespace
@@ -93,6 +94,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::DISPLAY_HEAD, "display.head", S::WARNING, L::STATE, true},
         {C::DISPLAY_VIEW, "display.view", S::WARNING, L::STATE, false},
         {C::FIELD_FAILED, "field.failed", S::FAULT, L::FIELD, false},
+        {C::FIELD_FAINT, "field.faint", S::WARNING, L::STATE, true},
         {C::FIELD_REST, "field.rest", S::WARNING, L::FIELD, false},
         {C::FIELD_SILENCED, "field.silenced", S::FAULT, L::FIELD, true},
         {C::FIELD_UNEVEN, "field.uneven", S::NOTICE, L::FIELD, true},
@@ -143,7 +145,7 @@ const std::vector<MessageKind>& messageKinds()
     return all;
 }
 
-// The rows stand in the order of the codes, which a test checks.
+// The rows are in the order of the codes, which a test checks.
 const MessageKind& kindOf(MessageCode code)
 {
     return messageKinds().at(static_cast<std::size_t>(code));
@@ -156,7 +158,7 @@ std::string severityName(Severity severity)
                                            : "fault";
 }
 
-// A number is one only where no word goes on: "board2" is a name.
+// A number counts only if no word continues it: "board2" is a name.
 std::string withoutNumbers(const std::string& text)
 {
     std::string bare;
@@ -189,8 +191,8 @@ void MessageLog::erase(std::size_t i)
     _all.erase(_all.begin() + static_cast<std::ptrdiff_t>(i));
 }
 
-// The one that goes first. A state that lasts is often told only when it begins, so how long ago a
-// message was said is the last that counts.
+// Index of the message to evict. A lasting state is often reported only when it begins, so age is
+// the last criterion.
 std::size_t MessageLog::leastOfAll() const
 {
     const std::vector<Message>* const all = &_all;
@@ -215,7 +217,7 @@ std::size_t MessageLog::leastOfAll() const
     return least;
 }
 
-// Returns false if \a message has no place, since there are faults alone and it is none.
+// Returns false if \a message has no room, because all others are faults and it is not.
 bool MessageLog::makeRoom(const Message& message)
 {
     if (_all.size() < kMost) return true;
@@ -255,7 +257,7 @@ void MessageLog::makePrintable(Message& message) const
     message.path = printable(message.path);
 }
 
-// \a isCounted: it is said once more; else it is one that another log has counted.
+// \a isCounted: it is sent again; otherwise another log has counted it.
 bool MessageLog::keep(Message message, bool isCounted)
 {
     makePrintable(message);
@@ -288,7 +290,7 @@ bool MessageLog::keep(Message message, bool isCounted)
     return true;
 }
 
-// A newer text alone is no change.
+// A newer text alone is not a change.
 void MessageLog::renew(Message& known, Message message)
 {
     if (known.isActive && message.isActive) message.since_s = known.since_s;
@@ -298,7 +300,7 @@ void MessageLog::renew(Message& known, Message message)
     known = std::move(message);
 }
 
-// What was taken before may be gone from this log, which has a limit, and isn't new for that.
+// Messages taken before may be missing here because of the limit, and are not new.
 void MessageLog::takeNew(const std::vector<Message>& all)
 {
     Taken before;
@@ -337,7 +339,7 @@ void MessageLog::takeEnds(const std::vector<Message>& all)
     endUnheld(ended);
 }
 
-// --- What lasts ----------------------------------------------------------------------------------
+// --- Lasting states ------------------------------------------------------------------------------
 
 void MessageLog::end(Message& message)
 {
@@ -347,7 +349,7 @@ void MessageLog::end(Message& message)
     message.changed = ++changesOfAll();
 }
 
-// A topic holds it, or the other log has it.
+// A topic or the other log keeps it active.
 bool MessageLog::isHeld(const std::string& key) const
 {
     const auto holds = [&key](const Topics& topics)
@@ -417,7 +419,7 @@ bool MessageLog::say(const Topic& topic, Message message)
 void MessageLog::sayOfAll(const std::vector<Topic>& topics, Message first)
 {
     if (topics.size() > 1)
-        first.text += "; so it is with " + std::to_string(topics.size() - 1) + " more";
+        first.text += "; likewise " + std::to_string(topics.size() - 1) + " more";
     makePrintable(first);
     {
         const Lock lock(_mutex);
@@ -579,14 +581,14 @@ MessageLog::Line MessageLog::lineOf(MessageCode code, Told& told, double now_s)
     const std::uint64_t before = told.waiting - 1;
     if (before > 0)
         text += " (" + std::to_string(before) + " messages \"" + kindOf(code).name +
-                "\" before it are left out here)";
+                "\" before it were left out)";
     _lines.waiting -= std::exchange(told.waiting, 0);
     ++told.lines;
     told.last_s = now_s;
     return {kindOf(code).severity, std::move(text)};
 }
 
-// None: it waits for printDue().
+// Returns none if it waits for printDue().
 std::optional<MessageLog::Line> MessageLog::lineOf(const Message& message)
 {
     const double now_s = _clock.now_s();

@@ -21,12 +21,12 @@ namespace midair::base
 
 enum class Severity
 {
-    NOTICE,  ///< something is done otherwise than one may think
-    WARNING, ///< something is left out, or not done as it was asked for
+    NOTICE,  ///< something differs from what users may expect
+    WARNING, ///< something is left out, or not done as requested
     FAULT    ///< nothing is played
 };
 
-/// What a message is about. There is no message without; MESSAGES.md has a line for each.
+/// Subject of a message. Every message has a code; MESSAGES.md has a row for each.
 enum class MessageCode
 {
     AIR_TEMPERATURE,
@@ -49,6 +49,7 @@ enum class MessageCode
     DISPLAY_HEAD,
     DISPLAY_VIEW,
     FIELD_FAILED,
+    FIELD_FAINT,
     FIELD_REST,
     FIELD_SILENCED,
     FIELD_UNEVEN,
@@ -97,23 +98,23 @@ enum class MessageCode
     VIEWER_SILENT
 };
 
-/// How long what a message says holds.
+/// How long a message stays active.
 enum class Lasts
 {
-    MOMENT, ///< it has happened; it is active only where it is said of a Topic
-    FIELD,  ///< until a field is made of which it isn't said
-    STATE   ///< until who has said it ends it
+    MOMENT, ///< an event; active only as long as its Topic, if it has one
+    FIELD,  ///< until a field is made without repeating the message
+    STATE   ///< until its sender ends it
 };
 
-/// A row of the table of codes.
+/// Row of the table of codes.
 struct MessageKind
 {
     MessageCode code;
-    const char* name; ///< for programs, "device.lost"; it stays from version to version
+    const char* name; ///< for programs, "device.lost"; stable across versions
     Severity severity;
     Lasts lasts;
-    /// True: all messages with this code and path are one, whatever their texts; else those that
-    /// differ in numbers alone.
+    /// True: all messages with this code and path are one, whatever their texts. False: only texts
+    /// that differ in numbers alone are.
     bool isOne;
 };
 
@@ -121,10 +122,10 @@ struct MessageKind
 const std::vector<MessageKind>& messageKinds();
 const MessageKind& kindOf(MessageCode code);
 
-/// "notice", "warning" or "fault".
+/// Returns "notice", "warning" or "fault".
 std::string severityName(Severity severity);
 
-/// Input error that becomes a message of the code \a code.
+/// Input error that becomes a message with the code \a code.
 class CodedError : public InputError
 {
 public:
@@ -133,11 +134,11 @@ public:
     const MessageCode code;
 };
 
-/// A message for the user. Those of one thing at one node are one message, whatever the numbers in
-/// their texts, and are counted.
+/// A message for the user. Messages about the same thing at the same node are merged and counted,
+/// even if numbers in their texts differ.
 struct Message
 {
-    /// \a path: of the node that it is about; none: it is about none. The text begins with it.
+    /// \a path: of the node it is about, or empty. The text begins with it.
     Message(MessageCode itsCode, std::string itsText, std::string itsPath = std::string()) :
         code(itsCode),
         path(std::move(itsPath)),
@@ -147,16 +148,16 @@ struct Message
 
     MessageCode code;
     std::string path;
-    std::string text; ///< the newest
+    std::string text; ///< the newest text
     std::uint64_t count = 1;
-    std::shared_ptr<const void> origin; ///< as of the object that it is about; null: none
-    /// Rises with each message that a log of this program is told; 0: no log has it.
+    std::shared_ptr<const void> origin; ///< origin of the object it is about; null: none
+    /// Increases with each message sent in this program; 0: not in a log
     std::uint64_t said = 0;
-    std::uint64_t number = 0;  ///< in the log that has it; never given twice
-    std::uint64_t changed = 0; ///< the same, and with each that ends
-    bool isActive = false;     ///< what it says holds
-    double since_s = 0.0;      ///< steady clock; when it was said first, or began to hold last
-    double until_s = 0.0;      ///< when it ended; 0: it is active, or was of a moment
+    std::uint64_t number = 0;  ///< unique within its log
+    std::uint64_t changed = 0; ///< like number, and raised again when the message ends
+    bool isActive = false;     ///< what it says is still true
+    double since_s = 0.0;      ///< steady clock; first sent, or last became active
+    double until_s = 0.0;      ///< time of its end; 0: active, or an event
 
     Severity severity() const { return kindOf(code).severity; }
 };
@@ -172,15 +173,15 @@ inline Message about(MessageCode code,
     return message;
 }
 
-/// \a text with each number outside of quotes replaced by #.
+/// Returns \a text with each number outside quotes replaced by #.
 std::string withoutNumbers(const std::string& text);
 
-/// What is told of: by this key a log knows what it has told already.
+/// Key of a state. A log uses it to recognise states that it has already reported.
 struct Topic
 {
     MessageCode code;
-    std::uint64_t object = 0; ///< that it is told of; 0: of none
-    std::string why = {};     ///< tells those of one code and object apart
+    std::uint64_t object = 0; ///< object of the state; 0: none
+    std::string why = {};     ///< distinguishes states of the same code and object
 
     bool operator<(const Topic& other) const
     {
@@ -188,37 +189,36 @@ struct Topic
     }
 };
 
-/// All that is said to a user, by its key: each message once and counted, in the order of their
-/// first occurrence; a state that lasts when it begins, and again when it has ended and come back;
-/// lines no faster than they can be read. A message is active from when it is said until what it
-/// says has ended (Lasts). Any thread.
+/// All messages for the user. Each message is listed once, with a count, in order of first
+/// occurrence. A lasting state is reported when it begins, and again when it returns after it
+/// ended. Printed lines are rate-limited. A message is active from when it is sent until its state
+/// ends (Lasts). Any thread.
 ///
-/// Of one code and path the kMostAlike newest texts stay. If there are more than kMost messages,
-/// one goes: what is no fault before what is one; of those what has others of its code and path
-/// beside it, then what is least severe, then that of which code there are most; of equal ones what
-/// was said longest ago. A message that is no fault takes the place of none.
+/// Of each code and path the kMostAlike newest texts stay. Above kMost messages one is evicted, in
+/// order: non-faults, duplicates of a code and path, the least severe, those of the most frequent
+/// code, the oldest. A non-fault never evicts another message.
 class MessageLog
 {
 public:
     /// limit, so that a scene full of errors doesn't fill the memory
     static constexpr std::size_t kMost = 100;
     static constexpr std::size_t kMostAlike = 8; ///< texts of one code and path
-    static constexpr int kFirstLines = 8;        ///< of one code and path, each printed at once
-    static constexpr double kLinePause_s = 1.0;  ///< between two of those that follow
+    static constexpr int kFirstLines = 8; ///< lines of one code and path that are printed at once
+    static constexpr double kLinePause_s = 1.0; ///< pause between later lines
 
     struct Line
     {
         Severity severity;
         std::string text;
     };
-    /// Takes each line on the thread that says it.
+    /// Receives each line, on the sender's thread.
     using Print = std::function<void(const Line&)>;
 
-    /// A log whose messages another one takes over.
+    /// A log whose messages another log takes over.
     MessageLog() = default;
-    /// The log of a user, who sees printable text alone. \a print: gets a line for each new
-    /// message; after kFirstLines of one code and path at most one in kLinePause_s, the newest,
-    /// which says how many were left out before it. None: messages are kept alone.
+    /// The user's log, which makes all text printable. \a print: receives a line for each new
+    /// message; after kFirstLines of one code and path at most one per kLinePause_s, the newest,
+    /// with the number of lines left out before it. None: messages are only stored.
     explicit MessageLog(Print print, const Clock& clock = steadyClock()) :
         _clock(clock),
         _print(std::move(print)),
@@ -226,69 +226,67 @@ public:
     {
     }
 
-    /// Adds a message, or counts it if it is there and takes over its text. One that takes the
-    /// place of another of its code and path goes on with that one's count. Returns true if it is
-    /// new.
+    /// Adds a message; if it exists, counts it and updates its text. A message that replaces
+    /// another of its code and path continues its count. Returns true if it is new.
     bool say(Message message) { return keep(std::move(message), true); }
-    /// Takes over a message of another log, which counts it: the larger count stays, and the newer
+    /// Takes over a message from another log with its count: keeps the larger count and the newer
     /// text. Returns true if it is new.
     bool take(const Message& message) { return keep(message, message.said == 0); }
-    /// Takes over those of \a all, the messages of the one other log there is now, that are new
-    /// since the last call. Of those taken before, what isn't active there has ended.
+    /// Takes over the messages in \a all, the content of the only other log, that are new since the
+    /// last call. Ends messages taken earlier that are no longer active there.
     void takeNew(const std::vector<Message>& all);
-    /// Prints lines that have waited until \a now_s.
+    /// Prints delayed lines that are due at \a now_s.
     void printDue(double now_s);
 
-    /// \{ States that last.
+    /// \{ Lasting states.
 
-    /// Returns true if \a topic has just begun to hold: it \a holds, and has not since it was begun
-    /// or ended last.
+    /// Returns true if \a topic has just begun: it \a holds now and did not before.
     bool begins(const Topic& topic, bool holds = true);
-    /// With the topic end the messages that were said of it.
+    /// Ends a topic and its messages.
     void ends(const Topic& topic) { begins(topic, false); }
     /// Ends all topics of \a object.
     void endsOf(std::uint64_t object);
-    /// Says a message of a topic that has begun, or was noted.
+    /// Sends a message of a topic that has begun or was noted.
     bool say(const Topic& topic, Message message);
-    /// Says of all \a topics what \a first says of the first of them: one message, however many
-    /// they are, which ends with the last of them.
+    /// Sends one message for all \a topics, with the text of the first. It ends with the last of
+    /// them.
     void sayOfAll(const std::vector<Topic>& topics, Message first);
-    /// Says that of \a topic \a all holds, and nothing else any more. What was said of it last time
-    /// as well goes on, uncounted.
+    /// Replaces the messages of \a topic by \a all. Messages that were sent last time as well
+    /// continue, uncounted.
     void sayNow(const Topic& topic, const std::vector<Message>& all);
-    /// Ends all messages of a code, but for those that topics hold.
+    /// Ends all messages of a code except those of topics.
     void end(MessageCode code);
-    /// A field has been made: those that last a field have ended, but for those said after
-    /// \a before, which is what saidNow() returned before the field.
+    /// Ends messages that last a field, except those sent after \a before, the value of saidNow()
+    /// before the field was made.
     void endField(std::uint64_t before);
     static std::uint64_t saidNow();
 
-    /// Begins a look at all objects: of states that were noted in looks, those that are not noted
-    /// in this one end with it. A look that is broken off changes nothing.
+    /// Begins a scan of all objects: noted states that are not noted again in this scan end with
+    /// it. An interrupted scan changes nothing.
     void beginLook();
-    /// Takes note of a state that holds. Returns true if it has just begun.
+    /// Notes an active state. Returns true if it has just begun.
     bool note(const Topic& topic);
-    /// Notes \a topic, and says its message if it has just begun.
+    /// Notes \a topic, and sends its message if it has just begun.
     void note(const Topic& topic, const Message& message)
     {
         if (note(topic)) say(topic, message);
     }
-    /// Lets a state that has been noted go on, whether it holds or not.
+    /// Keeps a noted state active without checking it.
     void keepNoted(const Topic& topic);
     void endLook();
     /// \}
 
     std::vector<Message> messages() const;
-    std::vector<std::string> all() const; ///< their texts
-    /// Rises whenever a message is said or ends.
+    std::vector<std::string> all() const; ///< texts of all messages
+    /// Increases whenever a message is sent or ends.
     std::uint64_t changes() const;
-    /// Those that were said or have ended since \a seen, which becomes changes().
+    /// Returns messages sent or ended since \a seen, which becomes changes().
     std::vector<Message> changedSince(std::uint64_t& seen) const;
-    /// Forgets all messages that are not active.
+    /// Removes all messages that are not active.
     void forgetEnded();
-    /// Texts of those that were added after the first \a told, which becomes added().
+    /// Returns the texts of messages added after the first \a told, which becomes added().
     std::vector<std::string> newTexts(std::size_t& told) const;
-    /// How many different messages there were so far, those that are gone included.
+    /// Returns the number of different messages so far, including removed ones.
     std::size_t added() const;
 
 private:
@@ -303,23 +301,23 @@ private:
     struct Lines
     {
         std::map<std::pair<MessageCode, std::string>, Told> of;
-        std::uint64_t waiting = 0; ///< messages of all
+        std::uint64_t waiting = 0; ///< waiting messages of all
     };
-    /// Topics with the keys of what was said of them.
+    /// Topics with the keys of their messages.
     using Topics = std::map<Topic, std::vector<std::string>>;
     struct States
     {
         Topics lasting;      ///< begun, and not ended
-        Topics noted;        ///< in the last look
-        Topics fresh;        ///< in this one, and not in the last
-        std::set<Topic> now; ///< all that are noted in this one
+        Topics noted;        ///< noted in the last scan
+        Topics fresh;        ///< noted in this scan, and not in the last
+        std::set<Topic> now; ///< all noted in this scan
     };
-    /// What takeNew() has taken.
+    /// State of takeNew().
     struct Taken
     {
         std::uint64_t said = 0;     ///< newest Message::said
         std::uint64_t changed = 0;  ///< newest Message::changed
-        std::set<std::string> keys; ///< of those that were active
+        std::set<std::string> keys; ///< keys of the active messages
     };
 
     bool keep(Message message, bool isCounted);
@@ -344,7 +342,7 @@ private:
     const bool _isForUser = false;
     mutable Mutex _mutex;
     std::vector<Message> _all MIDAIR_GUARDED_BY(_mutex);
-    std::vector<std::string> _keys MIDAIR_GUARDED_BY(_mutex); ///< of each
+    std::vector<std::string> _keys MIDAIR_GUARDED_BY(_mutex); ///< key of each message
     std::size_t _added MIDAIR_GUARDED_BY(_mutex) = 0;
     Taken _taken MIDAIR_GUARDED_BY(_mutex);
     Lines _lines MIDAIR_GUARDED_BY(_mutex);

@@ -42,7 +42,7 @@ std::vector<std::string> partsOf(const std::string& text)
 /// Reads "17" or "400-410". Returns false for anything else.
 bool readRange(const std::string& text, int& first, int& last)
 {
-    // A minus in front is no range: indices have no sign.
+    // A leading minus is not a range: indices have no sign.
     const std::size_t dash = text.find('-');
     if (!parseWhole(trimmed(text.substr(0, dash)), first)) return false;
     last = first;
@@ -51,7 +51,7 @@ bool readRange(const std::string& text, int& first, int& last)
     return first >= 0 && last >= first && last <= kMostIndex;
 }
 
-/// Throws for the first index that is there twice in the sorted \a numbers.
+/// Throws for the first duplicate index in the sorted \a numbers.
 void refuseDoubles(const std::vector<std::pair<int, double>>& numbers, const std::string& what)
 {
     const auto twice =
@@ -70,7 +70,7 @@ std::vector<std::pair<int, double>> sorted(std::vector<std::pair<int, double>> n
     return numbers;
 }
 
-/// Appends \a first to \a last. Throws if there are more than there can be without doubles.
+/// Appends \a first to \a last. Throws if there are more than possible without duplicates.
 void append(int first,
             int last,
             double number,

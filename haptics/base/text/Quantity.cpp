@@ -14,7 +14,7 @@ namespace midair::base
 namespace
 {
 
-/// What is measured. Numbers of different kinds can't be converted into each other.
+/// Kind of quantity. Numbers of different kinds can't be converted into each other.
 enum class Kind
 {
     LENGTH,
@@ -34,7 +34,7 @@ struct Unit
     double factor; ///< one of this unit in the SI unit of its kind, degrees for angles
 };
 
-// Upper and lower case differ, as in SI: mPa and MPa are not the same.
+// Case matters, as in SI: mPa and MPa differ.
 const Unit kUnits[] = {{"m", Kind::LENGTH, 1.0},
                        {"cm", Kind::LENGTH, 1e-2},
                        {"mm", Kind::LENGTH, 1e-3},
@@ -90,7 +90,7 @@ bool splitQuantity(const std::string& text, double& number, std::string& unit)
     const auto [rest, error] = std::from_chars(begin, end, read);
     if (error != std::errc() || !std::isfinite(read)) return false;
     const std::string word = trimmed(std::string(rest, end));
-    // What could continue a number, such as a decimal comma or hexadecimal digits, is no unit.
+    // A continuation of a number, such as a decimal comma or hexadecimal digits, is not a unit.
     if (word.find_first_of(" \t\r\n,.+-0123456789") != std::string::npos) return false;
     number = read;
     unit = word;
@@ -114,7 +114,7 @@ bool parseQuantity(const std::string& text, const std::string& unit, double& val
         if (!isUnitFor(word, unit)) return false;
         const double given = findUnit(word)->factor;
         const double wanted = findUnit(unit)->factor;
-        // Dividing by what is a whole number gives the double that is nearest to the decimal one.
+        // Dividing by a whole number gives the double nearest to the decimal value.
         number = given < wanted ? number / std::round(wanted / given) : number * (given / wanted);
         if (!std::isfinite(number)) return false;
     }

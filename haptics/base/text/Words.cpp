@@ -12,7 +12,7 @@ namespace midair::base
 namespace
 {
 
-/// Longer words are no names; the limit keeps a file's nonsense from costing time.
+/// Longer words are not names; the limit bounds the time for a file's nonsense.
 constexpr std::size_t kLongest = 64;
 
 } // namespace

@@ -6,7 +6,7 @@
 namespace midair::base
 {
 
-/// Returns \a text without the blanks (spaces, tabs, line ends) at both of its ends.
+/// Returns \a text without leading and trailing blanks (spaces, tabs, line ends).
 inline std::string trimmed(const std::string& text)
 {
     constexpr const char* kBlanks = " \t\r\n\v\f";
@@ -22,17 +22,17 @@ std::vector<std::string> splitAt(const std::string& text, char separator);
 /// comment.
 std::vector<std::string> splitColumns(const std::string& line);
 
-/// Returns \a text, which may come from a file or another program, for printing: control
-/// characters, which a terminal would obey, and characters that hide text or turn its direction are
-/// replaced, and it is cut after \a most bytes.
+/// Returns \a text, which may come from a file or another program, in printable form: replaces
+/// control characters, which a terminal would obey, and characters that hide text or change its
+/// direction; cuts it after \a most bytes.
 std::string printable(const std::string& text, std::size_t most = 300);
 
-/// Returns how many letters have to be put in, left out, replaced or swapped with their neighbour
-/// to make \a b of \a a, upper and lower case alike (Damerau and Levenshtein).
+/// Returns the number of insertions, deletions, replacements and swaps of neighbouring letters that
+/// turn \a a into \a b, ignoring case (Damerau and Levenshtein).
 int editDistance(const std::string& a, const std::string& b);
 
-/// Returns those of \a known that \a word may be a slip of the pen for, the nearest alone, or
-/// several that are equally near; none if all of them differ by more than a third of their letters.
+/// Returns the words of \a known that \a word may be a misspelling of: the nearest, or several at
+/// the same distance; none if all differ by more than a third of their letters.
 std::vector<std::string> nearestWords(const std::string& word,
                                       const std::vector<std::string>& known);
 

@@ -10,13 +10,13 @@ namespace
 
 std::atomic<std::uint64_t> count{0};
 
-// A child may do little before it is itself: it only counts.
+// Little is allowed in a new child: it only counts.
 void beChild()
 {
     ++count;
 }
 
-// Before main(), so that no fork of the program goes unseen.
+// Before main(), so that all forks are counted.
 const int kRegistered = ::pthread_atfork(nullptr, nullptr, beChild);
 
 } // namespace

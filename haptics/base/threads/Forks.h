@@ -9,16 +9,16 @@
 namespace midair::base
 {
 
-/// Returns how often the program has forked on the way to this process; in a child it is another
-/// number than in its parent. A child has one thread, that which called fork(): whoever has threads
-/// of its own, or locks that others take, has them no more there.
+/// Returns the number of forks that led to this process; a child's number differs from its
+/// parent's. A child has only the thread that called fork(): other threads don't exist there, and
+/// their locks may stay locked.
 std::uint64_t forks() noexcept;
 
-/// What a child says of all that its parent plays.
+/// Message of a forked child for everything that its parent plays.
 inline constexpr const char* kForked =
-    "closed: the program has forked, and its parent plays on; what plays here has to be made here";
+    "closed: the program has forked, and its parent plays on; make a new one in this process";
 
-/// Knows whether this is the process that it was made in.
+/// Knows whether this is the process that created it.
 class MadeHere
 {
 public:
@@ -29,14 +29,14 @@ private:
     std::uint64_t _forks;
 };
 
-/// Owns something with threads, locks or a device, which in the child of a fork is the parent's: it
-/// is not destroyed there, which would wait for threads that don't exist, and write to a device
-/// that the parent leads. Another one takes its place. Any thread.
+/// Owns an object with threads, locks or a device. In a forked child the object is the parent's and
+/// is not destroyed, because that would wait for threads that don't exist and write to the parent's
+/// device; a new object replaces it. Any thread.
 template<typename T>
 class OfProcess
 {
 public:
-    /// \a make makes one; false: in the place of another process's.
+    /// \a make creates an object; \a isFirst is false if it replaces another process's.
     explicit OfProcess(std::function<std::unique_ptr<T>(bool isFirst)> make) :
         _make(std::move(make)),
         _held(new Held{MadeHere(), _make(true)})
@@ -72,7 +72,7 @@ private:
     mutable std::atomic<Held*> _held;
 };
 
-/// Destroys \a of if it was made in this process, as \a isOurs says; else it stays for ever.
+/// Destroys \a of if \a isOurs says that this process created it; otherwise leaks it.
 template<typename Owner>
 void dropOrLeave(const MadeHere& isOurs, Owner& of)
 {

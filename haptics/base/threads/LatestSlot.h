@@ -9,25 +9,26 @@
 namespace midair::base
 {
 
-/// Slot that hands values from one thread to another. It holds one value: a newer one replaces it,
-/// and the older one is dropped and counted.
+/// Slot that hands values from one thread to another. It holds one value; a newer value replaces an
+/// older one, which is dropped and counted.
 ///
-/// put() and take() swap their argument with the slot's value under a lock that is held only for
-/// the swap, so neither side waits for the other's work, and buffers are reused without allocation.
-/// For one producer and one consumer. close() wakes the consumer, which then gets CLOSED; a value
-/// that was not taken is dropped.
+/// put() and take() swap their argument with the slot's value under a lock held only for the swap,
+/// so neither side waits for the other's work, and buffers are reused without allocation. For one
+/// producer and one consumer. close() wakes the consumer, which then gets CLOSED; a pending value
+/// is dropped.
 template<typename T>
 class LatestSlot
 {
 public:
-    /// Puts \a value into the slot and leaves an old one (dropped or consumed) in it, whose memory
-    /// the producer may reuse. Returns false, with \a value unchanged, if the slot is closed.
+    /// Puts \a value into the slot and returns an old value (dropped or consumed) in it, whose
+    /// memory the producer may reuse. Returns false, with \a value unchanged, if the slot is
+    /// closed.
     bool put(T& value)
     {
         return put(value, [] {});
     }
-    /// As above, and calls \a meanwhile() under the lock, before the value can be taken; it should
-    /// be short.
+    /// As above, and calls \a meanwhile() under the lock before the value can be taken; keep it
+    /// short.
     template<typename Meanwhile>
     bool put(T& value, const Meanwhile& meanwhile)
     {
@@ -51,8 +52,7 @@ public:
         CLOSED
     };
 
-    /// Ends the wait of take(), or of the next one, which then gets NOTHING unless there is a
-    /// value.
+    /// Wakes the present or next take(), which then returns NOTHING unless there is a value.
     void wake()
     {
         {
@@ -62,12 +62,12 @@ public:
         _filled.notifyOne();
     }
 
-    /// Waits for a value for at most \a atMost_s and swaps it into \a value.
+    /// Waits at most \a atMost_s for a value and swaps it into \a value.
     Taken take(T& value, double atMost_s)
     {
         return take(value, atMost_s, [] {});
     }
-    /// As above, and calls \a meanwhile() when it takes a value, before the next can be put.
+    /// As above, and calls \a meanwhile() after taking a value, before the next can be put.
     template<typename Meanwhile>
     Taken take(T& value, double atMost_s, const Meanwhile& meanwhile)
     {
@@ -102,7 +102,7 @@ public:
         _filled.notifyAll();
     }
 
-    /// Calls \a meanwhile(true if a value waits, true if closed) while nothing can be put or taken.
+    /// Calls \a meanwhile(true if a value waits, true if closed) while the slot is locked.
     template<typename Meanwhile>
     void between(const Meanwhile& meanwhile)
     {

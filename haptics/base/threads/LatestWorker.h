@@ -13,14 +13,14 @@
 namespace midair::base
 {
 
-/// Worker that answers requests on its own thread. Only the newest request and the newest answer
-/// are kept. An answer has a member `frame`. In the child of a fork nothing is answered.
+/// Worker that answers requests on its own thread. It keeps only the newest request and the newest
+/// answer. An answer has a member `frame`. In a forked child it answers nothing.
 template<typename Request, typename Answer>
 class LatestWorker
 {
 public:
     /// \a work makes an answer from a request, on the worker's thread. \a pause_s: shortest time
-    /// between the starts of two of them.
+    /// between the starts of two answers.
     explicit LatestWorker(std::function<std::unique_ptr<Answer>(const Request&)> work,
                           double pause_s = 0.0) :
         _worker(std::make_unique<Worker>(std::move(work), pause_s))
@@ -35,18 +35,18 @@ public:
         if (_isOurs) _worker->submit(std::move(request));
     }
 
-    /// Returns the newest answer that was not taken yet, or null.
+    /// Returns the newest answer not taken yet, or null.
     std::unique_ptr<Answer> take() { return _isOurs ? _worker->take() : nullptr; }
 
-    /// Waits for an answer to \a frame or later and takes it. After \a timeout_s it takes the
-    /// answer that is there, or returns null.
+    /// Waits for an answer to \a frame or later and takes it. After \a timeout_s takes any
+    /// available answer, or returns null.
     std::unique_ptr<Answer> waitFor(std::uint64_t frame, double timeout_s)
     {
         return _isOurs ? _worker->waitFor(frame, timeout_s) : nullptr;
     }
 
 private:
-    /// What the thread uses.
+    /// State shared with the thread.
     class Worker
     {
     public:

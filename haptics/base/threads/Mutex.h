@@ -5,24 +5,23 @@
 #include <condition_variable>
 #include <mutex>
 
-// Says which lock guards a member and which lock a function needs, so that clang finds what forgets
-// it (-Wthread-safety, an error with -DMIDAIR_WERROR=ON). g++ reads past them. Source: clang's
-// "Thread Safety Analysis".
+// Annotations that name the lock of a member or function, so that clang detects missing locks
+// (-Wthread-safety, an error with -DMIDAIR_WERROR=ON). g++ ignores them. Source: clang's "Thread
+// Safety Analysis".
 #ifdef __clang__
 #define MIDAIR_THREADS(attribute) __attribute__((attribute))
 #else
 #define MIDAIR_THREADS(attribute)
 #endif
-/// A member that is read and written with `mutex` locked alone.
+/// A member that is accessed only with `mutex` locked.
 #define MIDAIR_GUARDED_BY(mutex) MIDAIR_THREADS(guarded_by(mutex))
-/// What a pointer points to is read and written with `mutex` locked alone; the pointer itself is
-/// not guarded.
+/// A pointer whose target is accessed only with `mutex` locked; the pointer itself is not guarded.
 #define MIDAIR_PT_GUARDED_BY(mutex) MIDAIR_THREADS(pt_guarded_by(mutex))
-/// A function, or a lambda behind its brackets, that is called with these locked.
+/// A function, or a lambda after its brackets, that is called with these locked.
 #define MIDAIR_REQUIRES(...) MIDAIR_THREADS(requires_capability(__VA_ARGS__))
-/// A function that locks these itself, and must not be called with them locked.
+/// A function that locks these itself and must not be called with them locked.
 #define MIDAIR_EXCLUDES(...) MIDAIR_THREADS(locks_excluded(__VA_ARGS__))
-/// A function that the analysis can't follow; a comment beside it says why it is right.
+/// A function that the analysis can't follow; a comment beside it explains why it is correct.
 #define MIDAIR_NO_THREAD_ANALYSIS MIDAIR_THREADS(no_thread_safety_analysis)
 
 namespace midair::base
@@ -57,7 +56,7 @@ private:
     std::unique_lock<std::mutex> _lock;
 };
 
-/// Releases a mutex that is held, and takes it again at the end of its scope.
+/// Releases a held mutex and locks it again at the end of its scope.
 class MIDAIR_THREADS(scoped_lockable) Unlocked
 {
 public:
@@ -73,22 +72,21 @@ private:
     Mutex& _mutex;
 };
 
-/// std::condition_variable on a Lock. It may wake without cause, so each wait stands in a loop that
-/// looks at what it waits for: in the loop clang sees that the lock is held, in a predicate it
-/// would not.
+/// std::condition_variable on a Lock. It may wake spuriously, so each wait needs a loop that checks
+/// its condition: in a loop clang sees that the lock is held, in a predicate it would not.
 class Condition
 {
 public:
     void notifyOne() { _condition.notify_one(); }
     void notifyAll() { _condition.notify_all(); }
     void wait(Lock& lock) { _condition.wait(lock._lock); }
-    /// @return false when `duration` has passed
+    /// @return false if `duration` has passed
     template<typename Duration>
     bool waitFor(Lock& lock, Duration duration)
     {
         return _condition.wait_for(lock._lock, duration) == std::cv_status::no_timeout;
     }
-    /// The same until steadySeconds() says `time_s`, of which all beyond 30 years is as far.
+    /// The same until steadySeconds() is `time_s`; times beyond 30 years count as 30 years.
     bool waitUntil_s(Lock& lock, double time_s)
     {
         using Clock = std::chrono::steady_clock;
@@ -96,7 +94,7 @@ public:
         return waitUntil(lock,
                          Clock::time_point(std::chrono::duration_cast<Clock::duration>(since)));
     }
-    /// @return false when `time` has come
+    /// @return false if `time` has passed
     template<typename Time>
     bool waitUntil(Lock& lock, Time time)
     {

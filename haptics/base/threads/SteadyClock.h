@@ -8,23 +8,23 @@
 namespace midair::base
 {
 
-/// Returns the time of the steady clock in seconds, which time stamps of fields and snapshots use.
+/// Returns the steady clock in seconds, the time base of fields and snapshots.
 inline double steadySeconds()
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
 }
 
-/// What tells the time to those whose limits and beats depend on it, and lets their threads wait
-/// for it. It is passed in, so that a test can set it. All members may be called from any thread.
+/// Clock for code with deadlines and periods; its threads wait on it. It is passed in, so that
+/// tests can set the time. Any thread.
 class Clock
 {
 public:
     virtual ~Clock() = default;
 
-    virtual double now_s() const = 0; ///< never goes back
-    /// Waits until \a condition is notified, but no longer than until \a until_s. It may return
-    /// earlier without cause, as a Condition may.
+    virtual double now_s() const = 0; ///< never decreases
+    /// Waits until \a condition is notified, at most until \a until_s. May wake spuriously, as
+    /// Condition does.
     virtual void wait(Condition& condition, Lock& lock, double until_s) const = 0;
 };
 
@@ -36,7 +36,7 @@ public:
     void wait(Condition& condition, Lock& lock, double until_s) const override
     {
         using std::chrono::steady_clock;
-        constexpr double kLong_s = 3600.0; // what is further away may not fit into a time point
+        constexpr double kLong_s = 3600.0; // longer times may not fit into a time point
         const std::chrono::duration<double> until(std::min(until_s, steadySeconds() + kLong_s));
         condition.waitUntil(
             lock,

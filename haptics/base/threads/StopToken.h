@@ -8,22 +8,22 @@
 namespace midair::base
 {
 
-/// Thrown by work that was asked to stop and has no report in which to say so.
+/// Thrown by work that was asked to stop and has no report to return this in.
 class Stopped : public std::runtime_error
 {
 public:
     Stopped() : std::runtime_error("stopped before it was done") {}
 };
 
-/// Tells work if it was asked to stop. Copies belong to the same StopSource; a token without a
-/// source never asks.
+/// Tells work whether it was asked to stop. Copies share a StopSource; a token without a source
+/// never requests a stop.
 class StopToken
 {
 public:
     StopToken() = default;
 
-    /// Returns true if a stop was requested. Costs one relaxed load; for loops whose turns take a
-    /// microsecond or more. Any thread.
+    /// Returns true if a stop was requested. Costs one relaxed load; for loops whose iterations
+    /// take a microsecond or more. Any thread.
     bool requested() const { return _flag && _flag->load(std::memory_order_relaxed); }
     void throwIfRequested() const
     {
@@ -37,7 +37,8 @@ private:
     std::shared_ptr<const std::atomic<bool>> _flag;
 };
 
-/// Checks a token once in a number of turns, for loops whose turns are much shorter than a check.
+/// Checks a token once per number of iterations, for loops whose iterations are much shorter than a
+/// check.
 class StopLook
 {
 public:

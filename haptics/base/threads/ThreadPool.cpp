@@ -92,8 +92,8 @@ void ThreadPool::wake()
     _wake.notifyAll();
 }
 
-// Spins first: the others have as much work and finish at about the same time, unless there are too
-// few cores.
+// Spins first, because the other threads have equal work and finish at about the same time, unless
+// there are too few cores.
 template<typename IsDone>
 void ThreadPool::waitUntil(const IsDone& isDone)
 {
@@ -109,8 +109,8 @@ void ThreadPool::waitUntil(const IsDone& isDone)
     _callerSleeps = false;
 }
 
-// Sequentially consistent, as the caller's store and load are: one of the two threads sees what the
-// other wrote.
+// Sequentially consistent, like the caller's store and load: one of the two threads sees the
+// other's write.
 void ThreadPool::tellCaller()
 {
     if (!_callerSleeps) return;
@@ -118,8 +118,8 @@ void ThreadPool::tellCaller()
     _done.notifyOne();
 }
 
-// Enters the run that is open, which may be a later one than \a generation; returns its number. The
-// caller starts no other while somebody is inside.
+// Enters the open run, which may be a later one than \a generation; returns its number. The caller
+// starts no other run while somebody is inside.
 unsigned ThreadPool::help(int thread, unsigned generation)
 {
     int inside = _inside;

@@ -10,12 +10,12 @@
 namespace midair::base
 {
 
-/// Returns the number of cores that this process may use, at least 1. More threads than that only
-/// wait for one another.
+/// Returns the number of cores available to this process, at least 1. More threads would only wait
+/// for each other.
 int coreCount();
 
 /// Pool of threads that run one function together; the caller waits until all are done. A call
-/// allocates nothing and costs a few microseconds, since idle workers spin for a moment before they
+/// doesn't allocate and costs a few microseconds, because idle workers spin briefly before they
 /// sleep. If there are more threads than cores they sleep at once.
 class ThreadPool
 {
@@ -37,9 +37,9 @@ public:
         runErased([](void* data, int thread) { (*static_cast<Plain*>(data))(thread); }, &task);
     }
 
-    /// Calls task(0) on this thread and task(thread) on workers that are awake before that is done;
-    /// returns when all of these are done; a worker may be called twice. For work that threads take
-    /// from one another: a worker that sleeps takes some 50 microseconds to wake up, and is not
+    /// Calls task(0) on this thread and task(thread) on workers that are awake before it finishes;
+    /// returns when all of these are done. A worker may be called twice. For work that threads
+    /// share dynamically: a sleeping worker takes about 50 microseconds to wake up, and is not
     /// waited for.
     template<typename Task>
     void runHelped(Task&& task)
@@ -48,13 +48,13 @@ public:
         runErasedHelped([](void* data, int thread) { (*static_cast<Plain*>(data))(thread); },
                         &task);
     }
-    /// Wakes sleeping workers ahead of run(), which takes them some 50 microseconds; the caller may
-    /// prepare the work meanwhile. It costs about a microsecond.
+    /// Wakes sleeping workers ahead of run(), which takes about 50 microseconds; the caller may
+    /// prepare work meanwhile. Costs about a microsecond.
     void wake();
 
 private:
     using Function = void (*)(void*, int);
-    /// Added to _inside while nobody may enter.
+    /// Added to _inside while no worker may enter.
     static constexpr int kClosed = -(1 << 30);
 
     void runErased(Function function, void* data);
@@ -75,11 +75,12 @@ private:
     Condition _done; ///< the caller waits for workers
     std::atomic<bool> _callerSleeps{false};
     std::atomic<unsigned> _generation{0}; ///< of runs; odd: a run that workers may help
-    std::atomic<int> _running{0};         ///< workers that have to be waited for
+    std::atomic<int> _running{0};         ///< workers that the caller waits for
     std::atomic<int> _inside{kClosed};    ///< workers that help
     std::atomic<bool> _stop{false};
-    unsigned _calls MIDAIR_GUARDED_BY(_mutex) = 0; ///< of wake()
-    // Written before a generation begins, read by its threads alone: the generation orders them.
+    unsigned _calls MIDAIR_GUARDED_BY(_mutex) = 0; ///< calls of wake()
+    // Written before a generation begins and read only by its threads, so the generation orders
+    // them.
     Function _function = nullptr;
     void* _data = nullptr;
 };

@@ -1,5 +1,5 @@
-// Kernels that need instructions which compilers do not choose by themselves, written with the
-// operations of Register.h.
+// Kernels with instructions that compilers do not choose by themselves, written with the operations
+// of Register.h.
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/propagation/kernels/Register.h"
@@ -19,7 +19,7 @@ namespace
 // units of 1/kUnity, c in units of 2^-14. Truncation, and the carry from the lower to the upper
 // half of G, add errors below 3e-4 of the row's bound. J need not be exact, as both products of a
 // step read the same matrix.
-constexpr float kLeastFactor = 1e-30f; // factors that are all below count as 0
+constexpr float kLeastFactor = 1e-30f; // if all factors are below it, they count as 0
 constexpr float kUnity = 32766.0f;     // leaves room for values a little over 1
 
 MIDAIR_INLINE std::int32_t pairOf(float low, float high)
@@ -66,7 +66,7 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
     }
     for (int l = 0; l < n; l += 2)
     {
-        // The last row of an odd n has no partner: its own once more, with u = 0.
+        // The last row of an odd n has no partner: it is used twice, with u = 0.
         const bool pair = l + 1 < n;
         const std::int32_t* a = G + width * l;
         const Row first = rowOf(a, uRe[l], uIm[l]);
@@ -135,7 +135,7 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
     constexpr float kUnit = 1.0f / 65536.0f;
     for (int l = 0; l < n; l += 2)
     {
-        // The last row of an odd n has no partner: its own once more, with u = 0.
+        // The last row of an odd n has no partner: it is used twice, with u = 0.
         const bool pair = l + 1 < n;
         const std::int32_t *a = G + width * l, *b = pair ? a + width : a;
         std::int32_t* row = J + width * (l / 2);

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
-// Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing
-// here may be compiled with -ffast-math, since rounded relies on the order of its operations.
+// Compiled with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt.
+// Never compile it with -ffast-math: rounding relies on the order of operations.
 #define MIDAIR_INLINE inline __attribute__((always_inline))
 
 namespace midair::haptics::kernels
@@ -14,7 +14,7 @@ namespace midair::haptics::kernels
 
 constexpr int kMaxWidth = 512; ///< largest width of a block
 
-// Adding and subtracting 1.5 * 2^23 rounds to an integer, without an instruction that plain x86-64
+// Adding and subtracting 1.5 * 2^23 rounds to an integer without an instruction that plain x86-64
 // lacks.
 constexpr float kToInteger = 12582912.0f;
 constexpr double kToIntegerDouble = 6755399441055744.0; // 1.5 * 2^52
@@ -29,11 +29,11 @@ MIDAIR_INLINE double rounded(double x)
 }
 
 // Two numbers of at most kFixedPeak in one lane of 32 bits: high * 65536 + low, each rounded to an
-// integer. Read back, the float nearest to a lane is high * 65536 to half a unit, and the lane
-// shifted up by 16 is low * 65536 exactly.
+// integer. The float nearest to a lane is high * 65536 to half a unit, and the lane shifted up by
+// 16 is low * 65536 exactly.
 constexpr float kFixedPeak = 32760.0f;
 
-// Returns the factor for numbers read back where kFixedPeak stands for \a peak.
+// Returns the factor for stored numbers whose kFixedPeak represents \a peak.
 MIDAIR_INLINE float fixedScale(float peak)
 {
     return peak / (kFixedPeak * 65536.0f);
@@ -49,7 +49,7 @@ MIDAIR_INLINE std::int32_t bitsOf(float x)
 MIDAIR_INLINE std::int32_t packPair(float low, float high)
 {
     constexpr std::int32_t kOfInteger =
-        0x4B400000; // the bits of kToInteger, whose lowest ones hold the rounded number
+        0x4B400000; // the bits of kToInteger, whose lowest bits hold the rounded number
     const std::uint32_t top = static_cast<std::uint32_t>(bitsOf(high + kToInteger)) << 16;
     return static_cast<std::int32_t>(
         top + static_cast<std::uint32_t>(bitsOf(low + kToInteger) - kOfInteger));

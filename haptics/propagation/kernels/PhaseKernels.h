@@ -2,8 +2,8 @@
 
 #include "haptics/base/simd/Kernel.h"
 
-/// Kernels of phase retrieval, each compiled for every instruction set and selected at run time.
-/// Complex arrays are split into real and imaginary parts; no kernel allocates.
+/// Kernels of phase retrieval, compiled for each instruction set and selected at run time. Complex
+/// arrays are split into real and imaginary parts. Kernels don't allocate.
 namespace midair::haptics::kernels
 {
 
@@ -49,9 +49,8 @@ using DescendOnce =
 extern const base::Kernel<DescendOnce<double>, DescendOnce<float>> descendOnce;
 
 /// Returns the k that minimises sum_l | wanted_l - |p_l + g_l t_k| | among \a turns factors t; the
-/// first one if several are equal. Sums that differ by less than 2e-6 of sum_l (wanted_l + |p_l| +
-/// |g_l t_k|) may count as equal. Vectors over l are padded with zeros to a multiple of
-/// kPhaseLanes.
+/// first of equal ones. Sums that differ by less than 2e-6 of sum_l (wanted_l + |p_l| + |g_l t_k|)
+/// may count as equal. Vectors over l are padded with zeros to a multiple of kPhaseLanes.
 extern const base::Kernel<int(int n,
                               int turns,
                               const float* tRe,

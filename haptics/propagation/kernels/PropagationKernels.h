@@ -4,10 +4,10 @@
 
 #include <cstdint>
 
-/// Kernels that loop over transducers, each compiled for every instruction set and selected at run
-/// time, see haptics/base/simd. The comment of each kernel states its error bound and the input
-/// that this holds for. All pointers are aligned to 64 bytes, all widths multiples of kLanes; no
-/// kernel allocates.
+/// Kernels that loop over transducers, compiled for each instruction set and selected at run time,
+/// see haptics/base/simd. Each kernel's comment states its error bound and the input range for
+/// which it holds. All pointers are aligned to 64 bytes, all widths multiples of kLanes. Kernels
+/// don't allocate.
 namespace midair::haptics::kernels
 {
 
@@ -15,14 +15,14 @@ constexpr int kLanes = 32; ///< floats in two of the widest registers
 
 constexpr int kGroup = kLanes; ///< transducers of one group
 
-/// Transducers close together; distances from a control point are expanded about their centre.
+/// Adjacent transducers; distances from a control point are expanded about their centre.
 struct GroupGeometry
 {
     double x, y, z;   ///< centre, wavelengths
     float nx, ny, nz; ///< common normal, if planar
     float radius;     ///< wavelengths
     float strongest;  ///< the largest |strength|
-    bool planar; ///< all have one normal and are in one plane perpendicular to it, as is the centre
+    bool planar; ///< all have one normal and lie, with the centre, in one plane perpendicular to it
 };
 
 /// Transducers of one block, lengths in wavelengths.
@@ -46,8 +46,8 @@ struct PointBatch
     int count;                           ///< 1 .. kSize
 };
 
-/// log2 D as a function of theta, linear between multiples of ten degrees: its value at 0 and the
-/// change of its slope at each of them.
+/// log2 D as a function of theta, linear between multiples of ten degrees: value at 0 and change of
+/// slope at each of them.
 struct DirectivityTable
 {
     static constexpr int kSteps = 9;
@@ -70,8 +70,8 @@ struct DirectivityPoint
 
 /// Destination of a block's rows. FLOAT: row l is [re width][im width] at l * 2 * width. FIXED: re
 /// (low) and im (high) as 16-bit numbers in one lane, relative to a bound of the row's entries, at
-/// l * width. FIXED takes half of the memory, whose bandwidth limits solves of many points, with an
-/// error of 2e-5 of the bound.
+/// l * width. FIXED halves the memory, whose bandwidth limits solves of many points, at an error of
+/// 2e-5 of the bound.
 struct FloatRows
 {
     float* entries;
@@ -79,21 +79,22 @@ struct FloatRows
 struct FixedRows
 {
     std::int32_t* entries;
-    float* scale; ///< for each row: Pa per unit of the lane's numbers as the kernels read them
+    float* scale; ///< for each row: Pa per unit of the numbers in its lanes as the kernels read
+                  ///< them
 };
 
-// The error bounds below hold within these limits.
+// The error bounds below assume these limits.
 
 /// Largest attenuation times distance, Np.
 constexpr double kMostDecay = 1.0;
-/// Largest radius of a group, wavelengths; in larger groups R - R0 is off by over 1e-5 of a turn.
+/// Largest radius of a group, wavelengths; in larger groups R - R0 has errors over 1e-5 of a turn.
 constexpr double kLargestRadius = 6.5;
 
 /// Computes rows of one block of G, and sum_i |G_li| of each row into \a sums (one float per point,
-/// Pa). \a decay is the attenuation in Np per wavelength, with decay R <= kMostDecay; no point is
-/// nearer to a transducer than 1/4 wavelength, and no group is larger than kLargestRadius. An entry
-/// in float is within 7e-5 + (decay radius)^3 / 6 of strength D.largest exp(-decay R) / R, for the
-/// largest radius of a group; in fixed point the error is larger by up to 0.8 of scale * 65536.
+/// Pa). \a decay is the attenuation in Np per wavelength, with decay R <= kMostDecay; points are at
+/// least 1/4 wavelength from every transducer, and groups at most kLargestRadius large. A float
+/// entry is within 7e-5 + (decay radius)^3 / 6 of strength D.largest exp(-decay R) / R, for the
+/// largest group radius; in fixed point the error is larger by up to 0.8 of scale * 65536.
 template<typename Model>
 using BuildRows = base::Kernel<void(const BlockGeometry& block,
                                     const PointBatch& points,
@@ -115,8 +116,8 @@ extern const BuildRows<DirectivityTable> buildTable;
 extern const BuildRows<DirectivityPoint> buildPoint;
 
 /// inverse_i = 1/sqrt(x_i) to a relative error of 2e-7 for 1e-30 <= x_i <= 1e30. \a count: a
-/// multiple of kLanes; the arrays must not overlap. The last bits differ between processor makers,
-/// as AVX2's estimates do.
+/// multiple of kLanes; the arrays must not overlap. The last bits differ between processor makers
+/// because AVX2's estimates do.
 extern const base::Kernel<void(int count, const float* x, float* inverse)> inverseRoots;
 
 /// Converts a row of finite entries to fixed point and returns its scale. Both parts of an entry
@@ -145,9 +146,9 @@ extern const base::Kernel<void(const float* G,
     backward;
 
 /// p += G q for one block: p_l is within 1e-5 of |p_l| + sum_i |G_li q_i|, width <= 512. In fixed
-/// point the imaginary part, the upper half, is read with an error of up to half a unit, which
-/// adds 1.6e-5 of the row's bound times sum_i |q_i|; there \a width lanes are read of rows that are
-/// \a stride lanes apart.
+/// point the imaginary part, the upper half, is read with an error of up to half a unit, which adds
+/// 1.6e-5 of the row's bound times sum_i |q_i|; it reads \a width lanes of rows \a stride lanes
+/// apart.
 extern const base::Kernel<void(const float* G,
                                int n,
                                int width,
@@ -172,9 +173,9 @@ extern const base::Kernel<void(
     int width, const float* zRe, const float* zIm, float* qRe, float* qIm, float* inverse)>
     projectToUnit;
 
-/// out_i = exp(j 2 pi L_i / levels), L_i the multiple nearest to the phase of q_i; levels = 0:
-/// out_i = q_i / |q_i|. Within 8e-7 of that; within 1e-6 of a turn of the middle between two levels
-/// it may be either. |q_i| >= 1e-30, or 0, which has phase 0.
+/// out_i = exp(j 2 pi L_i / levels), with L_i nearest to the phase of q_i; levels = 0: out_i = q_i
+/// / |q_i|. Error within 8e-7; within 1e-6 of a turn of the middle between two levels either may
+/// result. |q_i| >= 1e-30, or 0, which has phase 0.
 extern const base::Kernel<void(
     int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm)>
     quantisePhase;
@@ -238,15 +239,15 @@ extern const base::Kernel<void(int width, float re, float im, float* qRe, float*
                           void(int width, const float* factor, float* qRe, float* qIm)>
     scaleBy;
 
-/// Places of \a count transducers as three arrays, and one that hears them; metres.
+/// Positions of \a count transducers as three arrays, and of a listener; metres.
 struct HeardFrom
 {
     const float *x, *y, *z;
     float at[3];
-    float nearest; ///< least distance that counts
+    float nearest; ///< smallest distance in the model
 };
-/// Multiplies G_i by exp(-(decay + j turn) R_i), R_i the distance; \a turn and \a decay in 1/m. For
-/// |turn R| <= 0.3 and |decay R| <= 0.015 it is right within 2e-6 of G_i. No alignment needed.
+/// Multiplies G_i by exp(-(decay + j turn) R_i), R_i the distance; \a turn and \a decay in 1/m.
+/// Error within 2e-6 of G_i for |turn R| <= 0.3 and |decay R| <= 0.015. No alignment needed.
 extern const base::Kernel<void(
     int count, const HeardFrom& from, float turn, float decay, float* gRe, float* gIm)>
     turnByDistance;

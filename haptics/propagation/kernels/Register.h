@@ -2,10 +2,9 @@
 
 #include "haptics/propagation/kernels/KernelTools.h"
 
-// Operations that compilers do not choose by themselves, on the widest registers of the set that a
-// source is compiled for: estimates of 1/sqrt(x), and sums of products of 16-bit pairs
-// (MIDAIR_HAS_PAIRS). Code that is the same for all sets is a plain loop, vectorised by the
-// compiler, where it is used.
+// Operations that compilers do not choose by themselves, on the widest registers of the instruction
+// set of a source: estimates of 1/sqrt(x), and sums of products of 16-bit pairs (MIDAIR_HAS_PAIRS).
+// Code common to all sets is a plain loop, vectorised by the compiler.
 #if defined(__AVX2__)
 #define MIDAIR_HAS_PAIRS
 // GCC 12 warns about values that its own intrinsics leave uninitialised on purpose (GCC bug

@@ -4,13 +4,13 @@
 
 #include <cstdint>
 
-/// Kernels of shaped rounding (haptics/SOLVER.md, "Rounding"), each compiled for every instruction
-/// set and selected at run time; no kernel allocates. All pointers are aligned to 64 bytes.
+/// Kernels of shaped rounding (haptics/SOLVER.md, "Rounding"), compiled for each instruction set
+/// and selected at run time. Kernels don't allocate. All pointers are aligned to 64 bytes.
 namespace midair::haptics::kernels
 {
 
-constexpr int kShapingLanes = 16; ///< lanes and points come in multiples of this
-constexpr int kShapingGroup = 8;  ///< transducers that choose at once
+constexpr int kShapingLanes = 16; ///< lanes and points are multiples of this
+constexpr int kShapingGroup = 8;  ///< transducers that choose simultaneously
 
 // A kernel is called like a function, and named like one.
 // NOLINTBEGIN(readability-identifier-naming)
@@ -32,13 +32,13 @@ extern const base::Kernel<void(const std::int32_t* G,
                                float* square)>
     jacobianColumns;
 
-/// Moves each of \a count transducers once to the level that makes |e|^2 least, where e_l + d J_li
-/// is the error once phase i has turned by d: level_i becomes the integer nearest to level_i -
-/// (e.J_i)/(J_i.J_i)/step, which is first limited to \a reach around wanted_i; e is carried on. J
-/// and square: from jacobianColumns; \a step: radians of a level; wanted: phases in levels.
-/// kShapingGroup transducers that are count / kShapingGroup apart choose at once, without knowing
-/// of each other: neighbours are much alike, and would all mend the same error. e is within 1e-5 of
-/// its largest value on the way.
+/// Moves each of \a count transducers once to the level that minimises |e|^2, where e_l + d J_li is
+/// the error after phase i turns by d: level_i becomes the integer nearest to level_i -
+/// (e.J_i)/(J_i.J_i)/step, limited to \a reach around wanted_i; e is updated. J and square: from
+/// jacobianColumns; \a step: radians per level; wanted: phases in levels. kShapingGroup
+/// transducers, count / kShapingGroup apart, choose simultaneously and independently: neighbours
+/// are so similar that all would correct the same error. e is within 1e-5 of its largest value on
+/// the way.
 extern const base::Kernel<void(int count,
                                int stride,
                                const float* J,
@@ -50,10 +50,10 @@ extern const base::Kernel<void(int count,
                                float* e)>
     shapeLevels;
 
-/// The same without linearising, for coarse levels: transducer i takes, of the levels at most
-/// \a reach from its wanted one, that for which sum_l (|p_l + g_li dq_i| - aim_l)^2 is least. g:
+/// The same without linearisation, for coarse levels: among the levels at most \a reach from its
+/// wanted one, transducer i takes the one that minimises sum_l (|p_l + g_li dq_i| - aim_l)^2. g:
 /// columns of G in the units of p and aim (stride), one transducer after another, zero for padding,
-/// where p and aim are 1; amplitude: |q_i|. q and p are carried on, with relative errors of 1e-5.
+/// where p and aim are 1; amplitude: |q_i|. q and p are updated, with relative errors of 1e-5.
 extern const base::Kernel<void(int count,
                                int stride,
                                const float* gRe,

@@ -1,5 +1,5 @@
 // Sums over the transducers of a block, with rows in fixed point. GCC adds the lanes of a sum one
-// by one, which takes as long as half of the loop; so registers are written out.
+// by one, which takes half of the loop's time, so registers are written out.
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/propagation/kernels/Register.h"

@@ -16,7 +16,7 @@ namespace
 {
 
 constexpr int kGsIterations = 1000;
-// The method has stalled once no point's phase changes by more than this in a round.
+// The method has stalled if no point's phase changes by more than this in a round.
 constexpr double kStill_rad = 1e-7;
 
 /// Gerchberg-Saxton between the control points and the transducers (the paper's Algorithm 1): p <-
@@ -62,7 +62,7 @@ private:
 };
 
 constexpr int kWgsIterations = 200;
-// Least share of its target that a point counts as having when weights are updated.
+// Smallest assumed share of its target that a point has when weights are updated.
 constexpr float kFewest = 1e-3f;
 constexpr float kLeastWeight = 1e-6f; // least weight, where their mean is 1
 

@@ -80,8 +80,8 @@ private:
         _order.resize(m);
         std::iota(_order.begin(), _order.end(), 0);
 
-        // If time runs out, the remaining transducers play the phases that the starting phases of
-        // the points give.
+        // If time runs out, the remaining transducers play the phases that follow from the points'
+        // starting phases.
         for (std::size_t l = 0; l < n; ++l)
             field.w.set(l, field.u.at(l) * field.a[static_cast<Eigen::Index>(l)]);
         field.backward(field.w, field.q);
@@ -130,7 +130,7 @@ private:
         return relativeErrors(_reached, wanted, fittedLevelInOrder(_reached, wanted)).rms;
     }
 
-    // In place of std::shuffle, which differs between libraries.
+    // Replaces std::shuffle, which differs between libraries.
     void shuffle(std::mt19937_64& random)
     {
         for (std::size_t i = _order.size(); i > 1; --i)

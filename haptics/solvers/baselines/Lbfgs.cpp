@@ -12,12 +12,12 @@ namespace
 {
 
 constexpr int kDefaultIterations = 300;
-constexpr int kMemory = 8;        // number of steps remembered
-constexpr int kMaxHalvings = 20;  // largest number of halvings of a step in the line search
-constexpr double kArmijo = 1e-4;  // least fall of the cost over that of the linear model
-constexpr double kStalled = 1e-4; // relative fall of the cost in ten steps at which it has stalled
-// Requested loudness E, a little below the 0.9 to 1.3 that unit amplitudes reach, so that the
-// targets can be met exactly.
+constexpr int kMemory = 8;        // number of stored steps
+constexpr int kMaxHalvings = 20;  // maximum number of halvings of a step in the line search
+constexpr double kArmijo = 1e-4;  // required fall of the cost, as a share of the linear model's
+constexpr double kStalled = 1e-4; // relative fall of the cost in ten steps that counts as stalled
+// Requested loudness E, a little below the 0.9 to 1.3 of unit amplitudes, so that the targets can
+// be met exactly.
 constexpr double kAim = 0.8;
 
 /// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright,
@@ -57,7 +57,7 @@ private:
         return outcome;
     }
 
-    // Starts from the transducers' phases that the points' phases give.
+    // Starts from the transducers' phases that follow from the points' phases.
     void start(FieldProblem& field)
     {
         const int m = field.m();
@@ -113,7 +113,7 @@ private:
     void direct()
     {
         _descent.direct(_gradient, _direction);
-        // A step to where the cost would be 0 if it fell at a constant rate.
+        // A step to zero cost if it fell at a constant rate.
         if (_descent.isEmpty())
             _direction *= static_cast<float>(
                 _cost / std::max(1e-30, static_cast<double>(_gradient.squaredNorm())));

@@ -66,7 +66,7 @@ private:
         return outcome;
     }
 
-    // In place of std::shuffle, which differs between libraries.
+    // Replaces std::shuffle, which differs between libraries.
     static void shuffle(std::vector<int>& order, std::mt19937_64& random)
     {
         for (std::size_t i = order.size(); i > 1; --i)

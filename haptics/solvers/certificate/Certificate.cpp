@@ -47,12 +47,12 @@ double since_ms(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// Least fall per round over trace(M) that the relaxation, which is minimised in float, resolves.
+// Smallest fall per round over trace(M) that the relaxation, minimised in float, resolves.
 constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// Returns a lower bound of the smallest eigenvalue of M - diag y - sigma I if that matrix is found
-// positive definite; else -infinity.
+// Returns a lower bound of the smallest eigenvalue of M - diag y - sigma I if that matrix is proven
+// positive definite; otherwise -infinity.
 double provenMargin(const Eigen::MatrixXcd& M,
                     const Eigen::VectorXd& y,
                     double sigma,
@@ -84,7 +84,7 @@ double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop
     return -pair.value - pair.residual;
 }
 
-// K = G G* and p = G q in double, and how far K may be from that of the exact G.
+// K = G G* and p = G q in double, and a bound on the error of K relative to the exact G.
 struct Products
 {
     Eigen::MatrixXcd K;
@@ -93,9 +93,9 @@ struct Products
     double sums = 0.0;    // bound of |K - G G*| in Frobenius' norm
 };
 
-// Returns transducers first .. first + count - 1 as an array of a source amplitude of 1 and gains
-// of at most 1: what a certificate says is about ratios, and neither K nor its trace must leave the
-// range of a double.
+// Returns transducers first .. first + count - 1 as an array with source amplitude 1 and gains of
+// at most 1: a certificate depends only on ratios, and neither K nor its trace may leave the range
+// of a double.
 TransducerArray partOf(const TransducerArray& array, Eigen::Index first, Eigen::Index count)
 {
     TransducerArray part = array;
@@ -162,7 +162,7 @@ Products productsOf(const Eigen::Matrix3Xd& points,
     return products;
 }
 
-// Returns what is left of a bound for K as it was computed: see Certificate.h, "Rounding".
+// Returns a computed bound minus the effect of rounding in K: see Certificate.h, "Rounding".
 double lessRoundingOfK(double bound, const Products& products, double lambda)
 {
     const double ofSums = std::max(0.0, 1.0 - products.sums / lambda);
@@ -170,10 +170,10 @@ double lessRoundingOfK(double bound, const Products& products, double lambda)
     return bound * ofSums / (ofEntries * ofEntries);
 }
 
-// Returns what is left of a bound for M as it was computed: see Certificate.h, "Rounding".
+// Returns a computed bound minus the effect of rounding in M: see Certificate.h, "Rounding".
 double lessRoundingOfInverse(double bound, const PhaseObjective& objective)
 {
-    // |X| <= 1/lambda but for the rounding of K, which is allowed a hundredth.
+    // |X| <= 1/lambda except for the rounding of K, for which a hundredth is allowed.
     const double wrong = 1.01 * objective.inverseError() * objective.targets().norm();
     const double products = 4.0 * kEpsilon * objective.M().cwiseAbs().sum();
     const double rest = std::max(0.0, bound - products);
@@ -371,7 +371,7 @@ certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const base::
     // The norm includes the rounding of M - diag y, where all digits may cancel.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
     const double guess = smallestEigenvalue(S, stop);
-    // If no estimate is proved: minus the Frobenius norm is below every eigenvalue, by far more
+    // If no estimate is proven: minus the Frobenius norm is below every eigenvalue, by far more
     // than its rounding.
     double sigma = -(1.0 + 1e-6) * norm;
     double margin = 0.0;
@@ -410,8 +410,8 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     Certificate result;
     result.points = objective.size();
 
-    // The fall of a round tells how far the minimum is. The bound is proved afterwards, so a poor
-    // choice only costs time.
+    // The fall of a round indicates the distance to the minimum. The bound is proven afterwards, so
+    // a poor choice only costs time.
     PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)
@@ -428,7 +428,7 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         if (spent || fall < kSmallestFall) break;
         fall *= 0.25;
     }
-    // M is positive definite, so a bound below 0 would say nothing.
+    // M is positive definite, so a bound below 0 would be meaningless.
     result.bound = lessRoundingOfInverse(std::max(result.bound, 0.0), objective);
     result.bound_ms = since_ms(start);
 

@@ -18,8 +18,8 @@ namespace midair::haptics
 Eigen::VectorXcd unitPhases(const Eigen::VectorXcd& p);
 
 /// The relaxation of a PhaseObjective in factored form: each phase u_l is replaced by a unit vector
-/// x_l of a few complex components, which removes the poor local minima. Coordinate descent
-/// minimises it.
+/// x_l of a few complex components, which removes poor local minima. Coordinate descent minimises
+/// it.
 class PhaseRelaxation
 {
 public:
@@ -27,8 +27,8 @@ public:
     /// The constructor, descend() and reduceRank() throw Stopped on a request of \a stop.
     PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed, base::StopToken stop = {});
 
-    /// Makes rounds until one lowers the value by no more than \a fall * trace(M), or until there
-    /// were \a maxRounds in all calls together.
+    /// Makes rounds until one lowers the value by at most \a fall * trace(M), or until all calls
+    /// together made \a maxRounds.
     void descend(int maxRounds, double fall);
     int rounds() const { return _rounds; }
 
@@ -37,14 +37,14 @@ public:
     /// Returns y_l = Re(x_l* (M x)_l), the diagonal of M U (n): the certificate's multipliers.
     Eigen::VectorXd y() const;
 
-    /// Rotates to principal components, the largest first, and drops those with at most a
-    /// thousandth of the vectors' squared length.
+    /// Rotates to principal components, largest first, and drops those with at most a thousandth of
+    /// the vectors' squared length.
     void reduceRank();
     int rank() const { return static_cast<int>(_xRe.cols()); }
     Eigen::MatrixXcd vectors() const; ///< n x rank, row l is x_l
 
-    /// Returns the phases of the vectors' components along a random direction, which is normally
-    /// distributed: a rounded solution.
+    /// Returns a rounded solution: the phases of the vectors' components along a random direction,
+    /// which is normally distributed.
     Eigen::VectorXcd round(std::mt19937_64& random) const;
     /// Returns the phases of the vectors' first component.
     Eigen::VectorXcd leadingPhases() const;
@@ -60,7 +60,7 @@ private:
     int _rounds = 0;
 };
 
-/// Searches for phases with the least u* M u, by descents from rounded solutions of the relaxation.
+/// Searches for phases with the least u* M u by descents from rounded solutions of the relaxation.
 class BoundSearch
 {
 public:
@@ -94,17 +94,17 @@ struct CertificateOptions
     /// 1e-12 .. 1; the relaxation is refined until (relaxed - bound) / relaxed is at most this.
     double tolerance = 3e-4;
     int maxRounds = 3000; ///< >= 1; rounds of coordinate descent on the relaxation, at most
-    /// >= 0; batches of kRoundings rounded solutions, from the best of which phases are searched
-    /// for. 0: one start only, from the given phases or the relaxation's leading ones.
+    /// >= 0; batches of kRoundings rounded solutions, of which the best start a search for phases.
+    /// 0: one start only, from the given phases or the relaxation's leading ones.
     int batches = 2;
     std::uint64_t seed = 1; ///< seed of the relaxation's first vectors and of the roundings
     base::StopToken stop;   ///< on its request Stopped is thrown
 
-    /// Returns false if a setting is out of range; \a error, if given, then says which.
+    /// Returns false if a setting is out of range; \a error, if given, then names it.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// How far a field is from the best one for its control points. Values are of u* M u
+/// Distance of a field from the best one for its control points. Values are of u* M u
 /// (PhaseObjective); for all phases u,  bound <= u* M u.  This holds for the exact M of the points
 /// and the array, or of a given K.
 ///
@@ -120,12 +120,12 @@ struct CertificateOptions
 struct Certificate
 {
     double bound = 0.0; ///< certified: no phases have a smaller value
-    /// Value of the relaxation where it was stopped; its optimum lies between bound and this.
+    /// Value of the relaxation at its end; its optimum lies between bound and this.
     double relaxed = 0.0;
-    double best = 0.0;       ///< value of the best phases that were found
-    Eigen::VectorXcd phases; ///< n, of modulus 1: the best phases that were found
+    double best = 0.0;       ///< value of the best phases found
+    Eigen::VectorXcd phases; ///< n, of modulus 1: the best phases found
 
-    bool hasGiven = false;    ///< a field was given; the next two figures are its own
+    bool hasGiven = false;    ///< a field was given; the next two figures refer to it
     double givenPhases = 0.0; ///< value for the phases of the given field's pressures
     /// Misfit and power of the given field itself (PhaseObjective::misfitAndPower).
     double givenField = 0.0;
@@ -134,8 +134,8 @@ struct Certificate
     /// Numerical rank of the relaxation's solution; 1 would mean that its phases are optimal.
     int rank = 0;
     int rounds = 0;         ///< rounds of coordinate descent on the relaxation
-    int starts = 0;         ///< rounded solutions and given phases from which phases were searched
-    bool tight = false;     ///< the tolerance was reached; the bound is valid even if not
+    int starts = 0;         ///< rounded solutions and given phases that started a search
+    bool tight = false;     ///< the tolerance was reached; the bound is valid in any case
     double matrix_ms = 0.0; ///< time for G, K and M
     double bound_ms = 0.0;  ///< time for the relaxation and the bound
     double search_ms = 0.0; ///< time for the search of phases
@@ -149,14 +149,14 @@ private:
     double relative(double value) const { return bound > 0.0 ? value / bound - 1.0 : 0.0; }
 };
 
-/// Returns a lower bound of u* M u over all u of modulus 1 that is valid in spite of rounding. For
-/// any y,
+/// Returns a lower bound of u* M u over all u of modulus 1 that is valid despite rounding. For any
+/// y,
 ///     u* M u = sum(y) + u* (M - diag y) u >= sum(y) + n min(0, smallest eigenvalue of M - diag y).
-/// The eigenvalue is only estimated, which gives a shift sigma; a Cholesky factorisation that
-/// succeeds then proves that M - diag y - sigma I is positive semidefinite, up to its backward
-/// error, which is subtracted (Rump, "Verification of positive definiteness", BIT 46, 2006). The
-/// rounding of the sums, and of u* M u evaluated in double for comparison, is subtracted as well.
-/// \a M: n x n, exactly Hermitian. \a y: n. Throws Stopped on a request of \a stop.
+/// The eigenvalue is only estimated, which gives a shift sigma; a successful Cholesky factorisation
+/// then proves that M - diag y - sigma I is positive semidefinite, up to its backward error, which
+/// is subtracted (Rump, "Verification of positive definiteness", BIT 46, 2006). The rounding of the
+/// sums, and of u* M u evaluated in double for comparison, is subtracted as well. \a M: n x n,
+/// exactly Hermitian. \a y: n. Throws Stopped on a request of \a stop.
 double certifiedBound(const Eigen::MatrixXcd& M,
                       const Eigen::VectorXd& y,
                       const base::StopToken& stop = {});
@@ -169,20 +169,20 @@ double certifiedBound(const Eigen::MatrixXcd& M,
 class Certifier
 {
 public:
-    /// Rounded solutions per batch, and how many of these are descended to their minimum.
+    /// Rounded solutions per batch, and number of them that descend to their minimum.
     static constexpr int kRoundings = 64;
     static constexpr int kCarriedOn = 8;
 
     /// Throws InputError for options that are not valid.
     explicit Certifier(const CertificateOptions& options = {});
 
-    /// Certifies \a objective. \a givenPhases (n or empty): phases to compare, which are also a
-    /// start of the search. Throws InputError for phases that are not finite or not n, and for more
-    /// than kMostCertifiedPoints.
+    /// Certifies \a objective. \a givenPhases (n or empty): phases to compare, which also start a
+    /// search. Throws InputError for phases that are not finite or not n, and for more than
+    /// kMostCertifiedPoints.
     Certificate certify(const PhaseObjective& objective, const Eigen::VectorXcd& givenPhases = {});
 
-    /// Computes G, K and M, in double and for a source amplitude of 1, since only ratios count, and
-    /// certifies. \a q (m or empty): activations of a field to compare. Throws InputError for
+    /// Computes G, K and M, in double and for a source amplitude of 1 because only ratios count,
+    /// and certifies. \a q (m or empty): activations of a field to compare. Throws InputError for
     /// points, targets or an array without a finite G, and for more than kMostCertifiedPoints.
     Certificate certify(const ControlPoints& points,
                         const TransducerArray& array,

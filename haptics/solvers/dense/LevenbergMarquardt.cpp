@@ -181,8 +181,8 @@ int LevenbergMarquardt::fit(FieldProblem& field, double s, const Limits& limits)
     int corrections = 0;
     while (corrections < limits.corrections && f > done && damping < kMostDamping)
     {
-        // Assumes equal |G_li| in a row, as this only sets the scale of the damping (SOLVER.md,
-        // "Dense points").
+        // Assumes equal |G_li| in a row, because this only sets the scale of the damping
+        // (SOLVER.md, "Dense points").
         _gain = 0.0;
         for (int l = 0; l < field.n(); ++l)
             _gain += std::pow(field.rowSum(l) * _weight[l] *

@@ -20,13 +20,13 @@ namespace
 {
 
 // haptics/SOLVER.md, "Dense points", explains these.
-// Distance in wavelengths between the samples at which a field is judged.
+// Distance in wavelengths between the samples for judging a field.
 constexpr double kJudgeSpacing = 0.1;
 // Corrections per start before the finalists are chosen.
 constexpr int kFirstCorrections = 5;
-// Rounds of projections that a warm start makes from the last field.
+// Rounds of projections of a warm start from the last field.
 constexpr int kWarmRounds = 3;
-// Times that the requested pressure is raised, at most, until the mean is loud enough.
+// Maximum number of raises of the requested pressure, until the mean is loud enough.
 constexpr int kRaises = 6;
 // Corrections after each raise.
 constexpr int kRaiseCorrections = 15;
@@ -45,8 +45,8 @@ constexpr int kRamps = 4;
 
 bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics& b, double floor)
 {
-    // A field that is loud enough beats one that is not. Of two that are loud enough the smoother
-    // one wins, of two that are not the louder one.
+    // A field that is loud enough beats one that is not. Of two loud enough fields the smoother one
+    // wins, of two others the louder one.
     const bool other = b.mean_Pa >= floor;
     if (loudEnough != other) return loudEnough;
     return loudEnough ? a.coefficientOfVariation < b.coefficientOfVariation : a.mean_Pa > b.mean_Pa;
@@ -78,7 +78,7 @@ OutlineHologram::OutlineHologram(const OutlineOptions& options) :
     if (!options.isValid(&error)) throw base::InputError("outline hologram: " + error);
 }
 
-// Refuses outlines that are too long, before any point is placed along them.
+// Refuses outlines that are too long before placing points along them.
 void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
 {
     const double spacing_m = _options.spacing * wavelength_m;
@@ -187,7 +187,7 @@ void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& can
     candidate.q = currentPhases(_field);
 }
 
-// Corrects a finalist to the end and raises its goal until its mean pressure is loud enough.
+// Fully corrects a finalist and raises its goal until its mean pressure is loud enough.
 void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& candidate)
 {
     setPhases(_field, candidate.q);
@@ -195,8 +195,8 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The higher the goal, the more uneven the field has to become and the less its mean
-        // follows, so later raises are larger.
+        // The higher the goal, the more uneven the field must become and the less its mean follows,
+        // so later raises are larger.
         const double lack = floor_Pa / std::max(candidate.along.mean_Pa, kLeast_Pa);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);

@@ -19,26 +19,26 @@ namespace midair::haptics
 /// Settings of OutlineHologram; isValid() names the first one that is out of range.
 struct OutlineOptions
 {
-    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths; distance of the control points
-    int starts = 8;         ///< 1 .. 1000; number of starts, each with phases of its own
-    int finalists = 3;      ///< >= 1; number of starts that are corrected to the end
+    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths; spacing of the control points
+    int starts = 8;         ///< 1 .. 1000; number of starts, with different phases
+    int finalists = 3;      ///< >= 1; number of starts that are fully corrected
     int rounds = 30;        ///< >= 1; rounds of weighted projections from each start
-    int corrections = 60;   ///< >= 0; largest number for a finalist before its goal is raised
-    /// > 0; required mean radiation pressure, over that of the loudest field for points a
-    /// wavelength apart
+    int corrections = 60;   ///< >= 0; maximum for a finalist before its goal is raised
+    /// > 0; required mean radiation pressure, relative to the loudest field for points a wavelength
+    /// apart
     double loudness = 1.0;
-    /// true: if the last field had as many points and transducers, it is the only start
+    /// true: the last field is the only start if it had as many points and transducers
     bool warmStart = true;
     std::uint64_t seed = 1;                 ///< seed of the random starts
     int threads = 1;                        ///< >= 1
     std::shared_ptr<base::ThreadPool> pool; ///< as SolverOptions::pool
     base::StopToken stop;                   ///< on its request solve() throws Stopped
 
-    /// Returns false if a setting is out of range; \a error, if given, then says which.
+    /// Returns false if a setting is out of range; \a error, if given, then names it.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// What was reached, measured for the activations as the device plays them.
+/// Result, measured for the activations as the device plays them.
 struct OutlineReport
 {
     /// A start and its figures: for finalists after all corrections, for others after the first.
@@ -65,8 +65,8 @@ struct OutlineReport
 /// Computes one stationary field for outlines, nearly without ripples. Control points a quarter of
 /// a wavelength apart are solved for by weighted projections and then LevenbergMarquardt. The
 /// result depends on the starting phases, so equal ones, ramps along the curve and random ones are
-/// tried. Of the fields that are as loud as one for points a wavelength apart, the smoothest is
-/// chosen. Phase-only: all transducers play at full amplitude.
+/// tried. Among the fields as loud as one for points a wavelength apart, the smoothest is chosen.
+/// Phase-only: all transducers play at full amplitude.
 class OutlineHologram
 {
 public:
@@ -74,14 +74,14 @@ public:
     explicit OutlineHologram(const OutlineOptions& options = {});
 
     /// Sets \a q to m activations on the array's levels. Throws InputError if outlines, array or
-    /// medium are not valid or the outlines are too long (Limits.h), and Stopped on a stop request.
+    /// medium are invalid or the outlines are too long (Limits.h), and Stopped on a stop request.
     OutlineReport solve(const std::vector<Outline>& outlines,
                         const TransducerArray& array,
                         const Medium& medium,
                         Eigen::VectorXcf& q);
 
     const OutlineOptions& options() const { return _options; }
-    /// Returns the control points of the last field; their targets are those of their outlines.
+    /// Returns the control points of the last field, with the targets of their outlines.
     const ControlPoints& points() const { return _points; }
     /// Returns mean_l sum_i |G_li| at these points, Pa: the mean pressure of a single focus there.
     double meanRowSum_Pa() const { return _field.unit_Pa() * _field.meanRowSum(); }
@@ -101,7 +101,7 @@ private:
         const std::vector<Outline>& outlines;
         const TransducerArray& array;
         const Medium& medium;
-        Eigen::Matrix3Xd dense;  // samples at which the pressure is judged
+        Eigen::Matrix3Xd dense;  // samples for measuring the pressure
         Eigen::VectorXd targets; // target of the outline at each of them
         double unit_Pa;          // radiation pressure of 1 Pa peak
     };

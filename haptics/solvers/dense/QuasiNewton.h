@@ -7,27 +7,27 @@
 namespace midair::haptics
 {
 
-/// Directions of descent by limited-memory BFGS (Liu, Nocedal 1989; Nocedal, Wright 2006,
-/// algorithm 7.4): what the last steps changed in the gradient stands for the curvature.
+/// Limited-memory BFGS directions (Liu, Nocedal 1989; Nocedal, Wright 2006, algorithm 7.4): the
+/// gradient changes of the last steps approximate the curvature.
 class QuasiNewton
 {
 public:
-    /// \a memory: >= 1, number of steps that are remembered.
+    /// \a memory: >= 1, number of stored steps.
     explicit QuasiNewton(int memory = 8);
 
     /// Forgets all steps; the next direction is that of steepest descent.
     void forget() { _count = 0; }
     bool isEmpty() const { return _count == 0; }
 
-    /// Remembers \a step times \a share, which changed the gradient from \a before to \a after. A
-    /// step along which the gradient doesn't grow is left out: the curvature must stay positive.
+    /// Stores \a step times \a share, which changed the gradient from \a before to \a after. Skips
+    /// steps along which the gradient doesn't grow, because the curvature must stay positive.
     void remember(const Eigen::VectorXf& step,
                   float share,
                   const Eigen::VectorXf& before,
                   const Eigen::VectorXf& after);
 
-    /// Sets \a direction to where f falls, from its \a gradient: to -gradient if nothing is
-    /// remembered. Allocates nothing once \a direction has the size.
+    /// Sets \a direction to a descent direction for \a gradient: -gradient if nothing is stored.
+    /// Doesn't allocate if \a direction has the size.
     void direct(const Eigen::VectorXf& gradient, Eigen::VectorXf& direction);
 
 private:

@@ -19,8 +19,8 @@ constexpr float kAfterFailure = 4.0f;
 constexpr float kAfterSuccess = 0.3f;
 constexpr float kCrowdedInnerTolerance = 0.1f;
 
-// The level for which f is least; with quiet points, some of which may be far too loud, the fitted
-// one.
+// Returns the level that minimises f; with quiet points, some of which may be far too loud, the
+// fitted one.
 float bestLevel(const FieldProblem& field, const QuietPoints& quiet)
 {
     if (quiet.any()) return fittedLevel(field);
@@ -41,7 +41,7 @@ float fittedError(const FieldProblem& field, const QuietPoints& quiet)
     return quiet.error(field, fittedLevel(field));
 }
 
-// The phase of the wave of one transducer at one point.
+// Returns the phase of one transducer's wave at one point.
 std::complex<float> arriving(const FieldProblem& field, int point, int lane)
 {
     const std::complex<float> entry = field.G.at(point, lane);
@@ -74,8 +74,8 @@ void DriveAmplitudes::choose(FieldProblem& field, const Wish& wish, float full)
 }
 
 // Sets the playable amplitudes nearest to _gain: phase-only, an even mix of the two levels around
-// it; else for each transducer the level nearest to _gain |z_i|. What is asked for in Pa begins
-// with one transducer, however little it is.
+// it; otherwise for each transducer the level nearest to _gain |z_i|. Targets in Pa use at least
+// one transducer.
 void DriveAmplitudes::set(const FieldProblem& field)
 {
     const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -96,8 +96,8 @@ void DriveAmplitudes::set(const FieldProblem& field)
     _amplitudes[first] = least == levels.end() ? _gain : *least;
 }
 
-// The level between two of the device's is mixed of both, so one transducer's step between them is
-// the least that the sum of all amplitudes can change by.
+// A level between two device levels is a mix of both, so one transducer's step between them is the
+// smallest change of the sum of all amplitudes.
 float DriveAmplitudes::leastChange(const FieldProblem& field) const
 {
     const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -135,7 +135,7 @@ void CorrectedDrive::begin(const FieldProblem& field)
     copy(field.q, _phases, m);
 }
 
-// Sets q in one block: with an effort, rounded but for the transducers to be shaped.
+// Sets q in one block; with an effort, rounds all transducers except those to be shaped.
 void CorrectedDrive::put(FieldProblem& field, int block, const ShapedRounding::Effort* effort)
 {
     const int lane = field.G.offset(block), width = field.G.width(block);
@@ -191,8 +191,8 @@ int CrowdedDescent::descend(FieldProblem& field,
 }
 
 // Takes the phases of the last descent if their error is smaller than the projection's and they did
-// not become much quieter. They are moved with the points: a transducer whose wave arrives later
-// now has to begin earlier.
+// not become much quieter. They are moved with the points: a transducer whose wave now arrives
+// later must begin earlier.
 bool CrowdedDescent::takeKept(Work& work)
 {
     FieldProblem& field = work.field;
@@ -238,7 +238,7 @@ bool CrowdedDescent::isOver(const Work& work) const
            work.pace.fits(Pace::STEP, _tuning.dampedConjugateSteps) < _tuning.dampedConjugateSteps;
 }
 
-// At most \a most damped steps. The level follows the field downwards to \a leastLevel.
+// Makes at most \a most damped steps. The level follows the field down to \a leastLevel.
 void CrowdedDescent::fit(Work& work, int most, float leastLevel)
 {
     FieldProblem& field = work.field;
@@ -274,8 +274,8 @@ void CrowdedDescent::fit(Work& work, int most, float leastLevel)
     }
 }
 
-// A descent from the projection. If that ends in a field with zeros between the points, another one
-// from smooth phases; then more at lower levels, as long as the error is not small.
+// A descent from the projection. If it ends with zeros between the points, another from smooth
+// phases; then more at lower levels while the error is not small.
 void CrowdedDescent::beginAnew(Work& work)
 {
     work.level = bestLevel(work.field, work.quiet);
@@ -290,7 +290,7 @@ void CrowdedDescent::beginAnew(Work& work)
     _loudness = loudnessAt(work.field, fittedLevel(work.field));
 }
 
-// Makes a field that fits louder, as long as it still does.
+// Raises the level of a fitting field while it still fits.
 void CrowdedDescent::raise(Work& work)
 {
     FieldProblem& field = work.field;
@@ -313,8 +313,8 @@ void CrowdedDescent::raise(Work& work)
     }
 }
 
-// Starts from the phases that one transducer's wave has at the points: these have no zeros between
-// them. Several transducers are tried.
+// Starts from the phases of one transducer's wave at the points, which have no zeros between them.
+// Several transducers are tried.
 void CrowdedDescent::beginSmoothly(Work& work)
 {
     int bestLane = 0;

@@ -10,17 +10,17 @@
 namespace midair::haptics
 {
 
-/// The amplitudes of the transducers, on the device's levels (SOLVER.md, "Amplitudes"). Phase-only,
-/// all play one amplitude, or an even mix of the two levels next to it; else |q_i| = min(1, g
+/// Amplitudes of the transducers, on the device's levels (SOLVER.md, "Amplitudes"). Phase-only, all
+/// play one amplitude, or an even mix of its two neighbouring levels; otherwise |q_i| = min(1, g
 /// |z_i|), which takes the least power for a field.
 class DriveAmplitudes
 {
 public:
-    /// What is asked for.
+    /// Requested loudness or level.
     struct Wish
     {
         bool phaseOnly = true;
-        float loudness = 1.0f; ///< share of what the array can do, 0 .. 1
+        float loudness = 1.0f; ///< share of the array's full loudness, 0 .. 1
         float level_Pa =
             0.0f; ///< level s for targets in Pa, the largest target; 0: relative targets
     };
@@ -32,10 +32,10 @@ public:
     /// Chooses amplitudes for the phases field.q (|q_i| = 1), whose level is \a full, and scales
     /// field.q and y by them; field.z = G* c belongs to field.q.
     void choose(FieldProblem& field, const Wish& wish, float full);
-    /// Changes all amplitudes by \a ratio, as far as they are playable. Returns false, with nothing
-    /// changed, if that is less than half of leastChange().
+    /// Changes all amplitudes by \a ratio, as far as playable. Returns false, without change, if
+    /// that is less than half of leastChange().
     bool scale(const FieldProblem& field, float ratio);
-    /// Returns the least relative change of the level that the device's amplitudes allow.
+    /// Returns the smallest relative change of the level that the device's amplitudes allow.
     float leastChange(const FieldProblem& field) const;
     /// Returns true if no larger amplitudes are playable.
     bool isFull() const { return _full || (_wish.phaseOnly && _gain >= 1.0f); }
@@ -54,22 +54,22 @@ private:
     base::AlignedBuffer<float> _amplitudes;
 };
 
-/// The drive that corrections work on: continuous phases, the amplitudes, and the way from both to
-/// what the device plays. field.q, p, y and u always belong to the last measurement.
+/// Drive during corrections: continuous phases, amplitudes, and the conversion of both to what the
+/// device plays. field.q, p, y and u always belong to the last measurement.
 class CorrectedDrive
 {
 public:
-    /// Takes over field.q, |q_i| = 1.
+    /// Starts from field.q, |q_i| = 1.
     void begin(const FieldProblem& field);
-    /// Measures the phases as they are, with their amplitudes.
+    /// Measures the continuous phases with their amplitudes.
     void measure(FieldProblem& field) { advance(field, nullptr, nullptr, nullptr); }
     /// Turns the phases by \a step and measures them.
     void turn(FieldProblem& field, const GaussNewtonStep& step)
     {
         advance(field, &step, nullptr, nullptr);
     }
-    /// Rounds the phases to the device's levels, after turning them by \a step if that is not null,
-    /// and measures what is played; the continuous phases stay.
+    /// Rounds the phases to the device's levels, after turning them by \a step if not null, and
+    /// measures the result; the continuous phases stay.
     void play(FieldProblem& field,
               const QuietPoints& quiet,
               const GaussNewtonStep* step,
@@ -94,12 +94,12 @@ private:
     ShapedRounding _shaping;
 };
 
-/// Fields for points that crowd within a wavelength, where undamped corrections do not converge
+/// Fields for points that crowd within a wavelength, for which undamped corrections do not converge
 /// (SOLVER.md, "Crowded points"). Damped Gauss-Newton steps (Levenberg 1944, Marquardt 1963)
 /// minimise
 ///     f = sum_l r_l^2,  r_l = 1 - |p_l|^2/(s a_l)^2, times a_l/kQuiet at quiet points,
-/// over the phases of the drive; |p_l|^2, unlike |p_l|, is smooth in a zero of the field. The
-/// phases are kept from one update to the next and move with the points.
+/// over the phases of the drive; |p_l|^2, unlike |p_l|, is smooth at a zero of the field. The
+/// phases are kept between updates and move with the points.
 class CrowdedDescent
 {
 public:
@@ -107,12 +107,11 @@ public:
 
     struct Wish
     {
-        float goal = 1e-3f; ///< error at which it ends
-        int steps = 1000;   ///< most damped steps
+        float goal = 1e-3f; ///< error at which the descent ends
+        int steps = 1000;   ///< maximum number of damped steps
         bool moved = false; ///< the points are those of the last update, moved
     };
-    /// Sets field.q to unit amplitudes with other phases, then this makes a drive of them and
-    /// measures it.
+    /// Sets field.q to unit amplitudes with other phases, from which a drive is made and measured.
     using Begin = std::function<void(FieldProblem&)>;
 
     /// Lowers the error of the measured \a drive, from the phases of the last descent if these fit
@@ -124,11 +123,11 @@ public:
                 Pace& pace,
                 const Wish& wish,
                 const Begin& begin);
-    /// Returns true if the last descent did not go on from the phases of the one before.
+    /// Returns true if the last descent did not continue from the phases of the one before.
     bool beganAnew() const { return _beganAnew; }
 
 private:
-    /// What one descent works on.
+    /// Working set of a descent.
     struct Work
     {
         FieldProblem& field;
@@ -139,7 +138,7 @@ private:
         const Wish& wish;
         const Begin& begin;
         int steps = 0;      // damped steps so far
-        float error = 0.0f; // sqrt(f/n)/2, the rms of relative errors where they are small
+        float error = 0.0f; // sqrt(f/n)/2, the rms of relative errors if they are small
         float level = 0.0f; // s, Pa
     };
 
@@ -154,13 +153,13 @@ private:
 
     const GaussNewtonTuning& _tuning;
     SplitVector _kept;    // m, phases of the last update
-    SplitVector _arrival; // m, phases with which the waves arrived at the point in the middle
+    SplitVector _arrival; // m, arrival phases of the waves at the middle point
     SplitVector _before;  // m, phases before a step
     SplitVector _quieter; // m, phases before the level was raised
     bool _hasKept = false;
     bool _beganAnew = true;
     int _lanes = 0;
-    float _loudness = 0.0f; // where the last descent from nothing ended
+    float _loudness = 0.0f; // final loudness of the last descent from nothing
 };
 
 } // namespace midair::haptics

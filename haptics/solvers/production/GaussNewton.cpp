@@ -14,11 +14,11 @@ namespace
 {
 
 constexpr int kMostIterations = 1000; // the constants bound them below this
-constexpr int kFromNothing = 60;      // at most, of a start from nothing
+constexpr int kFromNothing = 60;      // maximum for a start from nothing
 
-/// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
-/// Gauss-Newton corrections of the transducers' phases meet the targets, and rounding to the
-/// device's levels is shaped such that it disturbs them little.
+/// The production solver (haptics/SOLVER.md): alternating projections find good phases,
+/// Gauss-Newton corrections of the transducers' phases meet the targets, and shaped rounding to the
+/// device's levels disturbs them little.
 class GaussNewton final : public SolverBase
 {
 public:
@@ -95,8 +95,8 @@ private:
         return quiet().error(field, fittedLevel(field));
     }
 
-    // Returns true if an update's corrections have left an error that a start from nothing most
-    // likely does not: the last multipliers were of no use, as after a jump of the targets.
+    // Returns true if an update's corrections left an error that a start from nothing most likely
+    // avoids: the last multipliers were useless, as after a jump of the targets.
     bool isLost(const FieldProblem& field, int limit, const Outcome& outcome) const
     {
         if (_search.wasCold() || outcome.stop != StopReason::MAX_ITERATIONS || _isCrowded ||
@@ -109,15 +109,15 @@ private:
 
     const QuietPoints& quiet() const { return _search.quiet(); }
 
-    // Full steps overshoot where points crowd; where they don't, the error of the first round can
-    // be large since there are many, or since they moved far.
+    // Full steps overshoot if points crowd; otherwise a large error in the first round can be due
+    // to their number or a long move.
     bool needsDescent(const FieldProblem& field, float error) const
     {
         const bool isFar = error > _tuning.searchApart && (!quiet().any() || _search.wasCold());
         return error > _tuning.searchAbove && (isFar || field.crowds(_tuning.crowded));
     }
 
-    // Chooses amplitudes for the phases at hand and measures the drive.
+    // Chooses amplitudes for the present phases and measures the drive.
     void begin(FieldProblem& field)
     {
         DriveAmplitudes::Wish wish;
@@ -132,7 +132,7 @@ private:
             settle(field, _search.naturalLevel(field));
     }
 
-    // Targets in Pa: brings the level, \a level now, to the one asked for, as far as the array is
+    // Targets in Pa: adjusts the level, now \a level, to the requested one, as far as the array is
     // loud enough, and measures the drive again if that changed it.
     void settle(FieldProblem& field, float level)
     {
@@ -140,15 +140,15 @@ private:
             _drive.measure(field);
     }
 
-    // The error that rounding would leave if it were not shaped, at any amplitude.
+    // Error of unshaped rounding, at any amplitude.
     float rounding(const FieldProblem& field) const
     {
         return quiet().rounding(field, _drive.amplitudes.rms(field));
     }
 
     // Returns the CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance times the error before
-    // the next correction, or farTolerance times the present error where the linearisation does not
-    // hold, since late CG steps follow ill-conditioned directions. Never below \a least, which
+    // the next correction, or farTolerance times the present error if the linearisation does not
+    // hold, because late CG steps follow ill-conditioned directions. At least \a least, which
     // rounding or the options' tolerance determine.
     float toleranceOf(float error, float nextError, float least) const
     {
@@ -157,7 +157,7 @@ private:
                                                     : _tuning.nextTolerance * nextError);
     }
 
-    // Corrects until the played field is as exact as was asked for or its error is all rounding. A
+    // Corrects until the played field is as exact as requested or its error is all rounding. A
     // correction leaves about the square of the rms error before it. If that is still too much,
     // another correction follows, so CG stops early and the phases are not rounded.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
@@ -203,8 +203,8 @@ private:
         _pace.took(Pace::STEP, std::max(made, 1), field.elapsed_ms() - start);
     }
 
-    // Plays the phases, after turning them by \a step if that is not null: thoroughly after a start
-    // from nothing and where it is asked for, quickly in updates, in a hurry with plain rounding.
+    // Plays the phases, after turning them by \a step if not null: thoroughly after a start from
+    // nothing and on request, quickly in updates, in a hurry with plain rounding.
     void finish(FieldProblem& field, const GaussNewtonStep* step, Outcome& outcome)
     {
         const bool isWorthIt = options().thorough || _search.wasCold() || !step;
@@ -228,14 +228,14 @@ private:
             outcome.stop == StopReason::MAX_ITERATIONS || outcome.stop == StopReason::DEADLINE;
     }
 
-    // Quiet points count by more than their share, which takes more passes.
+    // Quiet points have extra weight, which takes more passes.
     ShapedRounding::Effort ofQuiet(ShapedRounding::Effort effort) const
     {
         if (quiet().any()) effort.passes *= _tuning.quietPasses;
         return effort;
     }
 
-    // As many transducers are shaped as the number of points takes; none, if the share is 0.
+    // Shapes as many transducers as the number of points requires; none, if the share is 0.
     ShapedRounding::Effort quick(const FieldProblem& field) const
     {
         const float pointShare =
@@ -247,7 +247,7 @@ private:
         return effort;
     }
 
-    // Points that crowd within a wavelength. They take this way until an update's projection fits
+    // For points that crowd within a wavelength. They use this until an update's projection fits
     // better than the phases of the last one, and well enough to be corrected.
     void descend(FieldProblem& field, int limit, Outcome& outcome)
     {
@@ -271,7 +271,7 @@ private:
         outcome.unfinished = outcome.stop != StopReason::CONVERGED;
     }
 
-    // What the played field is.
+    // Returns the stop reason of the played field.
     StopReason verdict(const FieldProblem& field, float floor) const
     {
         const float level = fittedLevel(field);
@@ -286,7 +286,7 @@ private:
                                                                   : StopReason::MAX_ITERATIONS;
     }
 
-    // Returns true unless the level is off by more than _tuning.levelMargin and can be mended.
+    // Returns false if the level is off by more than _tuning.levelMargin and can be corrected.
     bool isLevelRight(const FieldProblem& field) const
     {
         if (!isAbsolute()) return true;
@@ -303,7 +303,7 @@ private:
     CrowdedDescent _crowded;
     bool _isCrowded = false;       // the last update was a descent
     bool _isPaced = false;         // since build()
-    bool _isHurried = false;       // the present one ends with its last round
+    bool _isHurried = false;       // the present update ends with its last round
     float _leftFromNothing = 0.0f; // error of the last start from nothing that replaced an update
 };
 

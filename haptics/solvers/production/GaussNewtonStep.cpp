@@ -36,8 +36,8 @@ void GaussNewtonStep::reserve(const FieldProblem& field, const std::vector<int>&
         if (v->size() != n) v->resize(n);
 }
 
-// Computes the square roots of D = diag(1/|z_i|). D is capped, as a transducer whose z_i nearly
-// vanishes would turn without bound.
+// Computes the square roots of D = diag(1/|z_i|). D is capped, because a transducer whose z_i
+// nearly vanishes would turn without bound.
 void GaussNewtonStep::findRoots(const FieldProblem& field, float mostFreedom)
 {
     const int m = field.m();
@@ -133,8 +133,8 @@ int GaussNewtonStep::solve(FieldProblem& field,
     }
     else
     {
-        // Rows of about the same size, whatever the targets: else CG would take the more steps the
-        // farther these are apart.
+        // Scales rows to similar size for all targets; otherwise CG would take more steps the more
+        // they differ.
         const float natural = weightedLevel(weights.head(n), field.y, field.a);
         const bool isLevel = natural > 0.0f && std::isfinite(natural);
         const float s = isLevel ? natural : fittedLevel(field);
@@ -151,7 +151,7 @@ int GaussNewtonStep::solve(FieldProblem& field,
         }
     }
     // J D J^T is nearly singular along w a (SOLVER.md, "The level of a correction"), so the search
-    // is kept orthogonal to that.
+    // stays orthogonal to it.
     _flat /= _flat.norm();
     _r -= _r.dot(_flat) * _flat;
     return conjugateSteps(field, q, tolerance, maxSteps, 0.0f);
@@ -183,7 +183,7 @@ int GaussNewtonStep::solveDamped(FieldProblem& field,
     return conjugateSteps(field, q, tolerance, maxSteps, damping);
 }
 
-// |r|^2 as it is judged; rr is that of _r.
+// Returns |r|^2 in the judging weights; rr is that of _r.
 float GaussNewtonStep::remainder(float rr) const
 {
     return _judged.size() == 0 ? rr : _r.cwiseProduct(_judged).squaredNorm();

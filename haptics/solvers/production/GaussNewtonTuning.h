@@ -11,26 +11,27 @@
 namespace midair::haptics
 {
 
-/// The constants of the production solver. They are members so that midair-constants-bench can
-/// vary them; nothing else should. The sections of haptics/SOLVER.md named below explain each
-/// constant and give the benchmark's figures.
+/// Constants of the production solver. They are members only so that midair-constants-bench can
+/// vary them. The sections of haptics/SOLVER.md named below explain each constant and give the
+/// benchmark's figures.
 struct GaussNewtonTuning
 {
     // "Rounds"
-    float mostReweighing = 5.0f; ///< largest factor by which a round changes a weight
+    float mostReweighing = 5.0f; ///< largest factor on a weight in one round
 
     // "Cold start"
     int coldStarts = 3;          ///< sets of starting phases
     int trialRounds = 10;        ///< rounds of each start before the loudest is chosen
-    int coldRounds = 30;         ///< rounds of the loudest start, its trial rounds included
-    int roundsBeforeWeights = 3; ///< rounds during which the weights equal the targets
+    int coldRounds = 30;         ///< rounds of the loudest start, including its trial rounds
+    int roundsBeforeWeights = 3; ///< first rounds, in which the weights equal the targets
 
     // "Warm start"
-    int quietRounds = 2;       ///< largest number of further rounds for a field that became quieter
-    float quiet = 0.996f;      ///< share of the recent loudness below which more rounds are made
+    int quietRounds = 2;       ///< maximum number of extra rounds for a field that became quieter
+    float quiet = 0.996f;      ///< share of the recent loudness below which extra rounds are made
     float forget = 0.9998f;    ///< factor on the remembered loudness per update
-    float targetsJump = 0.25f; ///< relative change of the targets, some of them quiet, that is one
-    float lost = 0.97f; ///< share of the last loudness below which an update starts from nothing
+    float targetsJump = 0.25f; ///< relative change of the targets, some of them quiet, that counts
+                               ///< as a jump
+    float lost = 0.97f;        ///< share of the last loudness below which an update starts cold
 
     // "The step"
     float largestTurn_rad = 1.0f; ///< largest change of a transducer's phase in one correction
@@ -43,42 +44,44 @@ struct GaussNewtonTuning
     float searchApart = 0.35f;   ///< the same for points that do not crowd
     float leastOfWeight = 0.02f; ///< least factor by which a correction may lower a weight
     float roundingMargin = 1.3f; ///< error over roundingError() below which all is rounding
-    float shapeable = 0.6f;      ///< error over roundingError() that shaped rounding can mend
-    float levelMargin = 1e-4f;   ///< relative error of a level in Pa that counts as none
-    float poorUpdate = 0.01f; ///< rms error of an update above which it starts from nothing instead
-    float poorAgain = 2.0f;   ///< over what the last such start has left, above which another helps
+    float shapeable = 0.6f; ///< error over roundingError() up to which shaped rounding can correct
+                            ///< it
+    float levelMargin = 1e-4f; ///< relative error of a level in Pa that counts as zero
+    float poorUpdate = 0.01f;  ///< rms error above which an update is repeated from a cold start
+    float poorAgain = 2.0f; ///< error over that of the last such start above which another is worth
+                            ///< it
 
     // "Rounding"
     ShapedRounding::Effort quick{0.25f, 3, 0.7f}; ///< of an update
-    float leastPerPoint = 2.5f; ///< transducers for each point, at least, in place of quick.share
-    float mostPerPoint = 20.0f; ///< and at most
+    float leastPerPoint = 2.5f; ///< minimum number of transducers per point, instead of quick.share
+    float mostPerPoint = 20.0f; ///< maximum number of transducers per point
     ShapedRounding::Effort thorough{1.0f, 3, 1.5f}; ///< of a cold start, and of crowded points
 
     int quietPasses = 2; ///< factor on the passes where points are quiet
 
     // "Crowded points"
     float crowded = 0.7f; ///< wavelengths to the nearest other point, below which they crowd
-    int damped = 8;       ///< most damped steps of an update
-    int dampedConjugateSteps = 24; ///< most CG steps of one
+    int damped = 8;       ///< maximum number of damped steps of an update
+    int dampedConjugateSteps = 24; ///< maximum number of CG steps in each
     float recovery = 1.0005f;      ///< factor on the level per update
-    float yield = 0.9985f;         ///< least factor on it, where the error asks for less
-    float leastKept = 0.7f;        ///< loudness, over the first, below which phases are given up
-    int coldDamped = 60;           ///< most damped steps of a descent from nothing
-    float leastCold = 0.6f;        ///< least factor on its level
+    float yield = 0.9985f;         ///< smallest factor on it if the error requires less
+    float leastKept = 0.7f;        ///< loudness, over the first, below which phases are discarded
+    int coldDamped = 60;           ///< maximum number of damped steps of a descent from nothing
+    float leastCold = 0.6f;        ///< smallest factor on its level
     float poor = 0.02f;            ///< error above which smooth phases are tried
-    int smoothStarts = 6;          ///< transducers whose waves are tried
+    int smoothStarts = 6;          ///< number of transducers whose waves are tried
     int smoothTrial = 8;           ///< damped steps of each before the best is chosen
-    float smoothLevel = 0.2f;      ///< level they start from, over what their phases alone reach
-    float leastSmooth = 0.5f;      ///< least factor on that
+    float smoothLevel = 0.2f;      ///< starting level, over that of their phases alone
+    float leastSmooth = 0.5f;      ///< smallest factor on it
     float fair = 2e-3f;            ///< error above which the level is lowered
-    int lowerings = 4;             ///< times that it may be lowered
+    int lowerings = 4;             ///< maximum number of lowerings
     float lowering = 0.9f;         ///< factor on the level each time
-    int raisings = 8;              ///< times that it may be raised where the error is below that
+    int raisings = 8;              ///< maximum number of raisings, while the error is below fair
     float raising = 1.15f;         ///< factor on the level each time
-    float loud = 1.0f;             ///< loudness from which it is not
+    float loud = 1.0f;             ///< loudness from which it is not raised
 
     // "CG tolerance"
-    float farTolerance = 0.5f;  ///< CG tolerance over the rms error, where that is > searchAbove
+    float farTolerance = 0.5f;  ///< CG tolerance over the rms error, if that is > searchAbove
     float nextTolerance = 0.4f; ///< CG tolerance over the error before the next correction
     float lastTolerance = 0.6f; ///< CG tolerance over the attainable error
 
@@ -86,12 +89,12 @@ struct GaussNewtonTuning
     int shapePasses = 3; ///< passes that fit the factor on |z_i| before the corrections
 };
 
-/// Makes the production solver with the constants of \a tuning in place of its own.
+/// Makes the production solver with the constants \a tuning.
 std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options,
                                                 const GaussNewtonTuning& tuning);
 
-/// Keeps a deadline: knows from earlier solves what the stages of one take, so that the last field
-/// is finished in time instead of begun (SOLVER.md, "Deadline").
+/// Keeps a deadline: predicts the duration of a solve's stages from earlier solves, so that the
+/// last field is finished in time (SOLVER.md, "Deadline").
 class Pace
 {
 public:
@@ -123,15 +126,16 @@ public:
         const double count = left_ms(FINISH) / _cost_ms[stage];
         return static_cast<int>(std::clamp(count, 0.0, static_cast<double>(most)));
     }
-    /// Returns true if so little time is left that a round has to be the finish. \a isBuilt: G is.
+    /// Returns true if so little time is left that a round must be the finish. \a isBuilt: G is
+    /// built.
     bool isHurried(bool isBuilt) const
     {
         return _deadline_ms > 0.0 &&
                left_ms(FINISH) < (isBuilt ? 0.0 : _cost_ms[BUILD]) + _cost_ms[ROUND];
     }
-    /// Returns true if \a finish can be begun in time.
+    /// Returns true if \a finish can still begin in time.
     bool allows(Stage finish) const { return _deadline_ms <= 0.0 || left_ms(finish) >= 0.0; }
-    /// Does \a work, which is \a count times \a stage, and remembers what that took.
+    /// Does \a work, which is \a count times \a stage, and records its duration.
     template<typename Work>
     void timed(Stage stage, int count, const Work& work)
     {
@@ -140,7 +144,7 @@ public:
         work();
         took(stage, count, _field->elapsed_ms() - start);
     }
-    /// Remembers that \a count times \a stage took \a ms; 0 times: that counts for nothing.
+    /// Records that \a count times \a stage took \a ms; ignored if \a count is 0.
     void took(Stage stage, int count, double ms)
     {
         if (count <= 0) return;
@@ -154,12 +158,12 @@ private:
         return _deadline_ms - _field->elapsed_ms() - _cost_ms[finish];
     }
 
-    // SOLVER.md, "Deadline". A stage that takes longer since the machine is busy for a moment
-    // counts little, and one that was left out for lack of time is tried again.
+    // SOLVER.md, "Deadline". A stage that is slow because the machine is briefly busy counts
+    // little, and one skipped for lack of time is tried again.
     static constexpr std::array<double, STAGES> kGuess_ms = {
         1e-6, 2e-7, 8e-8, 3e-7, 8e-7};         // per entry
-    static constexpr double kMemory = 0.3;     // share of the last time
-    static constexpr double kMostGrowth = 2.0; // over what is remembered
+    static constexpr double kMemory = 0.3;     // weight of the last duration
+    static constexpr double kMostGrowth = 2.0; // relative to the stored duration
     static constexpr double kForget = 0.98;    // per solve
 
     const FieldProblem* _field = nullptr;

@@ -14,8 +14,8 @@ namespace
 {
 
 // SOLVER.md, "Quiet points".
-constexpr float kQuietStep = 0.5f;    // share of a linear step that a round makes
-constexpr float kLeastOfMean = 0.25f; // least weight of a point that was quiet, over the mean one
+constexpr float kQuietStep = 0.5f;    // share of a linear step per round
+constexpr float kLeastOfMean = 0.25f; // smallest weight of a formerly quiet point, over the mean
 
 } // namespace
 
@@ -37,7 +37,7 @@ bool PhaseSearch::carryOver(const FieldProblem& field, const std::vector<int>& l
     _weights.resize(field.n());
     _targets = field.a;
     _multiplier.reserve(static_cast<std::size_t>(field.n()));
-    float weights = 0.0f, targets = 0.0f; // of the points that were in the last field
+    float weights = 0.0f, targets = 0.0f; // of the points in the last field
     for (Eigen::Index l = 0; l < _weights.size(); ++l)
     {
         const int from = lastOf[static_cast<std::size_t>(l)];
@@ -62,8 +62,8 @@ bool PhaseSearch::carryOver(const FieldProblem& field, const std::vector<int>& l
     return true;
 }
 
-// Brings the multipliers of the last targets to those of \a targets, largest 1: in a field of
-// points that don't disturb each other a weight is in proportion to the target.
+// Adapts the multipliers to the new targets \a targets, largest 1: for points that don't disturb
+// each other a weight is proportional to the target.
 void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& targets)
 {
     const bool wasAny = _quiet.any();
@@ -104,8 +104,8 @@ void PhaseSearch::weigh(FieldProblem& field) const
     }
 }
 
-// The multipliers of quiet points take a step of their linear equations. p_l would be in proportion
-// to c_l if points didn't disturb each other, as it is to w_l at the others.
+// The multipliers of quiet points take a step of their linear equations. Without mutual disturbance
+// p_l would be proportional to c_l, as it is to w_l at the others.
 void PhaseSearch::reweigh(FieldProblem& field)
 {
     haptics::reweigh(field, _weights, _tuning.mostReweighing);
@@ -205,7 +205,7 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
         made = coldStart(field, limit, seed, pace);
         _loudest = loudness(field);
     }
-    // After the last weights of a cold start only if there is time: a round has been made.
+    // After the last weights of a cold start only if time remains, because a round has been made.
     if (!_projected && (made == 0 || pace.fits(Pace::ROUND, 1) > 0))
     {
         round(field, pace);
@@ -214,8 +214,9 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
     _projected = false;
     if (!_wasCold && (_isJump || loudness(field) < _tuning.lost * _previous))
     {
-        // A jump of the object, a permutation of its points or other targets, some of them quiet:
-        // the last phases are as good as random, and improving them would take tens of updates.
+        // After a jump of the object, a permutation of its points or other targets, some of them
+        // quiet, the last phases are as good as random, and improving them would take tens of
+        // updates.
         _wasCold = true;
         made += coldStart(field, limit, seed, pace);
         _loudest = loudness(field);
@@ -235,8 +236,7 @@ float PhaseSearch::naturalLevel(const FieldProblem& field) const
         pressures += along * field.y[l];
         targets += along * field.a[l];
     }
-    // Multipliers of quiet points may be against the field; no level is reached where they outweigh
-    // it.
+    // Multipliers of quiet points may oppose the field; if they outweigh it, no level is reached.
     return pressures > 0.0f && targets > 0.0f ? pressures / targets : fittedLevel(field);
 }
 
@@ -257,9 +257,8 @@ void PhaseSearch::round(FieldProblem& field, Pace& pace)
                });
 }
 
-// Phases that follow a moving object drift into a poorer local optimum than they started from. A
-// field that is quieter than the recent ones therefore gets further rounds, each of which raises
-// the loudness.
+// Phases that follow a moving object drift into poorer local optima. A field quieter than the
+// recent ones therefore gets additional rounds, each of which raises the loudness.
 int PhaseSearch::keepLoud(FieldProblem& field, int limit, Pace& pace)
 {
     int made = 0;
@@ -286,7 +285,7 @@ int PhaseSearch::rounds(FieldProblem& field, int first, int last, Pace& pace)
     return made;
 }
 
-// Tries several sets of starting phases and continues with the loudest: the phases decide the
+// Tries several sets of starting phases and continues with the loudest: the phases determine the
 // level, while corrections remove the error from any of them.
 int PhaseSearch::coldStart(FieldProblem& field, int limit, std::uint64_t seed, Pace& pace)
 {
@@ -326,7 +325,7 @@ int PhaseSearch::coldStart(FieldProblem& field, int limit, std::uint64_t seed, P
     copy(_bestU, field.u, n);
     const int more = rounds(field, trial, std::min(_tuning.coldRounds, limit), pace);
     if (more > 0 || bestStart == lastStart) return made + more;
-    round(field, pace); // or q and p would be another start's
+    round(field, pace); // otherwise q and p would belong to another start
     return made + 1;
 }
 

@@ -12,36 +12,36 @@ namespace midair::haptics
 {
 
 /// Finds phases by alternating projections (SOLVER.md, "Rounds", "Cold start", "Warm start"), and
-/// keeps the multipliers c of the points from one update to the next: the weight w of c = w u, or
-/// of a quiet point c itself.
+/// keeps the points' multipliers c between updates: the weight w of c = w u, or c itself for a
+/// quiet point.
 class PhaseSearch
 {
 public:
     explicit PhaseSearch(const GaussNewtonTuning& tuning) : _tuning(tuning) {}
 
-    /// Builds G and makes the first round of a warm start in the same pass, if the weights belong
-    /// to as many points.
+    /// Builds G and makes the first round of a warm start in the same pass, if the number of
+    /// weights matches.
     void build(FieldProblem& field);
     /// Gives point l the weight of the last field's point \a lastOf[l]; new points (-1) get the
-    /// mean weight for their target. Returns false without weights to take over.
+    /// mean weight for their target. Returns false if there are no weights.
     bool carryOver(const FieldProblem& field, const std::vector<int>& lastOf);
-    /// Whether weights follow targets that change, as they do at first.
+    /// Sets whether weights follow changed targets (default: true).
     void followTargets(bool follow) { _follows = follow; }
-    /// Leaves q = z/|z| with its p, y and u in \a field. Starts from nothing unless \a warm, and
-    /// returns the number of rounds, at least one and about \a limit at most. wasCold() then tells
-    /// how it started.
+    /// Leaves q = z/|z| with its p, y and u in \a field. Starts cold unless \a warm, and returns
+    /// the number of rounds, at least one and about \a limit at most. wasCold() then tells whether
+    /// it started cold.
     int search(FieldProblem& field, bool warm, int limit, std::uint64_t seed, Pace& pace);
     bool wasCold() const { return _wasCold; }
 
     /// Returns s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach
     /// (SOLVER.md, "The level of a correction"); Pa at a_l = 1.
     float naturalLevel(const FieldProblem& field) const;
-    /// The points of this solve whose targets are far below the largest.
+    /// Points of this solve whose targets are far below the largest.
     const QuietPoints& quiet() const { return _quiet; }
     /// Returns w for GaussNewtonStep::solve().
     const Eigen::VectorXf& weights(const FieldProblem& field);
-    /// Changes c by \a amplitude times the multipliers of \a step, w_l to no less than the
-    /// leastOfWeight-fold.
+    /// Adds \a amplitude times the multipliers of \a step to c; w_l decreases at most to
+    /// leastOfWeight times its value.
     void adjust(const GaussNewtonStep& step, float amplitude);
     /// Turns the multipliers with the phases of the field.
     void turn(std::complex<float> by);
@@ -65,17 +65,17 @@ private:
     const GaussNewtonTuning& _tuning;
     SplitVector _startU, _bestU; // n
     QuietPoints _quiet;
-    Eigen::VectorXf _weights, _bestWeights;   // n; of quiet points 0
-    SplitVector _multiplier, _bestMultiplier; // n; of the others unused
-    Eigen::VectorXf _targets;                 // that both belong to, n
+    Eigen::VectorXf _weights, _bestWeights;   // n; 0 for quiet points
+    SplitVector _multiplier, _bestMultiplier; // n; used for quiet points only
+    Eigen::VectorXf _targets;                 // n, targets of both
     Eigen::VectorXf _rows;                    // of weights()
     float _loudest = 0.0f;   // largest recent loudness, times forget per update since
     float _previous = 0.0f;  // loudness of the last update
-    int _weightsOf = 0;      // number of points that the weights belong to
-    bool _projected = false; // build() has made the first round
+    int _weightsOf = 0;      // number of points of the weights
+    bool _projected = false; // build() made the first round
     bool _wasCold = true;
     bool _follows = true; // weights follow the targets
-    bool _isJump = false; // of the targets, since the last field
+    bool _isJump = false; // jump of the targets since the last field
 };
 
 } // namespace midair::haptics

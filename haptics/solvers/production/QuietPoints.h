@@ -10,18 +10,21 @@
 namespace midair::haptics
 {
 
-/// Points whose targets are far below the largest (SOLVER.md, "Quiet points"). The field of the
-/// others is as loud there as what is asked for, or louder, so that |p_l| = s a_l is not linear in
-/// a step of its size, and the multiplier c_l has any phase, not that of p_l. Each of them counts
-/// as two linear equations, p_l = s a_l u_l; without any, nothing here changes anything.
+/// Points whose targets are far below the largest (SOLVER.md, "Quiet points"). There the other
+/// points' field is as loud as the target or louder, so |p_l| = s a_l is not linear in a step of
+/// its size, and the multiplier c_l can have any phase, not only that of p_l. Each quiet point
+/// counts as two linear equations, p_l = s a_l u_l. Without quiet points this class has no effect.
 class QuietPoints
 {
 public:
-    static constexpr float kQuiet = 0.3f;  ///< targets below are quiet, over the largest
-    static constexpr float kRows = 0.5f;   ///< most equations, over the number of transducers
-    static constexpr float kFaint = 0.01f; ///< the error over the largest counts ever more below
+    static constexpr float kQuiet = 0.3f;  ///< targets below this share of the largest are quiet
+    static constexpr float kRows = 0.5f;   ///< maximum number of equations, over the number of
+                                           ///< transducers
+    static constexpr float kFaint = 0.01f; ///< below it, the error relative to the largest target
+                                           ///< gains weight
 
-    /// Finds the quiet ones among \a targets, whose largest is 1, of an array of \a m transducers.
+    /// Finds the quiet points among \a targets, whose largest is 1, for an array of \a m
+    /// transducers.
     void choose(const Eigen::VectorXf& targets, int m)
     {
         _points.clear();
@@ -31,7 +34,7 @@ public:
             if (isQuiet(targets[l])) _points.push_back(static_cast<int>(l));
             _yard[l] = yardOf(targets[l]);
         }
-        // The quietest ones first, as many as m phases bear.
+        // The quietest ones first, as many as m phases support.
         const auto most = static_cast<std::size_t>(
             std::max(0.0f, kRows * static_cast<float>(m) - static_cast<float>(targets.size())));
         _twice = _points;
@@ -42,16 +45,16 @@ public:
         std::sort(_twice.begin(), _twice.end());
     }
     static bool isQuiet(float target) { return target < kQuiet; }
-    /// What a quiet point's squared error counts for in a damped step: that of the same error in Pa
-    /// at a point of kQuiet.
+    /// Weight of a quiet point's squared error in a damped step: that of the same error in Pa at a
+    /// point of kQuiet.
     static float shareOf(float target) { return std::min(target / kQuiet, 1.0f); }
 
     bool any() const { return !_points.empty(); }
     int count() const { return static_cast<int>(_points.size()); }
     const std::vector<int>& points() const { return _points; } ///< ascending indices
-    const std::vector<int>& twice() const { return _twice; }   ///< those of two equations
-    /// What errors are measured by, over the level (n): the target; of a quiet one a length between
-    /// it and kQuiet, which is again that of kQuiet where 8 bits leave nothing of the target.
+    const std::vector<int>& twice() const { return _twice; }   ///< those with two equations
+    /// Unit of errors, over the level (n): the target; for a quiet one a length between it and
+    /// kQuiet, and kQuiet itself for targets that 8 bits can't resolve.
     const Eigen::VectorXf& yard() const { return _yard; }
     /// Returns the rms of (y_l - s a_l)/(s d_l), d the yard: errorOf() without quiet points.
     float error(const FieldProblem& field, float s) const
@@ -60,7 +63,7 @@ public:
         return std::sqrt(
             ((field.y.array() - s * field.a.array()) / (s * _yard.array())).square().mean());
     }
-    /// Returns the rms of (y_l - s a_l)/(s max(a_l, kQuiet)): how far a step is from being linear.
+    /// Returns the rms of (y_l - s a_l)/(s max(a_l, kQuiet)): the nonlinearity of a step.
     float bend(const FieldProblem& field, float s) const
     {
         if (!any()) return errorOf(field, s);
@@ -69,8 +72,8 @@ public:
                 .square()
                 .mean());
     }
-    /// Returns what rounding adds to error(): roundingError() without quiet points. The same
-    /// disturbance in Pa at all points, in units of their yards.
+    /// Returns the contribution of rounding to error(): roundingError() without quiet points. It is
+    /// the same disturbance in Pa at all points, in units of their yards.
     float rounding(const FieldProblem& field, float amplitude) const
     {
         if (!any()) return roundingError(field, amplitude);
@@ -96,8 +99,8 @@ private:
     Eigen::VectorXf _yard; // n
 };
 
-/// The equations of a step or of shaped rounding: a row for each point, then another one for each
-/// of some \a twice, at right angles to the first.
+/// Equations of a step or of shaped rounding: a row for each point, then a second one for each of
+/// \a twice, orthogonal to the first.
 class Equations
 {
 public:
@@ -122,8 +125,8 @@ public:
     {
         return row < _n ? row : (*_twice)[static_cast<std::size_t>(row - _n)];
     }
-    /// The rows of G in one block from lane \a first on, \a width lanes each (FIXED). Those of the
-    /// matrix itself, if no point counts twice: \a width is then that of the block.
+    /// Rows of G in one block from lane \a first on, \a width lanes each (FIXED). Without points in
+    /// twice they are the matrix's own, with the block's \a width.
     const std::int32_t*
     gather(const FieldProblem& field, int thread, int block, int first, int count, int& width)
     {
@@ -139,7 +142,7 @@ public:
         return to;
     }
 
-    SplitVector u; ///< rows(), directions in which the pressures are to change
+    SplitVector u; ///< rows(), directions in which the pressures should change
 
 private:
     int _n = 0;

@@ -13,9 +13,9 @@ namespace
 {
 
 // SOLVER.md, "Rounding".
-constexpr int kCoarse = 64;            // so few levels are not linearised
+constexpr int kCoarse = 64;            // fewer levels are not linearised
 constexpr float kMostEntries = 4.0e6f; // of the columns, 16 MB
-constexpr float kQuieterThan = 20.0f;  // times rounding's error; targets that count twice
+constexpr float kQuieterThan = 20.0f;  // times the rounding error; targets below it count twice
 
 bool isCoarse(const FieldProblem& field)
 {
@@ -24,7 +24,7 @@ bool isCoarse(const FieldProblem& field)
 
 } // namespace
 
-// Coarse levels are rare, and their arrays small: all of their transducers are shaped.
+// Coarse levels are rare, and their arrays small: all their transducers are shaped.
 int ShapedRounding::first(const FieldProblem& field, int block, const Effort& effort)
 {
     const float most =
@@ -36,9 +36,9 @@ int ShapedRounding::first(const FieldProblem& field, int block, const Effort& ef
     return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
 }
 
-// Points count by their yards, but none by more than a kShapingGroup-th of all: transducers that
-// choose at once would all mend its error. Twice count those so quiet that what rounding does at
-// right angles to their pressure is not far below it; coarse levels are chosen by the complex p.
+// Weights points by their yards, but none by more than a kShapingGroup-th of all: transducers that
+// choose simultaneously would all correct its error. Points count twice if rounding orthogonal to
+// their pressure is not far below it; coarse levels are chosen by the complex p.
 void ShapedRounding::weigh(const FieldProblem& field, const QuietPoints& quiet)
 {
     _yard = quiet.yard();
@@ -82,8 +82,8 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
     _change.reserve(static_cast<std::size_t>(field.G.paddedTransducers()));
 }
 
-// Factors on the rows of one block that bring them into units of the yards: with \a turned, times
-// conj(u_l), so that the real part is along p_l.
+// Computes the factors that convert the rows of one block into units of the yards: with \a turned,
+// times conj(u_l), so that the real part is along p_l.
 void ShapedRounding::findFactors(
     const FieldProblem& field, int thread, int block, float s, bool turned)
 {
@@ -182,7 +182,7 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
             _lanes.drive.set(place, field.q.at(lane));
             _lanes.amplitude[place] = amplitudes ? amplitudes[lane] : 1.0f;
         }
-    // Phases that are off by up to half a step all over play this share of the level.
+    // Phases with errors of up to half a step have this share of the level.
     const auto levels = static_cast<float>(field.drive().phaseLevels);
     const float half = 0.5f * static_cast<float>(base::kTwoPi) / levels;
     const float level = std::sin(half) / half * s;
@@ -217,7 +217,7 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
                                    _rows.p.im.data());
 }
 
-// Sets q to the levels chosen, and adds what that changes to the partial sums.
+// Sets q to the chosen levels, and adds the change to the partial sums.
 void ShapedRounding::take(FieldProblem& field, int block, const float* amplitudes)
 {
     const Part& part = _parts[static_cast<std::size_t>(block)];

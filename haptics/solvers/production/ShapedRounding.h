@@ -8,29 +8,27 @@ namespace midair::haptics
 {
 
 /// Rounds the last transducers of each block to the device's phase levels such that |p| stays at
-/// the targets (SOLVER.md, "Rounding"): one after the other takes the level that leaves the least
-/// error, which the next ones inherit. It also removes what rounding the other transducers, the
-/// linearisation and CG left.
+/// the targets (SOLVER.md, "Rounding"): each in turn takes the level with the smallest total error.
+/// This also removes errors from rounding the other transducers, from linearisation and from CG.
 class ShapedRounding
 {
 public:
-    /// How much is shaped, and how far a phase may go from where the correction put it.
+    /// Number of shaped transducers, and largest phase change from the correction's result.
     struct Effort
     {
-        float share = 0.25f; ///< of each block's transducers, 0 .. 1; less if there are many points
-        int passes = 3;      ///< times that each of them chooses, >= 1
+        float share = 0.25f; ///< share of each block's transducers, 0 .. 1; less for many points
+        int passes = 3;      ///< number of choices of each, >= 1
         float reach = 1.5f;  ///< levels
     };
 
-    /// The first lane of block \a block that is shaped, counted from the block's begin; those
-    /// before it are rounded by the caller.
+    /// First shaped lane of block \a block, counted from the block's begin; the caller rounds those
+    /// before it.
     static int first(const FieldProblem& field, int block, const Effort& effort);
 
-    /// Expects field.q with continuous phases for the lanes to be shaped and field.p, y and u to
-    /// belong to it; leaves them as they are played. The targets are \a s a_l, and errors count by
-    /// the yards of \a quiet. \a amplitudes: |q_i| for each lane; null: all 1.
-    /// field.drive().phaseLevels is not 0. Allocates nothing after the first call for a size and
-    /// effort.
+    /// Expects field.q with continuous phases for the lanes to shape, and its field.p, y and u;
+    /// leaves them as played. The targets are \a s a_l, and errors are in the yards of \a quiet. \a
+    /// amplitudes: |q_i| for each lane; null: all 1. field.drive().phaseLevels is not 0. Doesn't
+    /// allocate after the first call for a size and effort.
     void shape(FieldProblem& field,
                const QuietPoints& quiet,
                const float* amplitudes,
@@ -38,15 +36,15 @@ public:
                const Effort& effort);
 
 private:
-    /// What is shaped of one block.
+    /// Shaped lanes of one block.
     struct Part
     {
         int lane = 0;  // first lane
         int count = 0; // lanes
-        int place = 0; // of its first lane in the vectors below
+        int place = 0; // index of its first lane in the vectors below
     };
 
-    /// The lanes that are shaped.
+    /// Shaped lanes.
     struct Lanes
     {
         int count = 0;
@@ -55,16 +53,16 @@ private:
         base::AlignedBuffer<float> amplitude;
         SplitVector drive;
     };
-    /// The rows of the equations.
+    /// Rows of the equations.
     struct Rows
     {
         int stride = 0; // their number, rounded up; the length of each
         base::AlignedBuffer<float> error;
-        base::AlignedBuffer<float> aim; // |p| wanted, in the columns' units
+        base::AlignedBuffer<float> aim; // wanted |p|, in the columns' units
         SplitVector p;
     };
-    /// What a turn of each lane changes in each row: count x stride, in units of the level times
-    /// the yards.
+    /// Change of each row per turn of each lane: count x stride, in units of the level times the
+    /// yards.
     struct Columns
     {
         base::AlignedBuffer<float> first;
@@ -86,8 +84,9 @@ private:
     void take(FieldProblem& field, int block, const float* amplitudes);
 
     std::vector<Part> _parts;
-    Eigen::VectorXf _yard;   // n, what errors count by
-    std::vector<int> _twice; // points so quiet that rounding is felt at right angles, too
+    Eigen::VectorXf _yard;   // n, units of errors
+    std::vector<int> _twice; // points so quiet that rounding matters in the orthogonal direction,
+                             // too
     Equations _equations;
     Lanes _lanes;
     Rows _rows;

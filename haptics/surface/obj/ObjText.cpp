@@ -24,7 +24,7 @@ constexpr std::size_t kMostBytes = std::size_t(256) << 20;
 // Splitting a polygon takes time proportional to the square of its corners.
 constexpr std::size_t kMostCorners = 4096;
 
-/// Returns the number between the slashes of a corner, from 0; -1: there is none of the \a count so
+/// Returns the index between the slashes of a corner, from 0; -1: not among the \a count values so
 /// far and to come.
 int drawnIndex(std::string_view token, std::size_t count)
 {
@@ -34,7 +34,7 @@ int drawnIndex(std::string_view token, std::size_t count)
     return index > 0 && index <= std::numeric_limits<int>::max() ? static_cast<int>(index - 1) : -1;
 }
 
-/// Returns the line from \a at on, whose end may be that of any system.
+/// Returns the line that starts at \a at, with any system's line end.
 std::string_view nextLine(std::string_view file, std::size_t& at)
 {
     const std::size_t end = std::min(file.find_first_of("\r\n", at), file.size());
@@ -51,7 +51,8 @@ public:
 
     ObjText scan(std::string_view file)
     {
-        constexpr std::string_view kUtf8 = "\xef\xbb\xbf"; // the mark that some editors put first
+        constexpr std::string_view kUtf8 = "\xef\xbb\xbf"; // byte order mark that some editors
+                                                           // write
         if (file.substr(0, kUtf8.size()) == kUtf8) file.remove_prefix(kUtf8.size());
         if (file.substr(0, 2) == "\xff\xfe" || file.substr(0, 2) == "\xfe\xff")
             throw base::InputError(_path + ": the file is UTF-16, should be UTF-8 or ASCII");
@@ -138,7 +139,7 @@ private:
             }
             _text.coordinates.push_back(value);
         }
-        // Where only some have colours, each must find its own again.
+        // If only some vertices have colours, each must find its own again.
         const bool isColoured = _tokens.size() >= 7;
         for (std::size_t i = 4; i <= 7; ++i)
         {
@@ -148,7 +149,7 @@ private:
         }
         if (isColoured) ++_colouredVertices;
     }
-    // What only drawing needs is no reason not to feel the rest: it is 0 where it isn't understood.
+    // Invalid data for drawing does not prevent touching: it is replaced by 0.
     void takeDrawn(std::size_t numbers, std::vector<double>& all)
     {
         for (std::size_t i = 1; i <= numbers; ++i)
@@ -187,7 +188,7 @@ private:
         for (std::size_t i = 1; i + static_cast<std::size_t>(count) <= _tokens.size(); ++i)
             add(i, count);
     }
-    /// Keeps a line that says to what the next elements belong, short enough for any reader.
+    /// Keeps a line that names the owner of the next elements, short enough for any reader.
     void takeState()
     {
         constexpr std::size_t kLongest = 1000;
@@ -244,7 +245,8 @@ private:
                             vertexCount()));
         if (isBad || _colouredVertices == 0) _text.colours = {};
     }
-    /// Checks indices after the whole file is read, as a positive one may refer to a later vertex.
+    /// Checks indices after reading the whole file, because a positive one may refer to a later
+    /// vertex.
     void checkCorners()
     {
         const auto textures = static_cast<long long>(_text.textures.size() / 2);
@@ -327,10 +329,10 @@ private:
     int _badColourLine = 0;
     int _leftOut = 0;         ///< faces, lines and points with too few corners
     int _leftOutLine = 0;     ///< of the first one
-    std::string _leftOutWhat; ///< what is wrong with it
+    std::string _leftOutWhat; ///< its error
     int _freeFormLine = 0;    ///< of the first curve or free-form surface
     std::vector<std::string_view> _tokens;
-    std::string_view _whole; ///< the line's first part, with what looks like a comment
+    std::string_view _whole; ///< the line's first part, including apparent comments
     int _line = 0;
 };
 

@@ -9,8 +9,8 @@
 namespace midair::haptics
 {
 
-/// A corner of a face, a line or a point: its vertex, and its texture coordinates and normal, which
-/// only drawing needs; all count from 0, -1: none.
+/// Corner of a face, line or point: indices from 0 of its vertex, and of texture coordinates and
+/// normal, which are only for drawing; -1: none.
 struct ObjCorner
 {
     long long vertex;
@@ -25,7 +25,7 @@ struct ObjElement
     int corners;
 };
 
-/// What an OBJ file has, checked line by line.
+/// Content of an OBJ file, checked line by line.
 struct ObjText
 {
     std::vector<double> coordinates;   ///< 3 per vertex, as written
@@ -34,10 +34,11 @@ struct ObjText
     std::vector<double> normals;       ///< 3 each
     std::vector<ObjElement> elements;  ///< in the file's order
     std::vector<ObjCorner> corners;    ///< of the elements, one after the other
-    std::vector<std::string> warnings; ///< of what is felt otherwise than it was meant
-    std::vector<std::string> notes;    ///< of what is only worth knowing
-    std::vector<std::pair<int, std::string>> materials; ///< lines, and the files that they name
-    /// lines that say to which object, group or material the elements from that number on belong
+    std::vector<std::string> warnings; ///< for shapes that will feel different from what was
+                                       ///< intended
+    std::vector<std::string> notes;    ///< for information only
+    std::vector<std::pair<int, std::string>> materials; ///< lines, and the material files they name
+    /// lines that name the object, group or material of the elements from that number on
     std::vector<std::pair<std::size_t, std::string>> states;
 };
 
@@ -45,7 +46,7 @@ struct ObjText
 /// InputError "PATH, line N: ...".
 ObjText readObjText(const std::string& path);
 
-/// \a token for a message, without what would spoil it.
+/// Returns \a token in quotes for a message, without characters that would spoil it.
 std::string inQuotes(std::string_view token);
 
 } // namespace midair::haptics

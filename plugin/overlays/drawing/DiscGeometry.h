@@ -15,10 +15,10 @@
 namespace osgMidair
 {
 
-/// Makes an empty geometry of places and colours that change, drawn as \a primitives.
+/// Makes an empty geometry for changing positions and colours, drawn as \a primitives.
 osg::ref_ptr<osg::Geometry> makeChanging(osg::PrimitiveSet* primitives);
 
-/// Shows that arrays and primitives of a geometry from makeChanging() have changed.
+/// Marks arrays and primitives of a geometry from makeChanging() as changed.
 void showChanges(osg::Geometry& geometry);
 
 /// \{ The arrays of such a geometry; discs have normals, too.
@@ -38,15 +38,15 @@ constexpr std::array<std::array<float, 2>, 3> kDiscCorners = {
 /// Sets the number of discs of \a geometry; new ones are at the origin, white.
 void resizeDiscs(osg::Geometry& geometry, int count);
 
-/// Sets all that a geometry from makeDiscs() has of disc \a disc, with its corners at one place:
-/// the shader leads them apart.
+/// Sets all values of disc \a disc in a geometry from makeDiscs(), with its corners at one place:
+/// the shader moves them apart.
 void setDisc(osg::Geometry& geometry,
              int disc,
              const osg::Vec3& place,
              const osg::Vec4ub& color,
              const osg::Vec3& normal = osg::Vec3(0.0F, 0.0F, 1.0F));
 
-/// Makes a texture of \a image (null: of none), texel by texel or with interpolation between them.
+/// Makes a texture of \a image (null: without one), with or without interpolation between texels.
 osg::ref_ptr<osg::Texture2D> makeTexture(osg::Image* image, bool smooth);
 
 /// Makes a program from sources in GLSL 1.20, which runs wherever OSG does.
@@ -60,7 +60,7 @@ osg::Vec4ub bytes(const osg::Vec3f& color, float opacity);
 /// writing depth.
 void drawTranslucent(osg::Node& node, int bin);
 
-/// A place or direction as graphics cards take it.
+/// Converts a position or direction to floats.
 inline osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {
     return osg::Vec3(

@@ -208,7 +208,7 @@ void SliceComputer::color(Slice& slice) const
     slice.texels.resize(4 * _rim.size());
     unsigned char* texel = slice.texels.data();
     const unsigned char* rim = _rim.data();
-    // Before anything was ever played there is no range, and all is silence.
+    // Before the first field there is no range, and everything is silent.
     const float scale = slice.range_Pa > 0.0F ? kColorSteps / slice.range_Pa : 0.0F;
     for (int row = 0; row < kSlicePixels; ++row)
         for (int column = 0; column < kSlicePixels; ++column, texel += 4, ++rim)
@@ -234,7 +234,7 @@ Slice SliceComputer::compute(const SliceRequest& request)
         _range_Pa = request.range_Pa;
     else if (slice.peak_Pa > _range_Pa ||
              (slice.peak_Pa > 0.0F && slice.peak_Pa < 0.85F * _range_Pa))
-        _range_Pa = roundedUp(slice.peak_Pa); // silence keeps the scale of what played before
+        _range_Pa = roundedUp(slice.peak_Pa); // silence keeps the previous scale
     slice.range_Pa = _range_Pa;
     color(slice);
     slice.compute_ms =

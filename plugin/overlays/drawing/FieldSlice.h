@@ -19,7 +19,7 @@
 namespace osgMidair
 {
 
-/// A field that is to be sampled.
+/// A field to sample.
 struct FieldRequest
 {
     std::uint64_t frame = 0;
@@ -28,13 +28,13 @@ struct FieldRequest
     std::shared_ptr<const midair::bridge::HologramResult> result; ///< of that array
 };
 
-/// Evaluates the fields of one array after the other. What an array needs is kept for the next
-/// request, as the pressures' memory is.
+/// Evaluates the fields of one array after the other. Keeps the array's data and the pressures'
+/// memory for the next request.
 class FieldSampler
 {
 public:
-    /// Computes the pressure in those places of \a lattice that are in what \a wanted says of
-    /// spheres, as LatticeField::evaluate() does.
+    /// Computes the pressure at the places of \a lattice inside the spheres \a wanted, as
+    /// LatticeField::evaluate() does.
     const Eigen::VectorXcf& sample(const FieldRequest& request,
                                    const midair::haptics::FieldLattice& lattice,
                                    const midair::haptics::LatticeField::Wanted& wanted)
@@ -76,17 +76,17 @@ struct Slice
     std::vector<unsigned char> texels; ///< RGBA, row by row, y upwards
     Eigen::Vector3d peak = Eigen::Vector3d::Zero();
     float peak_Pa = 0.0F;
-    float range_Pa = 0.0F; ///< 0: nothing has been played so far; all is the colour of silence
+    float range_Pa = 0.0F; ///< 0: nothing was played yet; all is the colour of silence
     double compute_ms = 0.0;
 };
 
 constexpr int kSlicePixels = 256;
 
-/// Returns \a value rounded up to two digits: this uses most of the map and gives the scale a
-/// readable end; 1 if \a value is not over 0.
+/// Returns \a value rounded up to two digits, which uses most of the map and gives the scale a
+/// readable end; 1 if \a value is not positive.
 float roundedUp(float value);
 
-/// Returns the opacity of the disc, 0 .. 1, where |p| is \a share of the range: silence is slightly
+/// Returns the opacity of the disc, 0 .. 1, if |p| is \a share of the range: silence is slightly
 /// transparent, pressure opaque.
 inline float sliceOpacity(float share)
 {
@@ -96,8 +96,8 @@ constexpr float kSliceRim = 0.03F; ///< fraction of the radius over which the di
 
 class BandLimitedZoom;
 
-/// Computes |p| on the square around a request's disc and colours it. Only samples that the disc
-/// needs are computed. Buffers and tables are kept for the next request.
+/// Computes |p| on the square around a request's disc and colours it. Computes only samples inside
+/// the disc. Keeps buffers and tables for the next request.
 class SliceComputer
 {
 public:
@@ -119,7 +119,7 @@ private:
     float _range_Pa = 0.0F;
 };
 
-/// Computes slices on its own thread, always the newest request.
+/// Computes slices on a separate thread, always for the newest request.
 using SliceWorker = midair::base::LatestWorker<SliceRequest, Slice>;
 std::unique_ptr<SliceWorker> startSlices();
 
@@ -145,7 +145,7 @@ struct FieldVolume
     double compute_ms = 0.0;
 };
 
-/// Samples the field a third of a wavelength apart in all places within the margin of a control
+/// Samples the field a third of a wavelength apart at all places within the margin of a control
 /// point.
 class VolumeComputer
 {
@@ -163,7 +163,7 @@ private:
     float _range_Pa = 0.0F;
 };
 
-/// Computes volumes on its own thread, at most ten per second, to leave time for the slice.
+/// Computes volumes on a separate thread, at most ten per second, to leave time for the slice.
 using VolumeWorker = midair::base::LatestWorker<VolumeRequest, FieldVolume>;
 std::unique_ptr<VolumeWorker> startVolumes();
 

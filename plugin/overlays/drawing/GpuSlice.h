@@ -15,10 +15,10 @@
 namespace osgMidair
 {
 
-/// Kind of renderer of the contexts that have drawn so far.
+/// Kind of renderer of the contexts used until now.
 enum class Renderer
 {
-    UNKNOWN, ///< none has drawn yet
+    UNKNOWN, ///< none was used yet
     SOFTWARE,
     GPU
 };
@@ -28,8 +28,8 @@ enum class Renderer
 osg::ref_ptr<osg::Drawable::DrawCallback>
 probeRenderer(const std::shared_ptr<std::atomic<Renderer>>& found);
 
-/// Slice that a fragment shader computes: each texel sums over all transducers. The texture looks
-/// like that of the SliceComputer and is rendered once per field and context.
+/// A slice computed by a fragment shader: each texel sums over all transducers. Its texture looks
+/// like the SliceComputer's and is rendered once per field and context.
 class GpuSlice
 {
 public:
@@ -37,7 +37,7 @@ public:
 
     void setArray(const midair::haptics::TransducerArray& array,
                   const midair::haptics::Medium& medium);
-    /// Sets the disc and the field to those of \a request, with \a range_Pa at the map's upper end.
+    /// Sets disc and field from \a request, with \a range_Pa at the map's upper end.
     void setRequest(const SliceRequest& request, float range_Pa);
 
     osg::Texture2D* texture() { return _texture; }

@@ -19,7 +19,7 @@ namespace
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kHandBin = -10; ///< before what they may hide
+constexpr int kHandBin = -10; ///< before objects that they may hide
 const osg::Vec3f kSkinColor(0.80F, 0.60F, 0.49F);
 const osg::Vec3f kWarm(0.80F, 0.49F, 0.41F); ///< of fingertips and knuckles
 const osg::Vec3f kTouchingSkin(1.00F, 0.58F, 0.20F);
@@ -72,7 +72,7 @@ void main()
 }
 )";
 
-/// The bone at a fingertip, and how near to it a vertex is moved by it alone.
+/// The bone at a fingertip, and how closely a vertex follows it.
 osg::Vec3 nailOf(const HandMesh& mesh, std::size_t vertex)
 {
     constexpr double kHalfLength_m = 6.5e-3;
@@ -84,7 +84,7 @@ osg::Vec3 nailOf(const HandMesh& mesh, std::size_t vertex)
         if (skin.frames[0] != jointFrame(finger, kChainBones - 1) + 1) continue;
         const auto last = static_cast<std::size_t>(chainJoint(finger, kChainBones));
         const Vector3d way = (mesh.joints[last] - mesh.joints[last - 1]).normalized();
-        // A thumb's nail looks aside.
+        // A thumb's nail faces sideways.
         const Vector3d aside(finger == midair::bridge::THUMB ? -0.5 : 0.0, 1.0, 0.0);
         const Vector3d up = (aside - aside.dot(way) * way).normalized();
         const Vector3d from = mesh.vertices[vertex].cast<double>() - mesh.joints[last];
@@ -96,7 +96,7 @@ osg::Vec3 nailOf(const HandMesh& mesh, std::size_t vertex)
     return {9.0F, 9.0F, -1.0F};
 }
 
-/// How warm the skin's colour is there, 0 .. 1: at fingertips, and around joints.
+/// Warmth of the skin's colour, 0 .. 1: at fingertips, and around joints.
 float warmth(const HandMesh& mesh, std::size_t vertex)
 {
     double most = 0.0;
@@ -111,7 +111,7 @@ float warmth(const HandMesh& mesh, std::size_t vertex)
     return static_cast<float>(std::clamp(most, 0.0, 1.0));
 }
 
-/// What doesn't change of a hand, as graphics cards take it.
+/// The constant data of a hand, for the graphics card.
 struct Painted
 {
     std::vector<osg::Vec3> nails;

@@ -11,18 +11,17 @@
 namespace osgMidair
 {
 
-/// Bones of a hand that touch something.
+/// Bones of a hand that touch an object.
 using TouchingBones = std::bitset<midair::bridge::kHandBones>;
 
-/// Uniform (float) of a camera or a node: 1: hands below are black and clear (alpha 0), and hide
-/// what is behind them all the same.
+/// Uniform (float) of a camera or a node: 1: hands below are black and clear (alpha 0) but still
+/// hide what is behind them.
 constexpr const char* kHandsHide = "osgMidairHides";
 
-/// Draws what has \a state opaque, before all else.
+/// Makes the geometry of \a state opaque and drawn first.
 void drawHands(osg::StateSet& state);
 
-/// One hand as it looks, lit by lights 0 and 1 of the scene. It is opaque, and drawn before all
-/// else.
+/// A hand, lit by lights 0 and 1 of the scene. It is opaque, and drawn first.
 class HandGeometry
 {
 public:
@@ -33,7 +32,7 @@ public:
     bool isLeft() const { return _isLeft; }
 
     /// Shows \a hand of \a capsules; \a touching is orange. Returns false, and shows nothing, if it
-    /// can't have a skin.
+    /// has no skin.
     bool show(const std::vector<midair::bridge::HandCapsule>& capsules,
               int hand,
               const TouchingBones& touching);

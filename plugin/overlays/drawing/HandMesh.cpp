@@ -28,10 +28,10 @@ constexpr double kJoint_m = 8e-3;   ///< from a joint on, along a bone, until th
 constexpr double kKnuckle_m = 14e-3;  ///< the same from the knuckle into the palm
 constexpr double kBackwards_m = 0.06; ///< how far into the palm a finger's chain is known
 constexpr double kShared_m = 3e-3;    ///< between fingers
-/// Rotations about y, towards the thumb: spread fingers have skin of their own.
+/// Rotations about y, towards the thumb: spread fingers have separate skin.
 constexpr std::array<double, kHandChains> kSpread_deg = {8.0, 5.0, 1.0, -5.0, -12.0};
 
-/// A ball that goes from a to b, and becomes thicker or thinner on its way.
+/// A ball swept from a to b with a changing radius.
 struct Cone
 {
     Vector3d a;
@@ -47,13 +47,13 @@ struct Cone
     }
 };
 
-/// What a hand is made of: the palm and five fingers, each of cones that blend.
+/// The shape of a hand: the palm and five fingers, each made of blended cones.
 struct Parts
 {
     std::array<std::vector<Cone>, 1 + kHandChains> groups; ///< the palm first
 };
 
-/// The smaller one of two distances, with a blend of that width where they are equal.
+/// The smaller of two distances, with a blend of that width where they are equal.
 double smaller(double a, double b, double width_m)
 {
     const double near = std::max(width_m - std::abs(a - b), 0.0);
@@ -77,7 +77,7 @@ double distanceTo(const Parts& parts, const Vector3d& at)
     return smaller(of(parts.groups[0], kWidest_m), fingers, 6e-3);
 }
 
-/// What of \a parts may be the skin within \a reach_m of \a at.
+/// Returns the \a parts whose skin may be within \a reach_m of \a at.
 Parts near(const Parts& parts, const Vector3d& at, double reach_m)
 {
     double least = kFar_m;
@@ -127,7 +127,7 @@ Parts makeParts(const HandMesh& mesh)
         group.push_back(
             {mesh.joints[a], mesh.joints[b], mesh.radii_m[a] - less_m, mesh.radii_m[b] - less_m});
     };
-    // Several blend into each other in the palm, which thickens it.
+    // Several cones blend in the palm, which thickens it.
     for (const int root : {INDEX_METACARPAL, MIDDLE_METACARPAL, RING_METACARPAL, LITTLE_METACARPAL})
         bone(palm, root, root + 1, 1.5e-3);
     for (const double x : {-11.0, 0.0, 11.0})
@@ -148,7 +148,7 @@ Parts makeParts(const HandMesh& mesh)
     return parts;
 }
 
-/// The surface of parts on a grid: a vertex in each cell that it goes through (surface nets).
+/// The surface of parts on a grid: a vertex in each cell that it crosses (surface nets).
 class SkinFinder
 {
 public:
@@ -202,7 +202,7 @@ private:
         return _blocks[index(at / kBlock, _size / kBlock)];
     }
 
-    /// Of a block that is off the skin the signs are enough.
+    /// For a block off the skin the signs suffice.
     void fill(const Eigen::Vector3i& block)
     {
         constexpr double kReach_m = kCell_m * (0.87 * kBlock + 1.0); // with a cell around it
@@ -255,7 +255,7 @@ private:
         return sum / (4.0 * kStep_m);
     }
 
-    /// Two triangles for each edge of the grid that the surface crosses, around it.
+    /// Adds two triangles for each edge of the grid that the surface crosses, around it.
     void addFaces(const Eigen::Vector3i& at)
     {
         for (int axis = 0; axis < 3; ++axis)
@@ -284,10 +284,10 @@ private:
     Eigen::Vector3i _size;
     std::vector<double> _values; ///< of the grid's nodes: distance, m
     std::vector<int> _vertexOf;  ///< of its cells; -1: none
-    std::vector<Parts> _blocks;  ///< what is near each of them
+    std::vector<Parts> _blocks;  ///< the parts near each of them
 };
 
-/// Where a place is beside a finger: how far along its chain, and how far from its skin.
+/// A position relative to a finger: along its chain, and its distance from the skin.
 struct Beside
 {
     double along_m = 0.0; ///< from the knuckle on; below 0: in the palm
@@ -321,7 +321,7 @@ double eased(double t)
 
 using Shares = std::array<double, kHandFrames>;
 
-/// Adds what of \a weight the frames of \a finger have, \a along_m its chain.
+/// Adds the share \a weight of the frames of \a finger, \a along_m its chain.
 void share(const HandMesh& mesh, int finger, double along_m, double weight, Shares& shares)
 {
     int before = 0; // the palm's frame

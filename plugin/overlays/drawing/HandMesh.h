@@ -10,7 +10,7 @@
 namespace osgMidair
 {
 
-/// \{ A finger moves by six frames: the half bend of each of its three joints, and the bone behind
+/// \{ A finger moves by six frames: the half bend of each of its three joints, and the bone after
 /// it. Frame 0 is the palm's; frame 1 + 6 * finger + 2 * k is that of joint k, the next one that of
 /// bone k. Fingers are HandFinger's THUMB .. LITTLE.
 constexpr int kHandChains = 5;
@@ -26,7 +26,7 @@ constexpr int jointFrame(int finger, int k)
 /// knuckle, for the thumb from its metacarpal, to the tip.
 int chainJoint(int finger, int k);
 
-/// Returns how far \a finger is turned towards the thumb at rest, from bridge::openHand().
+/// Returns the angle of \a finger towards the thumb at rest, from bridge::openHand().
 double spreadAtRest_deg(int finger);
 
 /// The skin of a right hand at rest: a closed, smooth surface of triangles around the bones of
@@ -36,7 +36,7 @@ struct HandMesh
     static constexpr int kInfluences = 4;
     struct Skin
     {
-        std::array<unsigned char, kInfluences> frames{}; ///< of those that move a vertex
+        std::array<unsigned char, kInfluences> frames{}; ///< frames that move a vertex
         std::array<float, kInfluences> shares{};         ///< their sum is 1; the largest first
         unsigned char count = 0;
         unsigned char bone = 0; ///< the nearest one, 0 .. bridge::kHandBones - 1

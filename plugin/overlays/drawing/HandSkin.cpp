@@ -17,7 +17,7 @@ using namespace midair::bridge;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Joints that lie in the palm, whatever the fingers do.
+/// Joints in the palm, independent of the fingers.
 constexpr std::array<int, 10> kPalmJoints = {WRIST,
                                              THUMB_METACARPAL,
                                              INDEX_METACARPAL,
@@ -28,9 +28,9 @@ constexpr std::array<int, 10> kPalmJoints = {WRIST,
                                              RING_PROXIMAL,
                                              LITTLE_METACARPAL,
                                              LITTLE_PROXIMAL};
-constexpr double kLargest = 3.0;     ///< times the hand at rest; its smallest is the inverse
-constexpr double kShortest_m = 1e-4; ///< bone that has a direction
-/// Bends of the joints of a finger that the tracker doesn't see.
+constexpr double kLargest = 3.0;     ///< times the hand at rest; the smallest is the inverse
+constexpr double kShortest_m = 1e-4; ///< shortest bone with a direction
+/// Bends of the joints of an untracked finger.
 constexpr std::array<double, kChainBones> kCurled_deg = {75.0, 95.0, 60.0};
 
 std::size_t at(int index)
@@ -49,8 +49,8 @@ Matrix3d bend(double angle_deg)
         .toRotationMatrix();
 }
 
-/// The linear part that stretches by \a along in the direction \a way at rest, and by \a across
-/// elsewhere.
+/// Returns the linear map that scales by \a along in the direction \a way at rest, and by \a across
+/// perpendicular to it.
 Matrix3d stretched(const Vector3d& way, double along, double across)
 {
     return across * Matrix3d::Identity() + (along - across) * way * way.transpose();
@@ -91,7 +91,7 @@ Vector3d HandSkin::atRest(int joint) const
     return {_side * place.x(), place.y(), place.z()};
 }
 
-/// The turn and size that fit best (Kabsch, Umeyama).
+/// Finds the best rotation and scale (Kabsch, Umeyama).
 bool HandSkin::findPalm(Palm& palm) const
 {
     int count = 0;
@@ -121,7 +121,7 @@ bool HandSkin::findPalm(Palm& palm) const
     if (!(palm.scale > 1.0 / kLargest && palm.scale < kLargest)) return false;
     const Eigen::JacobiSVD<Matrix3d> svd(both, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vector3d& size = svd.singularValues();
-    if (!(size[1] > 0.01 * size[0])) return false; // on one line: it has no plane
+    if (!(size[1] > 0.01 * size[0])) return false; // collinear: no plane
     Matrix3d signs = Matrix3d::Identity();
     signs(2, 2) = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
     palm.turn = svd.matrixU() * signs * svd.matrixV().transpose();
@@ -138,7 +138,8 @@ void HandSkin::setFrame(int frame, const Matrix3d& linear, const Vector3d& from,
     matrix.topRightCorner<3, 1>() = (to - linear * from).cast<float>();
 }
 
-/// Each bone turns as the one before it, and from there the shortest way: twist goes along.
+/// Each bone turns with the previous one, and from there by the shortest rotation: twist is
+/// inherited.
 void HandSkin::placeFinger(const Palm& palm, int finger)
 {
     const HandMesh& mesh = handMesh();

@@ -17,15 +17,14 @@ namespace osgMidair
 /// The joints of bone 0 .. bridge::kHandBones - 1, of bridge::HandJointName.
 std::pair<int, int> jointsOfBone(int bone);
 
-/// Moves the skin of HandMesh by the bones of a hand. Fingers that the tracker doesn't see are
-/// curled; a hand whose palm is not known has no skin. Hands have their ids, 0 left, 1 right;
-/// of others even ones are left.
+/// Moves the skin of HandMesh by the bones of a hand. Untracked fingers are curled; a hand without
+/// a tracked palm has no skin. Ids: 0 left, 1 right; of other ids even ones are left.
 class HandSkin
 {
 public:
-    /// Moves \a vertices and \a normals (of as many elements as the mesh has vertices; normals
-    /// aren't unit where a finger is thicker than at rest) by the bones of \a hand among
-    /// \a capsules. Returns false, with both unchanged, for a hand that can't have a skin.
+    /// Moves \a vertices and \a normals (as many elements as the mesh has vertices; normals aren't
+    /// unit where a finger is thicker than at rest) by the bones of \a hand among \a capsules.
+    /// Returns false, with both unchanged, for a hand without a skin.
     bool move(const std::vector<midair::bridge::HandCapsule>& capsules,
               int hand,
               osg::Vec3Array& vertices,
@@ -40,7 +39,7 @@ private:
         double radius_m = 0.0; ///< of the bone that ends here, or begins
         bool isKnown = false;
     };
-    /// How the palm lies, from rest.
+    /// The palm's pose, relative to rest.
     struct Palm
     {
         Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

@@ -12,7 +12,7 @@ namespace osgMidair
 namespace
 {
 
-constexpr float kOutward = 1.002F; // lines lie before the faces for who looks from inside
+constexpr float kOutward = 1.002F; // lines lie in front of the faces, seen from inside
 
 /// \a polar and \a turn: 0 .. 1, of half a turn and of a turn.
 Eigen::Vector3d onSphere(double radius_m, double polar, double turn)
@@ -38,8 +38,8 @@ std::vector<osg::Vec3> crossings(const std::array<osg::Vec3, 3>& places,
     return found;
 }
 
-/// Chooses for each of four directions around the y axis, above the middle and below it, the place
-/// nearest to it, if one is near. \a turned: directions between those of the line before.
+/// For each of four directions around the y axis, above the middle and below it, chooses the
+/// nearest place, if one is near. \a turned: directions between those of the previous line.
 void label(LevelSphere::Contour& contour, bool turned)
 {
     constexpr float kNear = 0.92F; // cosine, of 23 degrees

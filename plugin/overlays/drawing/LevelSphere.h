@@ -12,7 +12,7 @@ namespace osgMidair
 
 /// A sphere around the y axis with a level at its corners, as a map: a finer grid between them, and
 /// lines of equal level. Corners are numbered ring by ring from pole to pole; the last of each ring
-/// is its first again. Where a level is not above 0 there is nothing.
+/// repeats its first. Levels of 0 or below are omitted.
 class LevelSphere
 {
 public:
@@ -24,8 +24,8 @@ public:
     struct Grid
     {
         std::vector<osg::Vec3> places;   ///< row by row
-        std::vector<float> levels_dB;    ///< 0: nothing is there
-        std::vector<unsigned int> faces; ///< three indices each; those that have something
+        std::vector<float> levels_dB;    ///< 0: omitted
+        std::vector<unsigned int> faces; ///< three indices each; without omitted ones
         static constexpr int rows() { return (kRings - 1) * kFiner + 1; }
         static constexpr int columns() { return kAround * kFiner + 1; }
     };
@@ -34,13 +34,13 @@ public:
     {
         float level_dB = 0.0F;
         std::vector<std::pair<osg::Vec3, osg::Vec3>> pieces;
-        std::vector<osg::Vec3> labels; ///< some of its places, all around
+        std::vector<osg::Vec3> labels; ///< label positions, all around
     };
 
     /// Returns the corners, 3 x (kRings (kAround + 1)), on a sphere of \a radius_m.
     static Eigen::Matrix3Xd corners(double radius_m);
-    /// Returns the grid between them with the levels of the corners in between, where all four
-    /// corners around have one.
+    /// Returns the grid between the corners with interpolated levels, where all four surrounding
+    /// corners have one.
     static Grid gridOf(const Eigen::VectorXf& levels_dB, double radius_m);
     /// Returns the lines at multiples of \a step_dB (> 0), from the lowest to the highest.
     static std::vector<Contour> contoursOf(const Grid& grid, float step_dB);

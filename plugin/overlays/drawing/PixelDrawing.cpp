@@ -20,8 +20,8 @@ namespace osgMidair::pixels
 namespace
 {
 
-/// Height of a glyph in texels: twice the usual, so that it is sharp on screens of twice the
-/// density; others average two by two texels. Large letters have glyphs of their own.
+/// Height of a glyph in texels: twice the usual, to be sharp on screens of twice the density;
+/// others average two by two texels. Large letters have separate glyphs.
 constexpr unsigned int kResolution = 26;
 constexpr unsigned int kLargeResolution = 64;
 constexpr float kLarge = 20.0F;
@@ -102,17 +102,27 @@ osg::ref_ptr<osgText::Text> text(const std::string& content,
 
 osg::ref_ptr<osgText::Text> label(const std::string& content,
                                   const osg::Vec3& position,
-                                  float size,
+                                  float size_px,
                                   const osg::Vec4& color,
-                                  osgText::TextBase::AlignmentType alignment,
-                                  bool inPixels)
+                                  osgText::TextBase::AlignmentType alignment)
 {
-    osg::ref_ptr<osgText::Text> made = text(content, {}, size, color, alignment);
+    osg::ref_ptr<osgText::Text> made = text(content, {}, size_px, color, alignment);
     made->setPosition(position);
     made->setAxisAlignment(osgText::TextBase::SCREEN);
-    if (inPixels) made->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
+    made->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
     made->setBackdropType(osgText::Text::OUTLINE);
     made->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
+    return made;
+}
+
+osg::ref_ptr<osgText::Text>
+axisLabel(const std::string& content, const osg::Vec3& position, float size, const osg::Vec4& color)
+{
+    osg::ref_ptr<osgText::Text> made =
+        label(content, position, size, color, osgText::TextBase::CENTER_CENTER);
+    made->setFontResolution(kResolution, kResolution);
+    made->setCharacterSizeMode(
+        osgText::TextBase::OBJECT_COORDS_WITH_MAXIMUM_SCREEN_SIZE_CAPPED_BY_FONT_HEIGHT);
     return made;
 }
 
@@ -312,8 +322,8 @@ TextPanel::TextPanel() :
     addChild(_shapes);
     addChild(_text);
     finish();
-    // The bound is computed here and doesn't matter: views that cull at the same time would each
-    // compute it.
+    // Computes the bound here, whose value doesn't matter, because views that cull at the same time
+    // would each compute it.
     getBound();
 }
 

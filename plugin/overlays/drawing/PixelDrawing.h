@@ -29,14 +29,20 @@ text(const std::string& content,
      const osg::Vec4& color,
      osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
 
-/// Makes a text in a scene, which faces the eye and has a dark edge, to be read on anything: \a
-/// size high in the scene's units, or pixels if \a inPixels.
+/// Makes a text in a scene that faces the eye and has a dark edge, to be readable on any
+/// background. OSG draws its letters half of \a size_px high.
 osg::ref_ptr<osgText::Text> label(const std::string& content,
                                   const osg::Vec3& position,
-                                  float size,
+                                  float size_px,
                                   const osg::Vec4& color,
-                                  osgText::TextBase::AlignmentType alignment,
-                                  bool inPixels);
+                                  osgText::TextBase::AlignmentType alignment);
+
+/// Makes such a text around \a position, \a size high in the scene's units, but at most as large as
+/// the figures' letters.
+osg::ref_ptr<osgText::Text> axisLabel(const std::string& content,
+                                      const osg::Vec3& position,
+                                      float size,
+                                      const osg::Vec4& color);
 
 /// Makes a rectangle that shows \a image, smoothed; \a turned swaps its axes.
 osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
@@ -72,21 +78,21 @@ private:
     osg::ref_ptr<osg::Vec4Array> _colors;
 };
 
-/// Turns depth test and lighting off and blending on, and draws children in the order in which they
-/// were added.
+/// Turns depth test and lighting off and blending on, and draws children in the order of their
+/// addition.
 void paintInOrder(osg::Node& node, int bin);
 
 /// Returns at most \a atMost round values between \a from and \a to, 1, 2 or 5 times a power of ten
 /// apart.
 std::vector<double> ticks(double from, double to, int atMost);
 
-/// Returns the label of a tick: no needless digits, thousands separated by a blank.
+/// Returns the label of a tick: no superfluous digits, thousands separated by a blank.
 std::string number(double value);
 
-/// What stands beside a scale: positions (0 .. 1) and texts.
+/// Labels of a scale: positions (0 .. 1) and texts.
 using Labels = std::vector<std::pair<double, std::string>>;
 
-/// Returns at most \a atMost round numbers from 0 to \a high (> 0), which is at 1.
+/// Returns at most \a atMost round numbers from 0 to \a high (> 0), which is at position 1.
 Labels labelsTo(double high, int atMost);
 
 /// Makes the scale of a colour map from 0 to \a high for a figure: an upright bar with numbers on
@@ -99,8 +105,8 @@ osg::ref_ptr<osg::Group> colorBar(const ColorMap& map,
                                   float textSize,
                                   const osg::Vec4& color);
 
-/// Panel with text and strokes that change often, drawn in two draw calls whatever its content: the
-/// number of drawables costs time, not the pixels.
+/// Panel with frequently changing text and strokes, drawn in two draw calls whatever its content,
+/// because the number of drawables costs time, not the pixels.
 class TextPanel : public osg::Group
 {
 public:
@@ -155,8 +161,8 @@ struct Scale
     void draw(TextPanel& sheet, float textSize, const osg::Vec4& color) const;
 };
 
-/// Small curve of the last values of a figure from 0 to their maximum, with its name, the last
-/// value and the maximum.
+/// Small curve of a figure's last values from 0 to their maximum, with its name, the last value and
+/// the maximum.
 class Sparkline
 {
 public:

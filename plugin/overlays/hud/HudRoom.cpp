@@ -16,15 +16,15 @@ namespace osgMidair
 namespace
 {
 
-/// The line of the frame rate, of which only the text is drawn, in the units of the display, which
-/// is 1024 high.
+/// Position of the frame rate's line, which has no background, in units of the display, which is
+/// 1024 high.
 constexpr float kFirstLine = 965.0F;
 constexpr float kTop = 1024.0F;
-/// A block that is at least this part of the viewport wide leaves no room beside it.
+/// A block at least this fraction of the viewport wide leaves no room beside it.
 constexpr float kWide = 0.6F;
 
-/// Collects the backgrounds of what the statistics show. What is drawn on them changes while
-/// another thread draws, and isn't looked at: texts, and geometries with callbacks.
+/// Collects the backgrounds of the statistics. Ignores texts and geometries with callbacks, which
+/// change while another thread draws.
 class Backgrounds : public osg::NodeVisitor
 {
 public:
@@ -45,7 +45,7 @@ public:
     std::vector<osg::BoundingBox> boxes;
 };
 
-/// Returns the camera of the statistics that are drawn over the window of \a camera; null: none.
+/// Returns the camera of the statistics over the window of \a camera; null: none.
 const osg::Camera* statisticsOver(osg::Camera& camera)
 {
     auto* view = dynamic_cast<osgViewer::View*>(camera.getView());
@@ -64,7 +64,7 @@ const osg::Camera* statisticsOver(osg::Camera& camera)
     return nullptr;
 }
 
-/// Takes \a box, of the statistics' \a camera, out of \a room of the viewport \a own.
+/// Removes \a box, of the statistics' \a camera, from \a room of the viewport \a own.
 void keepClear(const osg::BoundingBox& box,
                const osg::Camera& camera,
                const osg::Viewport& own,
@@ -87,7 +87,7 @@ void keepClear(const osg::BoundingBox& box,
                           low.x() < room.upperRight.x() && high.x() > 0.0F;
     if (isWide != wideOnes || !isInside) return;
     if (isWide)
-        room.upperRight.y() = std::max(0.0F, low.y());
+        room.upperRight.y() = std::clamp(low.y(), 0.0F, room.upperRight.y());
     else
         room.lowerLeft.x() = std::clamp(high.x(), room.lowerLeft.x(), room.upperRight.x());
 }
@@ -99,15 +99,36 @@ double hudScale(double width, double height)
     return std::max(1.0, 0.5 * std::floor(std::min(height, 0.75 * width) / 350.0));
 }
 
-HudRoom roomOf(osgUtil::CullVisitor& visitor, double scale)
+double labelScale(double width, double height)
+{
+    return std::max(1.0, std::min(height, 0.75 * width) / 560.0);
+}
+
+const WorldSheet* WorldSheet::of(const osg::Camera* camera)
+{
+    return camera ? dynamic_cast<const WorldSheet*>(camera->getUserData()) : nullptr;
+}
+
+HudRoom roomOf(osgUtil::CullVisitor& visitor, double scale, float top)
 {
     HudRoom room;
+    const auto leaveTop = [&room, top]
+    {
+        room.top = top * room.viewport.y();
+        room.upperRight = room.viewport - osg::Vec2(0.0F, room.top);
+    };
+    if (const WorldSheet* sheet = WorldSheet::of(visitor.getCurrentCamera()))
+    {
+        room.viewport = sheet->size;
+        leaveTop();
+        return room;
+    }
     const osg::Viewport* viewport = visitor.getViewport();
     if (!viewport) return room;
     room.scale = scale > 0.0 ? scale : hudScale(viewport->width(), viewport->height());
     room.viewport.set(static_cast<float>(viewport->width() / room.scale),
                       static_cast<float>(viewport->height() / room.scale));
-    room.upperRight = room.viewport;
+    leaveTop();
     osg::Camera* camera = visitor.getCurrentCamera();
     const osg::Camera* statistics = camera ? statisticsOver(*camera) : nullptr;
     if (!statistics) return room;

@@ -1,5 +1,6 @@
 #include "plugin/overlays/hud/HudSheets.h"
 
+#include "engine-bridge/display/Coincidence.h"
 #include "haptics/base/settings/Setting.h"
 #include "plugin/engine/SceneAccess.h"
 
@@ -23,7 +24,7 @@ using pixels::TextPanel;
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
 const osg::Vec4 kDim(0.72F, 0.76F, 0.82F, 1.0F);
 const osg::Vec4 kWarning(1.0F, 0.80F, 0.35F, 1.0F);
-// Dark enough that dim letters can be read on it over white.
+// Dark enough to read dim letters on it over white.
 const osg::Vec4 kPanel(0.085F, 0.10F, 0.125F, 0.86F);
 const osg::Vec4 kSilence(0.62F, 0.06F, 0.08F, 0.90F);
 const osg::Vec4 kLess(0.50F, 0.33F, 0.02F, 0.90F);
@@ -47,7 +48,7 @@ std::vector<std::string> wrapped(const std::string& text, float size, float widt
             if (TextPanel::width(rest.substr(0, at), size) > width) break;
             end = at;
         }
-        if (end == std::string::npos) break; // a word that is too long
+        if (end == std::string::npos) break; // the word is too long
         lines.push_back(rest.substr(0, end));
         rest = rest.substr(end + 1);
     }
@@ -68,7 +69,7 @@ void drawSkin(TextPanel& sheet, const osg::Vec2& lowerLeft, const SkinCurve& ski
                kDim);
     const osg::Vec2 origin = lowerLeft + osg::Vec2(40.0F, 30.0F);
     const osg::Vec2 size(kCourseWidth - 40.0F - 2.0F * kPad, kCourseHeight - 64.0F);
-    // From 0 to the round number above the largest.
+    // From 0 to the next round number above the largest value.
     const double most = std::max(1e-9, skin.pressure_Pa.maxCoeff());
     const std::vector<double> ticks = pixels::ticks(0.0, 1.25 * most, 4);
     const double top = std::max(most, ticks.empty() ? most : ticks.back());
@@ -96,7 +97,7 @@ void drawSkin(TextPanel& sheet, const osg::Vec2& lowerLeft, const SkinCurve& ski
     sheet.text("now", {origin.x() + size.x(), below}, kText, kDim, TextPanel::RIGHT);
 }
 
-/// The ends of a scale and its middle.
+/// Labels at the ends of a scale and its middle.
 pixels::Labels levelLabels(double low, double high)
 {
     pixels::Labels labels;
@@ -105,8 +106,8 @@ pixels::Labels levelLabels(double low, double high)
     return labels;
 }
 
-/// Returns the text without its node's path at the front: the cause comes first, as the end may be
-/// cut off.
+/// Returns the text without its node's path at the front: the cause comes first because the end may
+/// be cut off.
 std::string causeFirst(const HapticMessage& message)
 {
     const std::string path = message.path + ": ";
@@ -139,13 +140,13 @@ std::string whySilent(const ArrayNews& news, const HologramResult* result)
     if (result && !result->report().message.empty()) return result->report().message;
     if (now.points > 0) return newest(now, HapticMessage::FAULT);
     if (result && result->points.size() == 0 && now.objects == 0)
-        return "no haptic object is to be seen here";
+        return "no haptic object in sight";
     if (now.outOfReach > 0 && now.hands == 0) return "no hand is near";
     const std::string warning = newest(now, HapticMessage::WARNING);
     return warning.empty() ? "there is nothing to play" : warning;
 }
 
-/// Returns true where all is felt by contacts and nobody touches: nothing is wrong then.
+/// Returns true if everything is rendered by contacts and nobody touches: that is no problem.
 bool isUntouched(const HologramResult* result)
 {
     return result && result->touched && result->points.size() == 0 &&
@@ -157,7 +158,7 @@ void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
 {
     using Row = midair::bridge::CounterRow;
     constexpr std::pair<Row::Line, const char*> kLines[] = {
-        {Row::POINTS, "points spared"}, {Row::FIELDS, "fields spared"}, {Row::MESHES, "meshes"}};
+        {Row::POINTS, "points skipped"}, {Row::FIELDS, "fields skipped"}, {Row::MESHES, "meshes"}};
     for (const auto& [line, name] : kLines)
     {
         std::vector<std::string> texts;
@@ -168,7 +169,7 @@ void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
     }
 }
 
-/// What is played where hands touch: "1, 3 foci", and how much of whole objects is besides.
+/// Contacts, "1, 3 foci", and the share of whole objects besides.
 std::string contactsOf(const midair::bridge::ContactScene& scene)
 {
     std::size_t contacts = 0;
@@ -186,25 +187,48 @@ std::string contactsOf(const midair::bridge::ContactScene& scene)
                : fmt::format("{}, {} {}{}", contacts, foci, foci == 1 ? "focus" : "foci", whole);
 }
 
-/// The caps that are set: "800 Pa", "110 dB at ears", or both.
+/// The cap that binds, "800 Pa" or "110 dB at ears"; both if it is unknown.
 std::string capsOf(const HapticStatistics& now)
 {
+    const auto binds = [&now](const char* code)
+    {
+        return std::any_of(now.told.begin(),
+                           now.told.end(),
+                           [code](const HapticMessage& one)
+                           { return one.isActive && one.code == code; });
+    };
+    const bool byPressure = binds("cap.pressure"), byEars = binds("cap.ears");
     std::string caps;
-    if (now.maxPressure_Pa > 0.0) caps = fmt::format("{:g} Pa", now.maxPressure_Pa);
-    if (now.exposure.limit_dB > 0.0)
+    if (now.maxPressure_Pa > 0.0 && (byPressure || !byEars))
+        caps = fmt::format("{:g} Pa", now.maxPressure_Pa);
+    if (now.exposure.limit_dB > 0.0 && (byEars || !byPressure))
         caps +=
             fmt::format("{}{:g} dB at ears", caps.empty() ? "" : " and ", now.exposure.limit_dB);
     return caps;
 }
 
-/// The pressure at the points, 0 of it while it isn't played, or that no level of the array is low
-/// enough for any.
+/// True: the field has no points, as of contacts that nobody touches.
+bool isOfNothing(const HologramResult& result)
+{
+    return result.report().points == 0 && !(result.report().level_Pa > 0.0);
+}
+
+/// The pressure at the points, "none" of a field without any, "0 of" it while it isn't played, or a
+/// text if no level of the array is low enough.
 std::string pressureOf(const HologramResult& result, const ArrayNews& news)
 {
     const midair::haptics::SolveReport& report = result.report();
     if (result.isSilenced()) return midair::haptics::stopReasonName(report.stop);
+    if (isOfNothing(result)) return "none";
     const bool plays = !news.isMuted && news.statistics.state == ArrayState::PLAYING;
     return (plays ? "" : "0 of ") + pixels::number(std::round(report.level_Pa)) + " Pa (peak)";
+}
+
+/// What a fingertip feels at the strongest place of the field.
+std::string feelingOf(const HologramResult& result, const ArrayNews& news)
+{
+    if (news.isMuted || news.statistics.state != ArrayState::PLAYING) return "nothing";
+    return midair::haptics::forceText(result.fingertip.force_N) + ", " + result.fingertip.feeling();
 }
 
 } // namespace
@@ -216,6 +240,8 @@ ArrayNews newsOf(const HologramResult& result)
     midair::base::assignPart<midair::haptics::FieldFigures>(news.statistics, result.report());
     news.statistics.points = result.points.size();
     news.statistics.maxPressure_Pa = result.maxPressure_Pa;
+    news.statistics.fingertipForce_N = result.fingertip.force_N;
+    news.statistics.feeling = result.fingertip.feeling();
     news.statistics.exposure = result.exposure;
     news.statistics.objects = static_cast<int>(result.origins.size());
     news.statistics.state = result.state;
@@ -228,8 +254,7 @@ ArrayNews newsOf(const HologramResult& result)
 HudAlarm alarmOf(const ArrayNews& news, const HologramResult* result)
 {
     const HapticStatistics& now = news.statistics;
-    if (news.isMuted || now.state == ArrayState::MUTED)
-        return {"MUTED", "F8 lets the array play again"};
+    if (news.isMuted || now.state == ArrayState::MUTED) return {"MUTED", "press F8 to play again"};
     switch (now.state)
     {
     case ArrayState::LOST:
@@ -238,7 +263,7 @@ HudAlarm alarmOf(const ArrayNews& news, const HologramResult* result)
         return {"FAULT", now.device};
     case ArrayState::CLOSED:
     {
-        // Between opening and the first field nothing is wrong.
+        // Between opening and the first field there is no problem.
         const std::string fault = newest(now, HapticMessage::FAULT);
         if (news.isEnabled && fault.empty()) return {};
         return {"SILENT", news.isEnabled ? fault : whySilent(news, nullptr)};
@@ -248,10 +273,10 @@ HudAlarm alarmOf(const ArrayNews& news, const HologramResult* result)
         return {"SILENT", whySilent(news, result)};
     case ArrayState::PLAYING:
         if (now.capFactor >= 1.0) return {};
-        return {"CAPPED",
-                fmt::format(
-                    "held down to {}, {:.0f} % of the drive", capsOf(now), 100.0 * now.capFactor),
-                false};
+        return {
+            "CAPPED",
+            fmt::format("limited to {}: {:.0f} % of the drive", capsOf(now), 100.0 * now.capFactor),
+            false};
     default:
         return {};
     }
@@ -266,9 +291,12 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     const HologramResult& result = *field;
     const midair::haptics::SolveReport& report = result.report();
     rows.emplace_back("pressure", pressureOf(result, news));
+    rows.emplace_back("fingertip", feelingOf(result, news));
     rows.emplace_back(
         "error rms",
-        fmt::format("{:.2f} % (max {:.2f} %)", 100.0 * report.rms, 100.0 * report.max));
+        isOfNothing(result)
+            ? "none"
+            : fmt::format("{:.2f} % (max {:.2f} %)", 100.0 * report.rms, 100.0 * report.max));
     rows.emplace_back("latency", fmt::format("{:.1f} ms", result.latency_ms));
     rows.emplace_back("points",
                       fmt::format("{}, {} left out", report.points, result.skipped.cols()));
@@ -280,6 +308,9 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     rows.emplace_back("updates", fmt::format("{:.0f} / s", result.updatesPerSecond));
     rows.emplace_back("device", result.deviceStatus);
     rows.emplace_back("loudness E", fmt::format("{:.3f}", report.loudness));
+    if (!news.statistics.coincidence.empty())
+        rows.emplace_back("visual offset",
+                          midair::bridge::textOf(news.statistics.coincidence.front()));
     if (news.statistics.exposure.places > 0)
         rows.emplace_back("at ears",
                           fmt::format("{:.0f} dB (eq {:.0f}, max {:.0f})",
@@ -288,8 +319,8 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
                                       news.statistics.exposure.max_dB));
     if (result.monitored && result.monitored->certificate.points > 0)
         rows.emplace_back(
-            "off the best",
-            fmt::format("{:.1f} % at most", 100.0 * result.monitored->certificate.gapOfPhases()));
+            "gap to best",
+            fmt::format("at most {:.1f} %", 100.0 * result.monitored->certificate.gapOfPhases()));
     if (report.surface.samples > 0)
         rows.emplace_back("surface cv",
                           fmt::format("{:.2f}", report.surface.coefficientOfVariation));
@@ -302,7 +333,7 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
 
 std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm)
 {
-    // What has happened stays; what has ended doesn't.
+    // Events stay listed; conditions that have ended don't.
     std::vector<const HapticMessage*> order;
     for (auto message = news.statistics.told.rbegin(); message != news.statistics.told.rend();
          ++message)
@@ -328,7 +359,7 @@ std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm
 
 const std::array<HudLayout, 3> kHudLayouts = {
     {{300.0F, 110.0F, 12.0F, 4, 2, 212.0F, 66.0F, false, false, 1, 56.0F, 280.0F, 24.0F},
-     {620.0F, 220.0F, 13.0F, 8, 3, 290.0F, 104.0F, true, false, 3, 84.0F, 520.0F, 34.0F},
+     {620.0F, 220.0F, 13.0F, 8, 3, 290.0F, 104.0F, true, false, 3, 64.0F, 520.0F, 34.0F},
      {940.0F, 420.0F, 13.0F, 20, 4, 302.0F, 108.0F, true, true, 4, 110.0F, 640.0F, 44.0F}}};
 
 void HudSheets::drawFigures(const std::string& title,
@@ -480,17 +511,21 @@ void HudSheets::drawAlarm(const HudAlarm& given)
     if (!given.word.empty())
     {
         const float row = layout.text + kLeading;
+        // If something is played, the sign stands beside it: as narrow as the figures.
+        const float word = given.isSilence ? layout.word : 0.6F * layout.word;
+        const float line = given.isSilence ? layout.line : layout.panel - 4.0F * kPad;
         std::vector<std::string> lines;
-        if (!given.reason.empty()) lines = wrapped(given.reason, layout.text, layout.line, 2);
-        float width = TextPanel::width(given.word, layout.word);
+        if (!given.reason.empty())
+            lines = wrapped(given.reason, layout.text, line, given.isSilence ? 2 : 4);
+        float width = TextPanel::width(given.word, word);
         for (const std::string& line : lines)
             width = std::max(width, TextPanel::width(line, layout.text));
-        const float height = layout.word + row * static_cast<float>(lines.size()) + 1.5F * kPad;
+        const float height = word + row * static_cast<float>(lines.size()) + 1.5F * kPad;
         alarm.size.set(width + 4.0F * kPad, height);
         sheet.strokes().rectangle({0.0F, 0.0F}, alarm.size, given.isSilence ? kSilence : kLess);
         const float middle = 0.5F * alarm.size.x();
-        float y = height - 0.5F * kPad - 0.86F * layout.word;
-        sheet.text(given.word, {middle, y}, layout.word, kBright, TextPanel::CENTER);
+        float y = height - 0.5F * kPad - 0.86F * word;
+        sheet.text(given.word, {middle, y}, word, kBright, TextPanel::CENTER);
         y -= 0.5F * kPad;
         for (const std::string& line : lines)
             sheet.text(line, {middle, y -= row}, layout.text, kBright, TextPanel::CENTER);

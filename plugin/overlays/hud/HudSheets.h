@@ -14,7 +14,7 @@
 namespace osgMidair
 {
 
-/// What the figures know of an array besides its newest field.
+/// State of an array besides its newest field.
 struct ArrayNews
 {
     HapticStatistics statistics;
@@ -22,12 +22,12 @@ struct ArrayNews
     bool isEnabled = true; ///< false: the scene is disabled
 };
 
-/// What is said in large letters: one word, and why. Both empty: all is as it should be.
+/// A sign in large letters: one word, and the reason. Both empty: no problem.
 struct HudAlarm
 {
     std::string word;
     std::string reason;
-    /// True: nothing is felt although something should be; false: less than was asked for.
+    /// True: nothing is played although something should be; false: less than requested.
     bool isSilence = true;
 
     bool operator==(const HudAlarm& other) const
@@ -36,43 +36,43 @@ struct HudAlarm
     }
 };
 
-/// Rates that only overlays know; 0: not shown.
+/// Rates known only to overlays; 0: not shown.
 struct OverlayRates
 {
-    double slices = 0.0; ///< 1/s, as the others
+    double slices = 0.0; ///< 1/s, like the others
     double volumes = 0.0;
     double frames = 0.0;
 };
 
 using HudRows = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns what a scene without an owner tells: what \a result says by itself.
+/// Returns the state for a scene without an owner: taken from \a result alone.
 ArrayNews newsOf(const midair::bridge::HologramResult& result);
 
 /// Returns MUTED, LOST, FAULT, SILENT or CAPPED with its reason. \a result may be null.
 HudAlarm alarmOf(const ArrayNews& news, const midair::bridge::HologramResult* result);
 
-/// Returns the figures by name, the most important first: where there is little room, only the
-/// first ones are shown. Without a \a result, before the first field, there is only the state.
+/// Returns the figures by name, the most important first, because with little room only the first
+/// ones are shown. Without a \a result, before the first field, only the state.
 HudRows rowsOf(const midair::bridge::HologramResult* result,
                const ArrayNews& news,
                const OverlayRates& rates);
 
-/// Returns the messages, the most important first, without the reason of \a alarm: what keeps the
-/// array from playing, then what is left out, then what is done otherwise; the newest of each
-/// first. Each begins with its cause and ends with the name of the node.
+/// Returns the messages without the reason of \a alarm, the most important first: faults, warnings,
+/// notices; the newest of each first. Each begins with its cause and ends with the name of the
+/// node.
 std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm);
 
-/// How the figures are laid out where there is so much room; lengths in units.
+/// A layout of the figures for a size of room; lengths in units.
 struct HudLayout
 {
-    float width = 0.0F;  ///< least room for it
+    float width = 0.0F;  ///< least width of the room
     float height = 0.0F; ///< without messages
     float text = 13.0F;  ///< height of letters
     int rows = 0;        ///< at most
     int messages = 0;    ///< at most
     float panel = 0.0F;  ///< width of the figures
-    float names = 0.0F;  ///< of the column of their names
+    float names = 0.0F;  ///< width of the column of names
     bool isTitled = false;
     bool hasCourses = false; ///< the course of error and latency is shown
     int scales = 0;          ///< number of colour scales, at most
@@ -89,9 +89,11 @@ struct HudKey
 {
     std::string text; ///< "F3 slice"
     bool isOn = false;
+
+    bool operator==(const HudKey& other) const { return text == other.text && isOn == other.isOn; }
 };
 
-/// A drawing with its lower left corner in the origin.
+/// A drawing with its lower left corner at the origin.
 struct HudSheet
 {
     osg::ref_ptr<pixels::TextPanel> panel = new pixels::TextPanel;
@@ -117,8 +119,8 @@ public:
                      const pixels::Sparkline& latency,
                      const SkinCurve& skin = {});
     void drawMessages(const std::vector<std::string>& texts);
-    /// Draws the scales of the pressure's and the radiation's ranges, of points, of the array and
-    /// of the levels \a around it; ranges of 0 are not shown.
+    /// Draws the scales of the pressure, the radiation pressure, points, the array and the levels
+    /// \a around it; omits ranges of 0.
     void drawScales(float field_Pa, float volume_Pa, bool points, bool array, bool around = false);
     void drawAlarm(const HudAlarm& alarm);
     void drawKeys(const std::vector<HudKey>& all);

@@ -22,7 +22,7 @@ constexpr double kTracePause_s = 0.1;
 constexpr double kSettled_s = 2e-3; ///< 0.4 m of air, and five time constants of a transducer
 constexpr double kRate_Hz = 4000.0; ///< of the curve: 200 values in 50 ms
 
-/// Returns the place of the focus that most is wanted of, if there is one.
+/// Returns the position of the focus with the largest wanted pressure, if there is one.
 std::optional<Eigen::Vector3d> strongest(const ContactScene& scene)
 {
     std::optional<Eigen::Vector3d> place;
@@ -37,7 +37,7 @@ std::optional<Eigen::Vector3d> strongest(const ContactScene& scene)
     return place;
 }
 
-/// Returns the recent fields as they followed each other; the last for a thousandth of a second.
+/// Returns the recent fields in sequence; the last one lasts a millisecond.
 midair::haptics::DriveSchedule scheduleOf(const ContactScene& scene, int transducers)
 {
     midair::haptics::DriveSchedule schedule;
@@ -76,7 +76,7 @@ SkinCurve skinCurveOf(const HologramResult& result, const midair::bridge::Played
         when.duration_s = schedule.duration_s() - kSettled_s;
     }
     if (schedule.steps.empty() || when.duration_s * kRate_Hz < 2.0) return curve;
-    // What can't be probed has no curve.
+    // A place that can't be probed has no curve.
     const std::string thrown = midair::base::thrownBy(
         [&]
         {

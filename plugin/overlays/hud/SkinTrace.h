@@ -13,28 +13,28 @@ namespace osgMidair
 
 class HapticEngine;
 
-/// The radiation pressure on the skin over the last moments.
+/// The recent radiation pressure on the skin.
 struct SkinCurve
 {
     double duration_s = 0.0;     ///< from the first value to the last; 0: there is no curve
     Eigen::VectorXd pressure_Pa; ///< n >= 2, evenly over the duration; empty: no curve
 };
 
-/// Returns the curve at the focus of \a result that most is wanted of, of what the device has
-/// \a played, or where that isn't known of ContactScene::recent: with the ringing of the array's
-/// transducers and the way of the sound, by PressureProbe. Of recent fields the first 2 ms are left
-/// out, in which the sound of those from before would arrive. Empty where nothing is touched and
-/// where fields are too few or not of the array.
+/// Returns the curve at the focus of \a result with the largest wanted pressure, from the drives
+/// that the device has \a played, or if these are unknown from ContactScene::recent: with the
+/// ringing of the array's transducers and the travel time of sound, by PressureProbe. Omits the
+/// first 2 ms of recent fields, in which the sound of earlier ones would arrive. Empty without a
+/// contact, and if fields are too few or not of the array.
 SkinCurve skinCurveOf(const midair::bridge::HologramResult& result,
                       const midair::bridge::PlayedDrives& played = {});
 
-/// Keeps the newest skin curve, computed in a thread of its own ten times a second at most. All
-/// functions are called on the update thread and wait for nothing.
+/// Keeps the newest skin curve, computed on a separate thread at most ten times a second. All
+/// functions are called on the update thread and don't block.
 class SkinTrace
 {
 public:
-    /// Begins a new curve of \a result (may be null) if there is none under way and the last was
-    /// begun long enough before \a now_s, steady clock. \a engine: that plays it; null: none does.
+    /// Starts a new curve of \a result (may be null) if none is in progress and the last one
+    /// started long enough before \a now_s, steady clock. \a engine: its player; null: none.
     void update(const std::shared_ptr<const midair::bridge::HologramResult>& result,
                 const HapticEngine* engine,
                 double now_s);

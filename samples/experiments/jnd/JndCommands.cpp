@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "samples/experiments/jnd/Staircase.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/shared/views/CurvePlot.h"
 
@@ -21,7 +22,7 @@ namespace midair::samples
 namespace
 {
 
-// Places in the plots' colours.
+// Indices of the plots' colours.
 constexpr int kOurs = 0;
 constexpr int kPapers = 1;
 constexpr int kFits = 2;
@@ -55,7 +56,7 @@ CurveBand paperBand(const LineExperiment& experiment)
     return band;
 }
 
-// A bar across the curve, where half of the answers are yes.
+// A bar across the curve at half of the answers.
 std::vector<Curve> fittedBar(const PsychometricFit& fit, const LineExperiment& experiment)
 {
     const double low = std::max(0.0, fit.threshold - fit.thresholdError);
@@ -103,7 +104,7 @@ CurvePanel staircasePanel(const TrialFile& session)
 CurvePanel sharePanel(const TrialFile& session, const PsychometricFit& fit)
 {
     const LineExperiment& experiment = session.head.experiment;
-    std::map<double, std::pair<int, int>> counts; // felt, of all
+    std::map<double, std::pair<int, int>> counts; // number felt, number of all
     for (const Trial& trial : session.trials)
     {
         counts[trial.value].first += trial.isFelt ? 1 : 0;
@@ -142,7 +143,7 @@ std::string captionOf(const TrialFile& session)
     const Threshold threshold = thresholdOf(session.staircase.turns());
     const std::string& unit = session.head.experiment.unit;
     if (!session.staircase.isFinished())
-        return fmt::format("{} trials so far; the staircase isn't finished", session.trials.size());
+        return fmt::format("{} trials so far, not finished", session.trials.size());
     std::string caption = fmt::format("{} trials; mean of {} turns {:.1f} {}",
                                       session.trials.size(),
                                       session.staircase.turns().size(),
@@ -153,9 +154,8 @@ std::string captionOf(const TrialFile& session)
     return caption;
 }
 
-/// Returns the plot of a session, begun or finished, with at least one trial: the staircase with
-/// the paper's threshold beside the one that was found, and below it the share of "yes" at each
-/// value with the fitted curve.
+/// Returns the plot of a session with at least one trial: the staircase with the paper's threshold
+/// next to the found one, and below it the share of "yes" at each value with the fitted curve.
 CurvePlot plotOf(const TrialFile& session)
 {
     const PsychometricFit fit = fitTrials(session.trials, session.head.staircase);
@@ -167,7 +167,7 @@ CurvePlot plotOf(const TrialFile& session)
     return plot;
 }
 
-/// What the sessions found.
+/// Returns mean and deviation of the thresholds.
 Spread groupOf(const std::vector<TrialFile>& sessions)
 {
     std::vector<double> found;
@@ -178,7 +178,7 @@ Spread groupOf(const std::vector<TrialFile>& sessions)
 }
 
 /// Returns the plot of finished sessions of one experiment: each threshold with its uncertainty,
-/// their mean and standard deviation beside the paper's.
+/// then mean and standard deviation next to the paper's.
 CurvePlot plotOf(const std::vector<TrialFile>& sessions)
 {
     const LineExperiment& experiment = sessions.front().head.experiment;
@@ -282,7 +282,8 @@ int failed(const std::exception& error)
     return 2;
 }
 
-/// Returns what has to be alike for thresholds to have a mean: all of a session but whose it is.
+/// Returns the conditions that must be equal to average thresholds: everything except the
+/// participant.
 nlohmann::json conditionsOf(const TrialFile& session)
 {
     nlohmann::json conditions = session.head.toJson();
@@ -302,7 +303,7 @@ std::string summaryOf(const TrialFile& session)
                                    session.trials.size(),
                                    session.voided.size());
     if (!session.staircase.isFinished())
-        return text + "  not finished; the same command goes on with it\n";
+        return text + "  not finished; the same command continues it\n";
     const Threshold turns = thresholdOf(session.staircase.turns());
     const PsychometricFit fit = fitTrials(session.trials, session.head.staircase);
     text += fmt::format("  threshold, fit of all answers  {:.2f} ± {:.2f} {}, spread {:.2f}\n"
@@ -319,7 +320,7 @@ std::string summaryOf(const TrialFile& session)
                         experiment.paperDeviation,
                         experiment.unit);
     if (turns.bounds > 0)
-        text += fmt::format("  {} of {} turns were at an end of the range: the threshold may lie "
+        text += fmt::format("  {} of {} turns were at an end of the range: the threshold may be "
                             "outside, or the line wasn't felt\n",
                             turns.bounds,
                             session.staircase.turns().size());
@@ -333,28 +334,31 @@ void drawSession(const TrialFile& session, const std::string& path)
 
 int rehearseCommand(int argc, char** argv)
 {
-    CLI::App app("Leads simulated participants through the staircases, without an array, and "
-                 "prints how well their thresholds are found.",
+    CLI::App app("Runs the staircases with simulated participants, without an array, and prints "
+                 "how well their thresholds are found.",
                  "midair-jnd rehearse");
     std::string name;
     int sessions = 1000, times = 3;
     double step = 0.0, lapse = 0.02;
     std::uint64_t seed = 1;
     app.add_option("--experiment", name, "oblique or shifted [both]");
-    app.add_option("--sessions", sessions, "Sessions a row")
+    app.add_option("--sessions", sessions, "Sessions per row")
         ->check(CLI::Range(2, 1000000))
         ->capture_default_str();
-    app.add_option("--step", step, "Of the staircase [2.5 deg, 1.5 mm]")
+    app.add_option("--step", step, "Step of the staircase [2.5 deg, 1.5 mm]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--times", times, "Times down and up")
+    app.add_option("--times", times, "Number of runs down, and of runs up")
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
-    app.add_option("--lapse", lapse, "Share of answers by a coin")
+    app.add_option("--lapse", lapse, "Share of random answers")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
-    app.add_option("--seed", seed, "Of the first session; the others follow")
+    app.add_option("--seed",
+                   seed,
+                   "Random seed of the first session; later sessions use the following numbers")
         ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     try
     {
         if (!name.empty()) lineExperiment(name);
@@ -377,14 +381,15 @@ int rehearseCommand(int argc, char** argv)
 
 int plotCommand(int argc, char** argv)
 {
-    CLI::App app("Prints and draws what sessions found, beside the paper's: one file, its "
-                 "staircase; several, their thresholds.",
+    CLI::App app("Prints and draws results next to the paper's: for one file its staircase, for "
+                 "several their thresholds.",
                  "midair-jnd plot");
     std::vector<std::string> files;
     std::string out = "jnd.png";
-    app.add_option("files", files, "Results of sessions of one experiment")->required();
+    app.add_option("files", files, "Results files of one experiment")->required();
     app.add_option("--out", out, "Picture: .png, .svg or .pdf")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     try
     {
         std::vector<TrialFile> sessions;
@@ -398,21 +403,21 @@ int plotCommand(int argc, char** argv)
                 throw base::InputError("results \"" + file + "\" have no trials");
             if (session.head.experiment.name != sessions.front().head.experiment.name)
                 throw base::InputError("results \"" + file +
-                                       "\" are of another experiment than \"" + files.front() +
+                                       "\" belong to another experiment than \"" + files.front() +
                                        "\"");
             const std::string other =
                 differenceOf(conditionsOf(sessions.front()), conditionsOf(session));
             if (!other.empty())
-                throw base::InputError(fmt::format(
-                    "results \"{}\" can't be averaged with \"{}\": {} (there, and here)",
-                    file,
-                    files.front(),
-                    other));
+                throw base::InputError(
+                    fmt::format("results \"{}\" can't be averaged with \"{}\": {} (there and here)",
+                                file,
+                                files.front(),
+                                other));
             if (files.size() > 1 && !session.staircase.isFinished())
                 throw base::InputError("results \"" + file + "\" aren't finished");
             if (!codes.insert(session.head.participant).second)
-                throw base::InputError("results \"" + file + "\" are of participant " +
-                                       session.head.participant + ", who is there twice");
+                throw base::InputError("results \"" + file + "\" belong to participant " +
+                                       session.head.participant + ", who appears twice");
         }
         if (sessions.size() > 1)
         {

@@ -80,8 +80,8 @@ void Staircase::answer(bool isFelt)
     const int way = isDown() ? -1 : 1;
     if (isFelt != isDown())
     {
-        // The run ends. Its last answers differ between here and one step back; a run that begins
-        // with such an answer at the far end, as the first one may, has nothing to step back to.
+        // Ends the run. Its last answers differ between this value and one step back; a run that
+        // begins with such an answer at the far end, as the first one may, has no previous step.
         const int back = _level - way;
         const bool isBound = back < 0 || back > _top;
         turn(isBound ? _level : 0.5 * (_level + back), isBound);
@@ -126,8 +126,8 @@ double SimulatedParticipant::chance(double value) const
 
 bool SimulatedParticipant::feels(int trial, double value) const
 {
-    // A generator for each trial: std::seed_seq spreads neighbouring seeds, and both are the same
-    // with every standard library.
+    // A generator for each trial: std::seed_seq decorrelates neighbouring seeds, and both give
+    // equal results with every standard library.
     std::seed_seq mix{static_cast<std::uint32_t>(seed),
                       static_cast<std::uint32_t>(seed >> 32U),
                       static_cast<std::uint32_t>(trial)};

@@ -7,32 +7,32 @@
 namespace midair::samples
 {
 
-/// How a staircase goes.
+/// Parameters of a staircase.
 struct StaircaseSettings
 {
     double maximum = 45.0; ///< first value, > 0
     double step = 2.5;     ///< > 0; maximum is a multiple of it, at most 1000 steps
-    int times = 3;         ///< 1 .. 100: runs down, and as many up
+    int times = 3;         ///< 1 .. 100: number of downward runs, and of upward runs
 };
 
-/// Returns what is wrong with \a settings, as a sentence; empty: nothing.
+/// Returns what is wrong with \a settings, or an empty text.
 std::string problemOf(const StaircaseSettings& settings);
 
-/// Where a run ended.
+/// End of a run.
 struct Turn
 {
-    double value = 0.0;   ///< in the middle between the two answers that differ
-    bool isBound = false; ///< at an end of the range, where no second answer could differ
+    double value = 0.0;   ///< midway between the two answers that differ
+    bool isBound = false; ///< at an end of the range, where no answer can differ
 };
 
-/// One up, one down: begins at the maximum and goes down by a step as long as the difference is
-/// felt, then up until it is felt again, and so on, each as often as settings say. A run that would
-/// leave the range asks again at its end and turns there after kPatience such answers, which
-/// counts as bound: the threshold may lie outside.
+/// One-up one-down staircase: starts at the maximum, goes down by a step while the difference is
+/// felt, then up until it is felt again, and so on, as often as the settings say. A run that would
+/// leave the range repeats its last value and turns there after kPatience such answers. That counts
+/// as a bound: the threshold may be outside.
 class Staircase
 {
 public:
-    /// Settings without a problem.
+    /// \a settings must be valid.
     explicit Staircase(const StaircaseSettings& settings);
 
     double value() const { return _level * _settings.step; }        ///< of the next trial
@@ -41,7 +41,7 @@ public:
     bool isFinished() const;
     int trials() const { return _trials; } ///< answered so far
 
-    /// Takes the answer to value(): whether the difference is felt. Not when finished.
+    /// Adds the answer to value(): whether the difference is felt. Must not be finished.
     void answer(bool isFelt);
 
     const std::vector<Turn>& turns() const { return _turns; }
@@ -54,12 +54,12 @@ private:
     StaircaseSettings _settings;
     int _top = 0;   ///< highest level
     int _level = 0; ///< of the next trial, in steps
-    int _atEnd = 0; ///< answers in a row that would leave the range
+    int _atEnd = 0; ///< consecutive answers that would leave the range
     int _trials = 0;
     std::vector<Turn> _turns;
 };
 
-/// Mean and standard deviation (over n - 1; 0 for one) of values, of which there is at least one.
+/// Mean and standard deviation (over n - 1; 0 for one) of at least one value.
 struct Spread
 {
     explicit Spread(const std::vector<double>& values);
@@ -67,7 +67,7 @@ struct Spread
     double mean = 0.0, deviation = 0.0;
 };
 
-/// The threshold that a finished staircase found.
+/// The threshold of a finished staircase.
 struct Threshold
 {
     double value = 0.0;     ///< mean of the turns
@@ -78,47 +78,48 @@ struct Threshold
 /// Returns the threshold of a finished staircase.
 Threshold thresholdOf(const std::vector<Turn>& turns);
 
-/// Somebody whose threshold is known, to try the procedure: feels a difference x with probability
+/// A simulated participant with a known threshold, to test the procedure. Feels a difference x with
+/// probability
 ///     lapse/2 + (1 - lapse) Phi((x - threshold)/spread),
-/// Phi the normal distribution, so that x = threshold is felt in half of all trials.
+/// Phi being the normal distribution, so x = threshold is felt in half of all trials.
 struct SimulatedParticipant
 {
     double threshold = 0.0;
     double spread = 1.0; ///< > 0, standard deviation of Phi; its slope is 1/(spread sqrt(2 pi))
-    double lapse = 0.02; ///< 0 .. 1: share of trials that are answered by a coin
+    double lapse = 0.02; ///< 0 .. 1: share of random answers
     std::uint64_t seed = 1;
 
     double chance(double value) const;
 
-    /// Returns the answer in trial \a trial, from 1. It depends on what is given here alone, so a
-    /// run that goes on after it was killed has the answers of one that wasn't.
+    /// Returns the answer in trial \a trial, from 1. It depends only on the arguments and members,
+    /// so a run that continues after a kill has the same answers.
     bool feels(int trial, double value) const;
 };
 
-/// Returns what is wrong with it, as a sentence; empty: nothing.
+/// Returns what is wrong with \a participant, or an empty text.
 std::string problemOf(const SimulatedParticipant& participant);
 
-/// How well a threshold that is known is found.
+/// How well a known threshold is recovered.
 struct Recovery
 {
-    double bias = 0.0;      ///< mean of found less true
+    double bias = 0.0;      ///< mean of found minus true thresholds
     double biasError = 0.0; ///< standard error of that mean
-    double deviation = 0.0; ///< standard deviation of what is found, over n - 1
-    double within = 0.0;    ///< share of sessions that are off by at most the participant's spread
+    double deviation = 0.0; ///< standard deviation of the found thresholds, over n - 1
+    double within = 0.0;    ///< share of sessions with an error of at most the participant's spread
 };
 
-/// What came of many sessions with simulated participants.
+/// Results of many sessions with simulated participants.
 struct Rehearsal
 {
     Recovery fit;         ///< by PsychometricFit
     Recovery turns;       ///< by the mean of the turns
-    double covered = 0.0; ///< share of sessions that are off by at most 1.96 thresholdError
-    double bounded = 0.0; ///< share with a turn at an end of the range, which count as the others
-    double trials = 0.0;  ///< mean number in a session
+    double covered = 0.0; ///< share of sessions with an error of at most 1.96 thresholdError
+    double bounded = 0.0; ///< share with a turn at an end of the range; these sessions are included
+    double trials = 0.0;  ///< mean number per session
 };
 
-/// Leads \a participant through \a sessions, > 1, without fields, with its seed and those that
-/// follow it.
+/// Runs \a participant through \a sessions, > 1, without fields, with its seed and the following
+/// ones.
 Rehearsal
 rehearse(SimulatedParticipant participant, const StaircaseSettings& settings, int sessions);
 

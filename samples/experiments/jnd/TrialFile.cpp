@@ -86,7 +86,7 @@ Trial trialOf(const std::string& line, const std::string& name, int number)
 constexpr int kThresholds = 121;
 constexpr int kSpreads = 25;
 
-/// Answers to one value.
+/// Answers at one value.
 struct Answers
 {
     int yes = 0, no = 0;
@@ -204,7 +204,7 @@ TrialLog::TrialLog(const std::string& path, const SessionHead& head) :
     if (text.size() < begin.size() && begin.compare(0, text.size(), text) == 0)
     {
         if (!text.empty())
-            _dropped = fmt::format("results \"{}\" ended within their head; begun anew", path);
+            _dropped = fmt::format("results \"{}\" have an incomplete head; starting anew", path);
         _file.replace(begin);
         _results = TrialFile::parse(begin, path);
         return;
@@ -212,17 +212,17 @@ TrialLog::TrialLog(const std::string& path, const SessionHead& head) :
     _results = TrialFile::parse(text, path);
     const std::string other = differenceOf(_results.head.toJson(), head.toJson());
     if (!other.empty())
-        throw base::InputError(fmt::format(
-            "results \"{}\" are of another session and stay as they are: {} (there, and here); "
-            "take another file with --results",
-            path,
-            other));
+        throw base::InputError(
+            fmt::format("results \"{}\" belong to another session and are not changed: {} (there "
+                        "and here); choose another file with --results",
+                        path,
+                        other));
     const std::string torn = _file.tornLine();
     if (torn.empty()) return;
-    _dropped = fmt::format("results \"{}\": the last line, \"{}\", has no end and is dropped; its "
-                           "trial is played again",
-                           path,
-                           torn);
+    _dropped = fmt::format(
+        "results \"{}\": the incomplete last line, \"{}\", is dropped; its trial is repeated",
+        path,
+        torn);
     _file.cutTornLine();
 }
 
@@ -256,7 +256,7 @@ PsychometricFit fitTrials(const std::vector<Trial>& trials, const StaircaseSetti
     const double least = 0.25 * settings.step;
     const double ratio = std::max(1.0, 0.25 * settings.maximum / least);
     std::vector<double> logs;
-    std::vector<std::pair<double, double>> places; // threshold and the spread's logarithm
+    std::vector<std::pair<double, double>> places; // threshold and logarithm of the spread
     double most = -INFINITY;
     for (int s = 0; s < kSpreads; ++s)
         for (int t = 0; t < kThresholds; ++t)

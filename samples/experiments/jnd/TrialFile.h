@@ -12,36 +12,37 @@
 namespace midair::samples
 {
 
-/// What was played in a trial that counts, and what was answered.
+/// A valid trial with its answer and figures.
 struct Trial
 {
     int number = 0;        ///< from 1
     int run = 0;           ///< of the staircase, from 1
     double value = 0.0;    ///< in the experiment's unit
     bool isFelt = false;   ///< the answer
-    double answer_s = 0.0; ///< from the line's beginning to the answer
-    double line_s = 0.0;   ///< for which the line was played
-    double rms = 0.0;      ///< of the field as it was played, at its control points
+    double answer_s = 0.0; ///< from the start of the line to the answer
+    double line_s = 0.0;   ///< duration of the line
+    double rms = 0.0;      ///< of the played field, at its control points
     double loudness = 0.0; ///< E of that field
     double level_Pa = 0.0; ///< its pressure, peak
 };
 
-/// What a session is of: all that its results depend on. A file of results begins with it.
+/// Everything that a session's results depend on; the head of its file.
 struct SessionHead
 {
     LineExperiment experiment;
     std::string participant; ///< a code, "P07"; never a name
     StaircaseSettings staircase;
-    nlohmann::json others; ///< what else has to be alike when it goes on: times, array, who answers
+    nlohmann::json others; ///< other conditions that must be equal to continue: times, array,
+                           ///< source of answers
 
     nlohmann::json toJson() const;
 };
 
-/// Returns what is wrong with a participant's code; empty: nothing. One to three capital letters
-/// and one to four digits, so that no name gets in by mistake.
+/// Returns what is wrong with a participant's code, or an empty text. A code has one to three
+/// capital letters and one to four digits, so that no name is stored by mistake.
 std::string problemOfCode(const std::string& code);
 
-/// The results of a session, as a file has them.
+/// The results of a session.
 struct TrialFile
 {
     SessionHead head;
@@ -49,37 +50,37 @@ struct TrialFile
     std::vector<std::string> voided; ///< a sentence for each trial that doesn't count
     Staircase staircase{StaircaseSettings{}};
 
-    /// Reads all whole lines of \a text; \a name is of the file, for messages. Throws
-    /// base::InputError for what isn't such a file, or isn't what the staircase would have asked.
+    /// Parses all complete lines of \a text; \a name is the file in messages. Throws
+    /// base::InputError if it isn't such a file or doesn't match the staircase.
     static TrialFile parse(const std::string& text, const std::string& name);
     static TrialFile load(const std::string& path);
 };
 
-/// Returns what a file of \a head begins with, lines of text.
+/// Returns the first lines of a file of \a head.
 std::string headText(const SessionHead& head);
 
-/// Returns the line of a trial, and that of one that doesn't count.
+/// Returns the line of a trial, and that of a trial that doesn't count.
 std::string lineOf(const Trial& trial);
 std::string lineOfVoid(int trial, const std::string& why);
 
-/// The file of results while a session goes on: each answer is on the disk before the next trial
-/// begins, and a session that died goes on where it was.
+/// The results file of a running session: each answer is on disk before the next trial begins, and
+/// an interrupted session continues.
 class TrialLog
 {
 public:
-    /// Opens \a path to go on with it, or begins it. Throws base::InputError, and leaves the file,
-    /// if another run has it, if it holds something else, or another experiment, participant or
-    /// setting.
+    /// Opens \a path to continue it, or creates it. Throws base::InputError, and keeps the file, if
+    /// another run has it, or if it has other content or belongs to another experiment, participant
+    /// or setting.
     TrialLog(const std::string& path, const SessionHead& head);
 
     const TrialFile& results() const { return _results; }
-    /// A sentence on what was found and dropped; empty: nothing.
+    /// Returns a sentence on what was dropped, or an empty text.
     const std::string& dropped() const { return _dropped; }
 
-    /// Adds the answer to what the staircase asks, with the figures of \a played. Returns when it
-    /// is on the disk. Throws base::InputError if it can't be written.
+    /// Adds the answer to the staircase's current value with the figures of \a played. Returns once
+    /// it is on disk. Throws base::InputError if it can't be written.
     void add(bool isFelt, const Trial& played);
-    /// Adds that the trial which is asked for was played in vain.
+    /// Records that the current trial doesn't count.
     void addVoid(const std::string& why);
 
 private:
@@ -89,11 +90,11 @@ private:
     std::string _dropped;
 };
 
-/// What all answers say of somebody's threshold and spread: the chance to feel a difference x is
-/// that of SimulatedParticipant, with a lapse of kFitLapse. Posterior means and deviations, for
-/// thresholds that are equally likely from 0 to the maximum and spreads that are equally likely on
-/// a logarithmic axis from a quarter of a step to a quarter of the maximum. Which values were asked
-/// depends on answers alone, so the likelihood doesn't ask how the staircase went.
+/// Estimates of threshold and spread from all answers. The model is that of SimulatedParticipant
+/// with a lapse of kFitLapse. Values are posterior means and deviations, with a uniform prior of
+/// thresholds from 0 to the maximum, and a log-uniform prior of spreads from a quarter of a step to
+/// a quarter of the maximum. The asked values depend only on answers, so the likelihood needs no
+/// model of the staircase.
 struct PsychometricFit
 {
     double threshold = 0.0;
@@ -101,10 +102,10 @@ struct PsychometricFit
     double spread = 0.0;         ///< geometric mean
 };
 
-/// Share of trials in which people are thought to answer by chance.
+/// Assumed share of random answers.
 constexpr double kFitLapse = 0.02;
 
-/// Fits \a trials, of which there is at least one.
+/// Fits \a trials, at least one.
 PsychometricFit fitTrials(const std::vector<Trial>& trials, const StaircaseSettings& settings);
 
 } // namespace midair::samples

@@ -46,7 +46,8 @@ TrialRunner::Step TrialRunner::playPhase(double now_s, const PlayedNow& played)
     if (!played.isReady) return voidTrial(now_s, played.problem);
     if (!played.isPlayed)
     {
-        if (_played_s >= 0.0) return voidTrial(now_s, "the line broke off: " + played.problem);
+        if (_played_s >= 0.0)
+            return voidTrial(now_s, "the line was interrupted: " + played.problem);
         if (now_s - _since_s > kPatience_s)
             return voidTrial(now_s, "the line wasn't played within 5 s: " + played.problem);
         return {};

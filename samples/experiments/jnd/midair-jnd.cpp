@@ -1,8 +1,9 @@
-// midair-jnd: the paper's two experiments, for a participant or a simulated one.
+// midair-jnd: the paper's two experiments, with a real or a simulated participant.
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/experiments/jnd/JndCommands.h"
+#include "samples/experiments/jnd/PlayedPoints.h"
 #include "samples/experiments/jnd/Staircase.h"
 #include "samples/experiments/jnd/TrialFile.h"
 #include "samples/experiments/jnd/TrialRunner.h"
@@ -29,13 +30,13 @@ namespace
 using namespace midair::samples;
 using namespace midair;
 
-/// What the command line of an experiment says.
+/// Command-line options of an experiment.
 struct JndOptions
 {
     std::string experiment = "oblique";
     std::string participant; ///< a code
     std::string results;     ///< file; empty: jnd-EXPERIMENT-CODE.csv
-    double step = 0.0;       ///< 0: the experiment's own
+    double step = 0.0;       ///< 0: the experiment's default
     int times = 3;
     TrialTimes trial;
     double pressure_Pa = 10000.0;
@@ -43,50 +44,26 @@ struct JndOptions
     double threshold = -1.0; ///< of the simulated participant; below 0: the paper's mean
     double spread = 0.0;     ///< 0: two steps
     double lapse = 0.02;
-    bool isShown = false; ///< lines can be seen
+    bool isShown = false; ///< lines are visible
 };
 
 /// How long the end is shown to a participant.
 constexpr double kFarewell_s = 10.0;
-/// A line that is played with less than this share of its pressure at a point isn't that line.
-constexpr double kLeastShare = 0.9;
-/// The cap over the lines' pressure; levels of the drive make it vary by some 0.01 %.
+/// Pressure cap as a multiple of the lines' pressure, which varies by some 0.01 % with drive
+/// levels.
 constexpr double kMostShare = 1.01;
 
-// Places that are the same but for rounding.
-constexpr double kSame_m = 1e-5;
-
-bool isLineOf(const osgMidair::HapticField& field, const Eigen::Matrix3Xd& points)
-{
-    if (static_cast<Eigen::Index>(field.getPoints().size()) != points.cols()) return false;
-    for (const osgMidair::HapticField::ControlPoint& point : field.getPoints())
-    {
-        const Eigen::Vector3d at(point.position.x(), point.position.y(), point.position.z());
-        if ((points.colwise() - at).colwise().norm().minCoeff() > kSame_m) return false;
-    }
-    return true;
-}
-
-double weakestShare(const osgMidair::HapticField& field)
-{
-    double share = 1.0;
-    for (const osgMidair::HapticField::ControlPoint& point : field.getPoints())
-        share = std::min(share, point.wanted_Pa > 0.0 ? point.achieved_Pa / point.wanted_Pa : 0.0);
-    return share;
-}
-
-/// The paper's two experiments with a participant who answers by keys, or a simulated one.
+/// The paper's two experiments, answered by keys or by a simulated participant.
 class JndInstallation : public Installation
 {
 public:
     InstallationTitle title() const override
     {
-        return {
-            "jnd",
-            "The paper's two experiments: from which angle, and from which distance on a line that "
-            "is felt in mid-air is told from a straight one. `midair-jnd rehearse` and `midair-jnd "
-            "plot` need no array; each has a --help.",
-            "First a straight line, then another one: feel them with a fingertip"};
+        return {"jnd",
+                "The paper's two experiments: the smallest angle and the smallest shift at which a "
+                "mid-air line feels different from the reference line. `midair-jnd rehearse` and "
+                "`midair-jnd plot` need no array; each has a --help.",
+                "Feel two lines with a fingertip: first a straight one, then another"};
     }
 
     void addOptions(CLI::App& app) override
@@ -101,13 +78,13 @@ public:
             ->group(group);
         app.add_option("--results",
                        _options.results,
-                       "File of the answers, gone on with if it is there [jnd-EXPERIMENT-CODE.csv]")
+                       "Results file; an existing one is continued [jnd-EXPERIMENT-CODE.csv]")
             ->type_name("FILE")
             ->group(group);
-        app.add_option("--step", _options.step, "Of the staircase [2.5 deg, 1.5 mm]")
+        app.add_option("--step", _options.step, "Step of the staircase [2.5 deg, 1.5 mm]")
             ->check(CLI::PositiveNumber)
             ->group(group);
-        app.add_option("--times", _options.times, "Times down and up")
+        app.add_option("--times", _options.times, "Number of runs down, and of runs up")
             ->check(CLI::Range(1, 100))
             ->capture_default_str()
             ->group(group);
@@ -120,32 +97,34 @@ public:
                 ->group(group);
         };
         seconds(
-            "--reference", _options.trial.reference_s, 0.0, "How long the first line is; 0: none");
+            "--reference", _options.trial.reference_s, 0.0, "Duration of the first line; 0: none");
         seconds("--between", _options.trial.between_s, 0.0, "Silence between the two lines");
-        seconds("--line", _options.trial.line_s, 0.05, "How long the second line is at most");
+        seconds("--line", _options.trial.line_s, 0.05, "Longest duration of the second line");
         seconds("--rest", _options.trial.rest_s, 0.0, "Silence after an answer");
-        app.add_option("--pressure", _options.pressure_Pa, "Of every line, peak, Pa")
+        app.add_option("--pressure", _options.pressure_Pa, "Peak pressure of every line, Pa")
             ->check(CLI::Range(1.0, 1e5))
             ->capture_default_str()
             ->group(group);
-        app.add_flag("--show", _options.isShown, "Lines are seen, too: not for participants")
-            ->group(group);
         app.add_flag(
-               "--simulate", _options.isSimulated, "A simulated participant answers, with --seed")
+               "--show", _options.isShown, "Show the lines on the screen; not for participants")
             ->group(group);
-        app.add_option("--threshold", _options.threshold, "Of the simulated one [the paper's mean]")
+        app.add_flag("--simulate", _options.isSimulated, "Simulate the participant, with --seed")
+            ->group(group);
+        app.add_option("--threshold",
+                       _options.threshold,
+                       "Threshold of the simulated participant [the paper's mean]")
             ->check(CLI::NonNegativeNumber)
             ->group(group);
-        app.add_option("--spread", _options.spread, "Of its threshold [two steps]")
+        app.add_option("--spread", _options.spread, "Spread of its threshold [two steps]")
             ->check(CLI::PositiveNumber)
             ->group(group);
-        app.add_option("--lapse", _options.lapse, "Share of its answers by a coin")
+        app.add_option("--lapse", _options.lapse, "Share of its random answers")
             ->check(CLI::Range(0.0, 1.0))
             ->capture_default_str()
             ->group(group);
     }
 
-    // A line that is louder than it should be is none, so the cap is just above.
+    // The cap is just above the line's pressure, because a louder line is invalid.
     void arrange(osgMidair::HapticSettings& settings) override
     {
         settings.maxPressure = kMostShare * _options.pressure_Pa;
@@ -171,7 +150,7 @@ public:
         _log = std::make_unique<TrialLog>(_options.results, session);
         if (!_log->dropped().empty()) say(_log->dropped());
         if (!_log->results().trials.empty())
-            say(fmt::format("goes on with \"{}\" after {} trials",
+            say(fmt::format("continuing \"{}\" after {} trials",
                             _options.results,
                             _log->results().trials.size()));
         _runner = std::make_unique<TrialRunner>(_options.trial);
@@ -214,7 +193,7 @@ public:
         return _options.isSimulated || _now_s - _done_s >= kFarewell_s;
     }
 
-    bool canRehearse() const override { return false; } ///< answers would be kept
+    bool canRehearse() const override { return false; } ///< answers would be stored
     bool restsAlone() const override { return false; }
     std::string caption() const override
     {
@@ -264,7 +243,7 @@ public:
         figures["paperDeviation"] = session.head.experiment.paperDeviation;
     }
 
-    /// The session, once it was built; null before.
+    /// Returns null before the session is built.
     const TrialLog* log() const { return _log.get(); }
     const std::string& resultsFile() const { return _options.results; }
 
@@ -301,7 +280,7 @@ private:
         _line->setPressure(_options.pressure_Pa);
         stage.haptics.addChild(_line);
         if (!_options.isShown) return;
-        // Along x, as the line at 0.
+        // Along x, like the line at 0.
         const osg::ref_ptr<osg::Capsule> tube = new osg::Capsule(osg::Vec3(), 0.002F, kLine_m);
         tube->setRotation(osg::Quat(osg::PI_2, osg::Y_AXIS));
         const osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
@@ -314,32 +293,13 @@ private:
 
     PlayedNow playedNow(const osgMidair::HapticStatistics& now)
     {
-        using osgMidair::ArrayState;
-        PlayedNow played;
-        // A mute counts at once, and while no device is open, too.
-        const ArrayState state = _haptics->getMuted() ? ArrayState::MUTED : now.state;
-        played.isReady =
-            state != ArrayState::MUTED && state != ArrayState::LOST && state != ArrayState::FAULT;
-        played.problem = fmt::format("the array is {}", midair::bridge::stateName(state));
-        // A scene that is off opens no device, so one that is closed may be about to be opened.
-        if (!played.isReady || now.state == ArrayState::CLOSED || now.state == ArrayState::OPENING)
-            return played;
+        PlayedNow played = playedPoints(*_haptics,
+                                        now,
+                                        _playing ? _log->results().head.experiment.points(*_playing)
+                                                 : Eigen::Matrix3Xd(),
+                                        _wantedSince_s);
         const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
-        // The same line of an earlier trial is another field.
-        const bool isLine = field && _playing && field->getHandedOverTime() >= _wantedSince_s &&
-                            isLineOf(*field, _log->results().head.experiment.points(*_playing));
-        if (!isLine || now.state != ArrayState::PLAYING || !field->isPlaying())
-        {
-            played.problem = isLine ? "the device doesn't play it" : "there is no such field";
-            return played;
-        }
-        const double share = weakestShare(*field);
-        played.isPlayed = share >= kLeastShare;
-        played.problem.clear();
-        if (!played.isPlayed)
-            played.problem = fmt::format("it reaches only {:.0f} % of its {:g} Pa at a point",
-                                         100.0 * share,
-                                         _options.pressure_Pa);
+        if (!played.isPlayed) return played;
         if (now.fieldFrame != field->getFrameNumber()) return played;
         _figures.rms = now.rms;
         _figures.loudness = now.loudness;
@@ -352,7 +312,7 @@ private:
         if (!step.voided.empty())
         {
             _trouble = step.voided;
-            say(fmt::format("trial {} doesn't count and is played again: {}",
+            say(fmt::format("trial {} doesn't count and is repeated: {}",
                             _log->results().staircase.trials() + 1,
                             step.voided));
             _log->addVoid(step.voided);
@@ -372,7 +332,7 @@ private:
         _done_s = _now_s;
     }
 
-    // Between lines the whole scene is off: nothing is missing from it, so nothing is told.
+    // Between lines the whole scene is disabled, so it reports no missing points.
     void play(std::optional<double> value)
     {
         if (value && (!_isOn || value != _playing)) _wantedSince_s = _now_s;
@@ -408,7 +368,7 @@ private:
         else if (_trouble != played.problem)
         {
             _trouble = played.problem;
-            say("no trial begins: " + _trouble);
+            say("waiting: " + _trouble);
         }
     }
 
@@ -425,18 +385,18 @@ private:
     std::unique_ptr<TrialRunner> _runner;
     osgMidair::HapticScene* _haptics = nullptr;
     osg::ref_ptr<osgMidair::HapticPoints> _line;
-    osg::ref_ptr<osg::Node> _shown; ///< null where lines aren't shown
-    std::optional<double> _playing; ///< value of the line that was set last; none yet
+    osg::ref_ptr<osg::Node> _shown; ///< null: lines are invisible
+    std::optional<double> _playing; ///< value of the last line; none yet
     bool _isOn = false;             ///< a line is wanted now
-    double _wantedSince_s = 0.0;    ///< since when, of the steady clock
-    Trial _figures;                 ///< of the line that was played last
-    std::string _trouble;           ///< why nothing is played; empty: nothing of the kind
-    bool _isBegun = false;          ///< somebody said that it may begin
-    double _done_s = -1.0;          ///< when it was finished; -1: it isn't
+    double _wantedSince_s = 0.0;    ///< since when, steady clock
+    Trial _figures;                 ///< of the last line
+    std::string _trouble;           ///< why nothing plays; may be empty
+    bool _isBegun = false;          ///< somebody pressed the space bar
+    double _done_s = -1.0;          ///< end of the session; -1: not yet
     double _now_s = 0.0;
 };
 
-/// Prints what was found, and draws it beside the file of results.
+/// Prints the result and draws it next to the results file.
 int conclude(const JndInstallation& installation)
 {
     if (!installation.log()) return 0;
@@ -449,7 +409,7 @@ int conclude(const JndInstallation& installation)
     try
     {
         drawSession(session, picture + ".png");
-        // It holds what the results do, and is as much the participant's.
+        // The picture contains the results, so it is as private as they are.
         std::filesystem::permissions(picture + ".png",
                                      std::filesystem::perms::owner_read |
                                          std::filesystem::perms::owner_write);

@@ -8,37 +8,37 @@
 namespace midair::samples
 {
 
-/// The two experiments of the paper: from which angle on a line is felt as oblique, and from which
-/// distance on as shifted.
+/// The paper's two experiments: the smallest angle at which a line feels oblique, and the smallest
+/// distance at which it feels shifted.
 enum class LineKind
 {
-    OBLIQUE, ///< turned about its middle in the cross-section xz
-    SHIFTED  ///< moved along z, across itself
+    OBLIQUE, ///< rotated about its centre in the cross-section xz
+    SHIFTED  ///< moved along z, perpendicular to the line
 };
 
-/// What is asked, in what range, and what the paper found.
+/// Question, range and the paper's result.
 struct LineExperiment
 {
     LineKind kind = LineKind::OBLIQUE;
     std::string name;            ///< "oblique", "shifted"; in files and on the command line
     std::string title;           ///< of plots
-    std::string question;        ///< that is answered by yes or no
-    std::string quantity;        ///< what values are: "angle", "shift"
-    std::string unit;            ///< of values: "deg", "mm"
-    double maximum = 0.0;        ///< where staircases begin
-    double step = 0.0;           ///< by which they go, unless told otherwise; a part of maximum
-    double paperMean = 0.0;      ///< threshold, mean over the paper's participants
-    double paperDeviation = 0.0; ///< its standard deviation over them
+    std::string question;        ///< yes/no question
+    std::string quantity;        ///< "angle", "shift"
+    std::string unit;            ///< "deg", "mm"
+    double maximum = 0.0;        ///< start of staircases
+    double step = 0.0;           ///< default step; a whole part of maximum
+    double paperMean = 0.0;      ///< mean threshold of the paper's participants
+    double paperDeviation = 0.0; ///< its standard deviation
 
-    /// Returns the five control points, 8.5 mm apart, of the line that is turned or shifted by \a
-    /// value: 3 x 5, metres, array frame. At 0 it lies along x through the centre.
+    /// Returns the five control points, 8.5 mm apart, of the line rotated or shifted by \a value: 3
+    /// x 5, metres, array frame. At 0 the line is along x through the centre.
     Eigen::Matrix3Xd points(double value) const;
 };
 
 /// Returns both experiments.
 const std::vector<LineExperiment>& lineExperiments();
 
-/// Returns the one of that name. Throws base::InputError.
+/// Returns the experiment of that name. Throws base::InputError.
 const LineExperiment& lineExperiment(const std::string& name);
 
 /// Length of the paper's line, m, and the number of its control points, a wavelength apart.
@@ -49,7 +49,7 @@ constexpr int kLinePoints = 5;
 struct PaperScene
 {
     std::string name;
-    std::string caption;     ///< what it is, and the paper's number where it has one
+    std::string caption;     ///< description, with the paper's figure if there is one
     Eigen::Matrix3Xd points; ///< 3 x n, metres, array frame
 };
 

@@ -40,7 +40,7 @@ haptics::ControlPoints equalTargets(const Eigen::Matrix3Xd& positions)
 struct Row
 {
     double equal = 0.0;           // evenness from equal phases
-    std::vector<double> evenness; // from each random start
+    std::vector<double> evenness; // for each random start
     std::vector<double> loudness;
 };
 
@@ -82,7 +82,7 @@ constexpr double kPaperFocus_kPa = 5.53; // rms at 20 % of full duty
 constexpr double kPaperLine_mm = 10.0;   // "about"
 constexpr int kPaperLevel = 32;          // of duty, 20 %
 
-// The random start, 1 .. starts, whose evenness is the median one, and all of them.
+// The random start, 1 .. starts, with the median evenness, and those of all starts.
 struct TypicalStart
 {
     std::uint64_t start = 1;
@@ -129,7 +129,7 @@ void drawStar(const PaperArray& paper,
                fmt::format("{}/paper_figure{}.png", folder, figure));
 }
 
-// The rms pressure in kPa along a line through a place, from -20 to 20 mm.
+// Returns the rms pressure in kPa along a line through a place, from -20 to 20 mm.
 Curve profileOf(const PaperArray& paper,
                 const PaperField& field,
                 const Vector3d& centre,
@@ -238,9 +238,9 @@ PaperArray::PaperArray() : _array(haptics::TransducerArray::octagonalPrism())
     _medium.temperature_C = 14.5;
 }
 
-// A solver starts from the phases that its last field has at the new points. So it first makes a
-// field with a copy of the array whose transducers are off by random phases: played by the array
-// itself that field is speckle, whose phases at points half a wavelength apart or more are random.
+// A solver starts from the phases of its last field at the new points. So first solve with a copy
+// of the array with random phase errors: played by the real array, that field is speckle, whose
+// phases at points half a wavelength apart or more are random.
 void PaperArray::randomise(haptics::HologramSolver& solver, std::uint64_t seed) const
 {
     haptics::TransducerArray other = _array;

@@ -6,6 +6,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/experiments/paper/PaperFigures.h"
+#include "samples/shared/ToolOptions.h"
 
 #include <cmath>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace
 {
@@ -68,7 +70,8 @@ void line(const PaperArray& paper, const std::string& folder)
                     100.0 * field.report.rms,
                     1e3 * across_m,
                     1e3 * along_m);
-        paper.draw(field, "Line of 34 mm, " + solver, folder + "/paper_line_" + solver + ".png");
+        paper.draw(
+            field, "Line of 34 mm, " + solver, fmt::format("{}/paper_line_{}.png", folder, solver));
     }
 }
 
@@ -84,43 +87,49 @@ void star(const PaperArray& paper, const std::string& model, const std::string& 
                     100.0 * field.report.rms,
                     field.evenness(),
                     field.report.loudness);
-        paper.draw(field, "Star, " + solver, folder + "/paper_star_" + solver + ".png");
+        paper.draw(field, "Star, " + solver, fmt::format("{}/paper_star_{}.png", folder, solver));
     }
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     std::string out = "out";
     std::string model = MIDAIR_STAR;
-    CLI::App app("Solves the scenes of Inoue, Makino and Shinoda's paper anew.", "midair-paper");
+    CLI::App app("Solves the scenes of Inoue, Makino and Shinoda's paper and draws their fields.",
+                 "midair-paper");
     app.add_option("--out", out, "Folder for the pictures paper_*.png")->capture_default_str();
     app.add_option("--star", model, "OBJ file whose vertices are the star's points")
         ->capture_default_str();
     int starts = 200;
     app.add_option("--starts",
                    starts,
-                   "Random starts of each solver for the flat stars; 0: leaves them and the "
-                   "figures out")
+                   "Random starts of each solver for the flat stars; 0: skip them and the figures")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    int status = samples::EXIT_DONE;
+    if (!samples::parseTool(app, argc, argv, status)) return status;
+    std::filesystem::create_directories(out);
+    const PaperArray paper;
+    focus(paper, out);
+    line(paper, out);
+    star(paper, model, out);
+    if (starts == 0) return samples::EXIT_DONE;
+    samples::drawPaperFigures(paper, starts, out);
+    samples::printStarStarts(paper, starts);
+    return samples::EXIT_DONE;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        std::filesystem::create_directories(out);
-        const PaperArray paper;
-        focus(paper, out);
-        line(paper, out);
-        star(paper, model, out);
-        if (starts == 0) return 0;
-        samples::drawPaperFigures(paper, starts, out);
-        samples::printStarStarts(paper, starts);
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-paper: %s\n", error.what());
         return 2;
     }
-    return 0;
 }

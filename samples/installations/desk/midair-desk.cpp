@@ -1,5 +1,5 @@
-/// What one board on a desk can do: a ring that breathes above the palm, and two buttons that
-/// change how it does.
+/// A demonstration for one board on a desk: a ring that breathes above the palm, and two buttons
+/// that change it.
 
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
@@ -24,7 +24,7 @@ using namespace midair::samples;
 
 constexpr int kCorners = 32; ///< of the ring
 
-/// A button beside the ring. It is felt where a finger touches it.
+/// A button beside the ring, which a finger can touch.
 struct Button
 {
     std::string name;
@@ -46,23 +46,24 @@ public:
 
     void addOptions(CLI::App& app) override
     {
-        app.add_option("--height", _height_m, "Of the ring over the board, m")
+        app.add_option("--height", _height_m, "Height of the ring above the board, m")
             ->check(CLI::Range(0.08, 0.25))
             ->capture_default_str();
     }
 
-    // The array that the device has.
+    // The array that matches the device.
     std::string arrayOf(const std::string& device) const override
     {
         return device.find("sonicsurface") != std::string::npos ? "sonicsurface" : "autd3";
     }
 
-    // A board on a line takes some 60 fields a second; the ring moves slowly enough for them.
+    // A board on a serial line plays some 60 fields a second; the ring moves slowly enough for
+    // that.
     void arrange(osgMidair::HapticSettings& settings) override
     {
         settings.render = osgMidair::HapticSettings::OBJECT;
         settings.motionTolerance = 0.02;
-        // Its emitters are on or off: a cap could only silence it.
+        // SonicSurface emitters are only on or off, so a cap could only silence it.
         if (settings.array == "sonicsurface") settings.maxPressure = 0.0;
     }
 
@@ -80,7 +81,7 @@ public:
 
     Viewpoint viewpoint() const override
     {
-        // The hand is under the invitation.
+        // The hand is below the invitation.
         return {{0.55, -0.45, _height_m + 0.25},
                 {-0.03, -0.04, 0.66 * _height_m + 0.015},
                 osg::Z_AXIS,
@@ -89,16 +90,16 @@ public:
 
     std::vector<std::string> overlays() const override { return {"hands", "array"}; }
 
-    // Presses one button after the other, with the palm in the ring between.
+    // Presses one button after the other and puts the palm into the ring in between.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kPeriod_s = 9.0;
         const double t = std::fmod(time_s, kPeriod_s);
         if (t > 6.0) return false;
-        const double side = t < 2.0 ? -1.0 : t < 4.0 ? 0.0 : 1.0;
+        const double side = -1.0 + eased(t, 1.7, 2.0) + eased(t, 3.7, 4.0);
         const double in = std::fmod(t, 2.0);
         const double pressed = eased(in, 0.3, 0.7) - eased(in, 1.3, 1.7);
-        // The pad is 7 mm below the middle of the tip.
+        // The finger pad is 7 mm below the centre of the tip.
         hands.push_back(pointingHand(
             {side * kAside_m, -0.012, _height_m + 0.005 + 0.03 * (1.0 - pressed)}, 0.3));
         return true;
@@ -108,11 +109,7 @@ public:
     {
         const double rate_Hz = _isQuick ? 0.8 : 0.25;
         _phase += rate_Hz * now.step_s;
-        const double radius = 0.018 + 0.006 * std::sin(2.0 * osg::PI * _phase);
-        _least_m = std::min(_least_m, radius);
-        _most_m = std::max(_most_m, radius);
-        _ring->setMatrix(osg::Matrix::scale(radius, radius, 1.0) *
-                         osg::Matrix::translate(0.0, 0.0, _height_m));
+        placeRing();
         _pointsAtMost = std::max(_pointsAtMost, now.statistics.points);
     }
 
@@ -143,8 +140,8 @@ public:
     }
 
 private:
-    static constexpr double kAside_m = 0.05; ///< of the buttons
-    /// What a SonicSurface's line carries: two fields a period, 89 a second.
+    static constexpr double kAside_m = 0.05; ///< position of the buttons
+    /// limit of a SonicSurface's serial line: two fields per period, 89 fields a second
     static constexpr double kTremble_Hz = 40.0;
 
     void addRing(Stage& stage)
@@ -167,7 +164,17 @@ private:
         _felt->addChild(line);
         _ring->setDataVariance(osg::Object::DYNAMIC);
         _ring->addChild(_felt);
+        placeRing(); // an array is opened before the first frame, and sees it
         stage.haptics.addChild(_ring);
+    }
+
+    void placeRing()
+    {
+        const double radius = 0.018 + 0.006 * std::sin(2.0 * osg::PI * _phase);
+        _least_m = std::min(_least_m, radius);
+        _most_m = std::max(_most_m, radius);
+        _ring->setMatrix(osg::Matrix::scale(radius, radius, 1.0) *
+                         osg::Matrix::translate(0.0, 0.0, _height_m));
     }
 
     void addButton(Stage& stage, Button& button) const

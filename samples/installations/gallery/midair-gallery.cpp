@@ -1,4 +1,4 @@
-/// A folder of models on a turntable in the array, one after the other.
+/// Shows the models of a folder on a turntable in the array, one after the other.
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
 #include "samples/shared/views/ShownObject.h"
@@ -34,7 +34,7 @@ using namespace midair;
 
 namespace fs = std::filesystem;
 
-/// What lies beside models: materials, buffers, pictures, texts.
+/// Returns true for files that accompany models: materials, buffers, pictures, texts.
 bool isBeside(const std::string& extension)
 {
     static const std::set<std::string> kBeside = {"mtl",
@@ -57,7 +57,7 @@ bool isBeside(const std::string& extension)
     return kBeside.count(extension) > 0;
 }
 
-/// True if OpenSceneGraph has a plugin for \a path. Its content may be something else all the same.
+/// Returns true if OpenSceneGraph has a plugin for \a path. The content may still be unreadable.
 bool isModel(const fs::path& path)
 {
     const std::string extension = osgDB::getLowerCaseFileExtension(path.string());
@@ -65,34 +65,34 @@ bool isModel(const fs::path& path)
            osgDB::Registry::instance()->getReaderWriterForExtension(extension);
 }
 
-/// The models in a folder, one after the other and over and over. Files that come and go are seen
-/// at the beginning of each round; one that can't be shown is passed over from then on, unless it
-/// changes.
+/// The models of a folder in an endless cycle. The folder is read again at the start of each round.
+/// A model that can't be shown is skipped until it changes.
 class ModelFolder
 {
 public:
-    /// Throws std::runtime_error if \a folder is none or has no model.
+    /// Throws std::runtime_error if \a folder is not a folder or has no model.
     explicit ModelFolder(fs::path folder) : _folder(std::move(folder))
     {
         look();
         if (!_problem.empty()) throw std::runtime_error(_problem);
         if (_paths.empty())
-            throw std::runtime_error("there is no model in the folder \"" + _folder.string() +
+            throw std::runtime_error("there are no models in the folder \"" + _folder.string() +
                                      "\"");
     }
 
-    /// Returns the path of the next model; empty if there is none now, and problem() says why.
+    /// Returns the path of the next model, or an empty path if there is none; problem() returns
+    /// why.
     std::string next()
     {
         if (_next >= _paths.size()) look();
         if (_paths.empty() && _problem.empty())
-            _problem = "of the models in \"" + _folder.string() + "\" none can be felt";
+            _problem = "none of the models in \"" + _folder.string() + "\" can be felt";
         if (_paths.empty()) return {};
         if (_next == 0) ++_rounds;
         return _paths[_next++];
     }
 
-    /// Leaves a model out.
+    /// Skips a model from now on.
     void skip(const std::string& path, const std::string& reason)
     {
         std::error_code ignored;
@@ -102,7 +102,7 @@ public:
 
     const std::string& problem() const { return _problem; }
     const std::map<std::string, std::string>& skipped() const { return _skipped; } ///< by name
-    /// Names of files that are no models, such as textures beside them.
+    /// names of other files, such as textures
     const std::vector<std::string>& others() const { return _others; }
     int rounds() const { return _rounds; }
 
@@ -116,7 +116,7 @@ private:
         {
             std::error_code ignored;
             if (entry.is_directory(ignored)) continue;
-            // A link to nothing or a pipe is no model, whatever its name.
+            // A dangling link or a pipe is not a model, whatever its name.
             const bool isShown = entry.is_regular_file(ignored) && isModel(entry.path());
             (isShown ? paths : others).push_back(entry.path().string());
         }
@@ -146,9 +146,9 @@ private:
     std::vector<std::string> _others;
     std::string _problem; ///< why _paths is empty
     std::size_t _next = 0;
-    int _rounds = 0; ///< that were begun
+    int _rounds = 0; ///< started rounds
     std::map<std::string, std::string> _skipped;
-    std::map<std::string, std::filesystem::file_time_type> _changed; ///< of what is left out
+    std::map<std::string, std::filesystem::file_time_type> _changed; ///< of skipped models
 };
 
 class Gallery : public Installation
@@ -157,7 +157,7 @@ public:
     InstallationTitle title() const override
     {
         return {"gallery",
-                "Models on a turntable that are felt, one after the other.",
+                "Touchable models on a turntable, one after the other.",
                 "Feel what you see: put your hand into the array"};
     }
 
@@ -167,10 +167,10 @@ public:
         app.add_option("--size", _size_m, "Largest extent of each model, m")
             ->check(CLI::Range(0.005, 0.3))
             ->capture_default_str();
-        app.add_option("--seconds", _seconds, "How long each is shown to visitors")
+        app.add_option("--seconds", _seconds, "How long each is shown to visitors, s")
             ->check(CLI::Range(0.1, 36000.0))
             ->capture_default_str();
-        app.add_option("--attract", _attract_s, "The same while nobody is there")
+        app.add_option("--attract", _attract_s, "How long each is shown while nobody is there, s")
             ->check(CLI::Range(0.1, 36000.0))
             ->capture_default_str();
     }
@@ -188,7 +188,7 @@ public:
         _haptics = &stage.haptics;
         _models = std::make_unique<ModelFolder>(_folder.empty() ? sampleFile("models") : _folder);
         for (const std::string& name : _models->others())
-            say(name + " is no model and is passed over");
+            say(name + " is not a model and is skipped");
         _table->setDataVariance(osg::Object::DYNAMIC);
         stage.haptics.addChild(_table);
         const auto radius = static_cast<float>(0.7 * _size_m);
@@ -197,7 +197,7 @@ public:
         stand->addChild(
             solid(new osg::Cylinder({}, radius, 0.003F), {0.22F, 0.25F, 0.31F, 1.0F}, 2.0F));
         stage.lit.addChild(stand);
-        while (!_onTable.surface) // a scene begins with a model
+        while (!_onTable.felt) // a scene begins with a model
         {
             beginLoading(0.0);
             if (!_loading.valid()) throw std::runtime_error(_models->problem());
@@ -212,7 +212,7 @@ public:
         return {from, osg::Vec3d(0.0, -0.1, -0.1) * _size_m, osg::Z_AXIS, 15.0};
     }
 
-    // Comes, strokes the model's front for some seconds and leaves.
+    // Arrives, strokes the model's front for some seconds and leaves.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kPeriod_s = 16.0;
@@ -230,7 +230,7 @@ public:
     {
         takeLoaded(now.time_s);
         if (!_loading.valid() && now.time_s >= _nextTry_s) beginLoading(now.time_s);
-        if (!_onTable.surface) return;
+        if (!_onTable.felt) return;
         judge(now);
         const double slow = now.isSomebodyThere ? kVisitedTurn_deg_s : kAttractTurn_deg_s;
         _angle += osg::DegreesToRadians(slow) * now.step_s;
@@ -254,6 +254,7 @@ public:
         figures["rounds"] = _models->rounds();
         figures["shown"] = _counts.shown;
         figures["felt"] = _counts.felt;
+        figures["objects"] = _counts.objects;
         figures["touches"] = _counts.touches;
         figures["skipped"] = _models->skipped();
         figures["passedOver"] = _models->others();
@@ -262,25 +263,27 @@ public:
 private:
     static constexpr double kVisitedTurn_deg_s = 8.0;
     static constexpr double kAttractTurn_deg_s = 45.0;
-    static constexpr double kPatience = 3.0; ///< times as long as others is shown what is touched
-    static constexpr double kTry_s = 2.0;    ///< between looks into a folder without models
-    static constexpr double kJudged_s = 0.5; ///< with visitors, until it must be known what is felt
+    static constexpr double kPatience = 3.0; ///< a touched model is shown so many times longer
+    static constexpr double kTry_s = 2.0;    ///< between checks of a folder without models
+    static constexpr double kJudged_s = 0.5; ///< with visitors, until the model must have control
+                                             ///< points
 
     /// The model on the table.
     struct OnTable
     {
-        osg::ref_ptr<osgMidair::HapticSurface> surface;
+        osg::ref_ptr<osg::Group> felt;
         std::string path;
         std::string name;
         double since_s = 0.0;
-        double enabled_s = 0.0; ///< how long it could be felt so far
+        double enabled_s = 0.0; ///< time during which it could be felt
         bool isJudged = false;
     };
-    /// Times, by name.
+    /// Counts by name.
     struct Counts
     {
         std::map<std::string, int> shown;
         std::map<std::string, int> felt;
+        std::map<std::string, int> objects; ///< haptic objects of it
         std::map<std::string, int> touches;
     };
     struct Loaded
@@ -290,7 +293,8 @@ private:
         std::string problem;
     };
 
-    // On a thread of its own, as a large file takes its time; nothing else sees these nodes yet.
+    // Runs on a separate thread because large files take time; no other thread sees these nodes
+    // yet.
     static Loaded load(std::string path, double size_m)
     {
         Loaded loaded;
@@ -306,8 +310,7 @@ private:
         return loaded;
     }
 
-    // A folder that has gone, as a stick that was pulled out, may come back: until then what is on
-    // the table stays there.
+    // If the folder disappears, e.g. an unplugged stick, the current model stays until it is back.
     void beginLoading(double time_s)
     {
         const std::string path = _models->next();
@@ -334,45 +337,54 @@ private:
         _isDue = true;
     }
 
-    // Puts the next model on the table, once it is read and the one before had its time.
+    // Shows the next model once it is loaded and the current one's time is over.
     void takeLoaded(double time_s)
     {
         if (!_isDue || !_loading.valid() ||
             _loading.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
             return;
         Loaded loaded = _loading.get();
-        if (!loaded.problem.empty()) return skip(loaded.path, loaded.problem + "; it is skipped");
-        _onTable = {new osgMidair::HapticSurface(loaded.object.model),
-                    loaded.path,
-                    loaded.object.name,
-                    time_s};
-        _onTable.surface->setName(_onTable.name);
-        _onTable.surface->setTouchEvents(true);
+        if (!loaded.problem.empty()) return skip(loaded.path, loaded.problem + "; skipped");
+        _onTable = {loaded.object.felt, loaded.path, loaded.object.name, time_s};
+        if (loaded.object.surface) loaded.object.surface->setTouchEvents(true);
         _table->removeChildren(0, _table->getNumChildren());
-        _table->addChild(_onTable.surface);
+        _table->addChild(_onTable.felt);
         _table->addChild(loaded.object.edges);
         _haptics->dirtyTags();
         _isDue = false;
         ++_counts.shown[_onTable.name];
     }
 
-    // A model that has no points where visitors could feel it goes.
+    // The scene may still list objects of the previous model.
+    bool isOnTable(const osgMidair::FoundObject& found) const
+    {
+        osg::ref_ptr<osg::Node> node;
+        if (!found.node.lock(node)) return false;
+        const osg::Node* above = node;
+        while (above != _onTable.felt.get() && above->getNumParents() > 0)
+            above = above->getParent(0);
+        return above == _onTable.felt.get();
+    }
+
+    // Skips a model that has no control points.
     void judge(const Moment& now)
     {
         if (_onTable.isJudged || !_haptics->getEnabled() || now.statistics.objectsBeingRead > 0)
             return;
         _onTable.enabled_s += now.step_s;
+        int objects = 0;
         for (const osgMidair::FoundObject& found : _haptics->getFoundObjects())
-            if (found.node == _onTable.surface.get() && found.hasShape)
-            {
-                _onTable.isJudged = true;
-                ++_counts.felt[_onTable.name];
-                return;
-            }
+            if (found.hasShape && isOnTable(found)) ++objects;
+        if (objects > 0)
+        {
+            _onTable.isJudged = true;
+            _counts.objects[_onTable.name] = objects;
+            ++_counts.felt[_onTable.name];
+            return;
+        }
         if (_onTable.enabled_s < kJudged_s) return;
         _onTable.isJudged = true;
-        skip(_onTable.path,
-             "the model " + _onTable.path + " has nothing that can be felt; it is skipped");
+        skip(_onTable.path, "the model " + _onTable.path + " has no touchable parts; skipped");
     }
 
     std::string _folder;
@@ -384,11 +396,11 @@ private:
     std::future<Loaded> _loading;
     osg::ref_ptr<osg::MatrixTransform> _table = new osg::MatrixTransform;
     OnTable _onTable;
-    std::string _problem;    ///< that was said
-    double _nextTry_s = 0.0; ///< to find a model, where there was none
+    std::string _problem;    ///< already reported
+    double _nextTry_s = 0.0; ///< when to look for a model again
     double _angle = 0.4;
     int _fingers = 0;
-    bool _isDue = true; ///< the next one
+    bool _isDue = true; ///< show the next model
     Counts _counts;
 };
 

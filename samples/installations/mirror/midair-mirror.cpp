@@ -1,8 +1,8 @@
-/// A ball behind a half mirror that beats like a heart: it is seen where it is felt, and beats
-/// faster while it is touched. The world's origin is the middle of the picture, over one board.
+/// A beating heart behind a half mirror: it is seen where it is felt and beats faster while
+/// touched. The world's origin is the centre of the picture, above one board.
 
-#include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
+#include "samples/installations/shell/OverBoard.h"
 
 #include <osgMidair/HapticSurface>
 
@@ -21,31 +21,15 @@ namespace
 
 using namespace midair::samples;
 
-class Mirror : public Installation
+class Mirror : public OverBoard
 {
 public:
     InstallationTitle title() const override
     {
         return {"mirror",
-                "A beating heart behind a half mirror, over one board: --display "
+                "A beating heart behind a half mirror, above one board: --display "
                 "samples/displays/mirror.display.json.",
                 "Reach behind the mirror, and touch the heart"};
-    }
-
-    void addOptions(CLI::App& app) override
-    {
-        app.add_option("--height", _height_m, "Of the picture's middle over the board, m")
-            ->check(CLI::Range(0.08, 0.3))
-            ->capture_default_str();
-    }
-
-    std::string arrayOf(const std::string& /*device*/) const override { return "board"; }
-
-    void arrange(osgMidair::HapticSettings& settings) override
-    {
-        settings.render = osgMidair::HapticSettings::AUTO;
-        settings.motionTolerance = 0.02;
-        settings.calibration = osg::Matrix::translate(0.0, 0.0, _height_m);
     }
 
     void build(Stage& stage) override
@@ -63,12 +47,10 @@ public:
 
     Viewpoint viewpoint() const override
     {
-        return {{0.16, -0.85, 0.22}, {0.02, 0.0, -0.35 * _height_m}, osg::Z_AXIS, 19.0};
+        return {{0.16, -0.85, 0.22}, {0.02, 0.0, -0.35 * height_m()}, osg::Z_AXIS, 19.0};
     }
 
-    double ground_m() const override { return -_height_m; }
-
-    // From the right, behind the mirror; the fingertip rests on the heart's side.
+    // Comes from the right, behind the mirror; the fingertip rests on the heart's side.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kPeriod_s = 6.0;
@@ -85,12 +67,12 @@ public:
 
     void update(const Moment& now) override
     {
-        const double wanted_Hz = _fingers > 0 ? kExcited_Hz : kCalm_Hz;
+        const double wanted_Hz = isTouched() ? kExcited_Hz : kCalm_Hz;
         _rate_Hz += (wanted_Hz - _rate_Hz) * std::min(1.0, now.step_s / kCalming_s);
         const double before = _phase;
         _phase += _rate_Hz * now.step_s;
         if (std::floor(_phase) > std::floor(before)) ++_beats;
-        // Two thrusts a beat, the second one weaker.
+        // Two pulses per beat, the second one weaker.
         const double in = _phase - std::floor(_phase);
         const double beat = std::exp(-60.0 * (in - 0.12) * (in - 0.12)) +
                             0.5 * std::exp(-60.0 * (in - 0.42) * (in - 0.42));
@@ -101,13 +83,6 @@ public:
         paint(*_surface->getChild(0), kResting * (1.0 - warm) + kTouched * warm);
     }
 
-    void touched(const osgMidair::Touch& /*touch*/) override
-    {
-        ++_fingers;
-        ++_touches;
-    }
-    void left(const osgMidair::Touch& /*touch*/) override { --_fingers; }
-
     std::string caption() const override
     {
         return fmt::format("{:.0f} beats a minute", 60.0 * _rate_Hz);
@@ -115,10 +90,9 @@ public:
 
     void report(nlohmann::ordered_json& figures) const override
     {
+        OverBoard::report(figures);
         figures["beats"] = _beats;
-        figures["touches"] = _touches;
         figures["fastest_perMinute"] = 60.0 * _fastest_Hz;
-        figures["height_mm"] = 1e3 * _height_m;
     }
 
 private:
@@ -130,13 +104,10 @@ private:
     inline static const osg::Vec4 kResting = {0.80F, 0.22F, 0.24F, 1.0F};
     inline static const osg::Vec4 kTouched = {1.00F, 0.62F, 0.22F, 1.0F};
 
-    double _height_m = 0.15;
     double _rate_Hz = kCalm_Hz;
     double _fastest_Hz = kCalm_Hz;
     double _phase = 0.0;
-    int _fingers = 0;
     std::uint64_t _beats = 0;
-    std::uint64_t _touches = 0;
     osg::ref_ptr<osg::MatrixTransform> _beating = new osg::MatrixTransform;
     osg::ref_ptr<osgMidair::HapticSurface> _surface;
 };

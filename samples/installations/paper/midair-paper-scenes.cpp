@@ -1,4 +1,4 @@
-// midair-paper-scenes: the paper's scenes to be felt, one after the other.
+// midair-paper-scenes: plays the paper's scenes one after the other.
 
 #include "samples/experiments/paper/LineExperiment.h"
 #include "samples/installations/shell/Installation.h"
@@ -22,7 +22,7 @@ namespace
 
 using namespace midair::samples;
 
-/// Shows each scene for a while, in a circle, until somebody chooses one.
+/// Shows each scene for a while in turn, until somebody chooses one.
 class PaperInstallation : public Installation
 {
 public:
@@ -30,20 +30,20 @@ public:
     {
         return {"paper-scenes",
                 "The scenes of Inoue, Makino and Shinoda's paper, one after the other. The keys 1 "
-                "to 6 choose one, the space bar lets them go on.",
+                "to 6 choose one, the space bar continues.",
                 "Reach into the array: what you see can be felt"};
     }
 
     void addOptions(CLI::App& app) override
     {
-        app.add_option("--each", _each_s, "How long each scene is there")
+        app.add_option("--each", _each_s, "How long each scene is shown")
             ->check(CLI::Range(0.1, 3600.0))
             ->capture_default_str()
             ->type_name("S");
-        app.add_option("--pressure", _pressure_Pa, "At every point, peak, Pa")
+        app.add_option("--pressure", _pressure_Pa, "Peak pressure at every point, Pa")
             ->check(CLI::Range(1.0, 1e5))
             ->capture_default_str();
-        app.add_option("--scene", _held, "Number of the one that stays; 0: all in turn")
+        app.add_option("--scene", _held, "Number of the scene to show; 0: all in turn")
             ->check(CLI::Range(0, 6))
             ->capture_default_str();
     }
@@ -96,7 +96,7 @@ public:
         show(static_cast<std::size_t>(_held - 1));
     }
 
-    /// A fingertip that goes to and fro along the lower edge of the object.
+    /// Moves a fingertip along the object's lower edge.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         const double x = 0.02 * std::sin(1.5 * time_s);
@@ -128,7 +128,7 @@ private:
         double level_Pa = 0.0, rms = 0.0;
     };
 
-    /// A ball for each control point.
+    /// Returns a ball for each control point.
     static osg::ref_ptr<osg::Node> seen(const PaperScene& scene)
     {
         const osg::ref_ptr<osg::Group> balls = new osg::Group;
@@ -155,11 +155,11 @@ private:
     }
 
     std::vector<PaperScene> _scenes;
-    std::vector<Field> _fields; ///< last seen of each scene
+    std::vector<Field> _fields; ///< newest figures of each scene
     osg::ref_ptr<osgMidair::HapticPoints> _points;
     osg::ref_ptr<osg::Switch> _seen;
     std::size_t _shown = 0;
-    int _held = 0; ///< number of the scene that somebody chose; 0: none
+    int _held = 0; ///< number of the chosen scene; 0: none
     double _each_s = 12.0;
     double _pressure_Pa = 2900.0; ///< below the cap that the shell sets for visitors
     double _since_s = 0.0;

@@ -1,5 +1,4 @@
-/// A piano in the array: each key has a frequency of its own, with which it vibrates under a
-/// finger.
+/// A piano in the array: each key vibrates under a finger with its own frequency.
 
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
@@ -23,13 +22,13 @@ using namespace midair::samples;
 
 constexpr int kKeys = 8;
 constexpr std::array<const char*, kKeys> kNames = {"C", "D", "E", "F", "G", "A", "B", "c"};
-/// Semitones over the lowest key: a major scale.
+/// Semitones above the lowest key: a major scale.
 constexpr std::array<int, kKeys> kSemitones = {0, 2, 4, 5, 7, 9, 11, 12};
 constexpr double kWidth_m = 0.0185;
 constexpr double kGap_m = 0.0015;
 constexpr double kLength_m = 0.075;
 constexpr double kThickness_m = 0.008;
-constexpr double kTop_m = -0.012; ///< of a key at rest
+constexpr double kTop_m = -0.012; ///< of a released key
 constexpr double kTravel_m = 0.003;
 constexpr double kTravelTime_s = 0.06;
 constexpr double kPressure_Pa = 2000.0;
@@ -44,12 +43,12 @@ struct Key
     osg::ref_ptr<osgMidair::HapticSurface> surface;
     osg::ref_ptr<osg::MatrixTransform> moved;
     double frequency_Hz = 0.0;
-    int fingers = 0;   ///< that touch it now
+    int fingers = 0;   ///< touching it now
     double down = 0.0; ///< 0 .. 1
     std::uint64_t touches = 0;
-    double longest_s = 0.0; ///< that it vibrated at a stretch
-    double force_N = 0.0;   ///< the largest
-    double since_s = 0.0;   ///< when it began to vibrate
+    double longest_s = 0.0; ///< longest vibration
+    double force_N = 0.0;   ///< largest force
+    double since_s = 0.0;   ///< start of the vibration
 };
 
 class Piano : public Installation
@@ -69,7 +68,7 @@ public:
             ->capture_default_str();
     }
 
-    // Of the keys only what is near a finger is played: the fewer points, the stronger each.
+    // Plays only the parts of keys near a finger: fewer points are stronger.
     void arrange(osgMidair::HapticSettings& settings) override
     {
         settings.reach = 0.004;
@@ -88,7 +87,7 @@ public:
         return {{0.24, -0.42, 0.42}, {0.0, -0.012, -0.010}, osg::Z_AXIS, 13.5};
     }
 
-    // A finger that plays the scale up, one key after the other, and rests.
+    // Plays the scale upwards with one finger, then rests.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kNote_s = 0.6;
@@ -103,7 +102,7 @@ public:
         const double x =
             middleOf(key) + (next - key) * (kWidth_m + kGap_m) * eased(in, 0.45, kNote_s);
         const double pressed = eased(in, 0.05, 0.15) - eased(in, 0.4, 0.5);
-        // The finger's pad is 7 mm below the middle of its tip, and goes 2 mm into the key.
+        // The finger pad is 7 mm below the centre of the tip and goes 2 mm into the key.
         const double low = kTop_m - kTravel_m + 0.005;
         hands.push_back(pointingHand({x, -0.012, low + kAbove_m * (1.0 - pressed)}, 0.35));
         return true;
@@ -123,7 +122,7 @@ public:
         }
     }
 
-    // The array has one frequency at a time: that of the key that was touched last.
+    // The array plays one frequency at a time: that of the key touched last.
     void touched(const osgMidair::Touch& touch) override
     {
         Key* key = find(touch.node);
@@ -232,7 +231,7 @@ private:
     double _lowest_Hz = 110.0;
     double _time_s = 0.0;
     std::array<Key, kKeys> _keys;
-    Key* _sounding = nullptr; ///< whose frequency is played
+    Key* _sounding = nullptr; ///< the key that vibrates
 };
 
 } // namespace

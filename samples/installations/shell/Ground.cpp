@@ -20,14 +20,14 @@ namespace midair::samples
 namespace
 {
 
-/// Of nodes that cast a shadow; all but the overlays.
+/// mask of nodes that cast a shadow: all but the overlays
 constexpr unsigned int kCasts = 1U << 31U;
 constexpr int kShadowPixels = 512;
-constexpr double kGap_m = 1e-3;          ///< under what stands on it
-constexpr double kFar_m = 5.0;           ///< of the lamp
-constexpr double kSmallest_m = 0.2;      ///< radius of what is lit around
+constexpr double kGap_m = 1e-3;          ///< below the objects on it
+constexpr double kFar_m = 5.0;           ///< distance of the lamp
+constexpr double kSmallest_m = 0.2;      ///< smallest radius of the lit area
 constexpr int kRim = 64;                 ///< corners of the disc
-const osg::Vec3d kLamp(-0.5, -0.7, 0.9); ///< the brighter light of lit()
+const osg::Vec3d kLamp(-0.5, -0.7, 0.9); ///< direction of the brighter light of lit()
 
 const char* const kGroundVertex = R"(#version 120
 varying vec2 at;
@@ -40,7 +40,7 @@ void main()
 }
 )";
 
-// What is far from its middle is as dark as the background.
+// Fades to the background colour away from the centre.
 const char* const kGroundFragment = R"(#version 120
 uniform sampler2D casters;
 uniform vec3 background;
@@ -57,7 +57,7 @@ void main()
 }
 )";
 
-/// Draws what casts a shadow, for the lamp's camera alone: to all other visitors it is drawn once.
+/// Draws the shadow casters for the lamp's camera only; other visitors draw them elsewhere.
 class Casters : public osg::Node
 {
 public:

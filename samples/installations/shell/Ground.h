@@ -8,13 +8,12 @@
 namespace midair::samples
 {
 
-/// What an installation stands on: a dim disc under it with the soft shadow of all that is lit, and
-/// of the hands.
+/// The ground below an installation: a dim disc with soft shadows of the lit objects and the hands.
 class Ground
 {
 public:
-    /// It lies under what \a lit shows now, and no higher than \a atMost_m, without \a overlays,
-    /// which are below \a lit and cast no shadow but for the hands.
+    /// Places the ground below the current content of \a lit, no higher than \a atMost_m.
+    /// \a overlays, which are below \a lit, cast no shadow except for the hands.
     Ground(osg::Group& lit, osgMidair::HapticOverlays& overlays, double atMost_m);
 
     osg::Node* node() const { return _group; }

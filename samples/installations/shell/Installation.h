@@ -19,44 +19,44 @@
 namespace midair::samples
 {
 
-/// What an installation is called and shows.
+/// Name and texts of an installation.
 struct InstallationTitle
 {
     std::string name;    ///< "toybox"; the program is midair-toybox
     std::string purpose; ///< a sentence for --help
-    std::string invites; ///< what visitors are told on the screen
+    std::string invites; ///< invitation on the screen
 };
 
-/// Where the screen looks from; scene units are metres.
+/// Camera of the screen; scene units are metres.
 struct Viewpoint
 {
     osg::Vec3d eye = {0.075, -1.20, 0.085};
     osg::Vec3d centre = {-0.010, 0.0, 0.0};
     osg::Vec3d up = osg::Z_AXIS;
-    double fovy_deg = 25.6; ///< of the screen's height
+    double fovy_deg = 25.6; ///< over the screen's height
 };
 
-/// What an installation builds its scene in.
+/// The scene to build.
 struct Stage
 {
-    osgMidair::HapticScene& haptics; ///< root of what is felt
-    osg::Group& lit;                 ///< above it; has the lights: for what is only seen
-    std::uint32_t seed = 1;          ///< of all that is drawn by lot, so that a run repeats
-    bool areHandsKnown = false;      ///< there is a source of hands
+    osgMidair::HapticScene& haptics; ///< root of haptic objects
+    osg::Group& lit;                 ///< root of visible objects, above haptics, with lights
+    std::uint32_t seed = 1;          ///< random seed, for repeatable runs
+    bool areHandsKnown = false;      ///< there is a hand source
 };
 
-/// A frame, as an installation sees it.
+/// State of a frame, for an installation.
 struct Moment
 {
-    double time_s = 0.0; ///< since the start; of headless runs a sixtieth of a second a frame
-    double step_s = 0.0; ///< since the last frame
-    bool isSomebodyThere = true; ///< hands are tracked, or were a little while ago; or none can be
-    const osgMidair::HapticStatistics& statistics; ///< of the frame before
+    double time_s = 0.0;         ///< since the start; in headless runs 1/60 s per frame
+    double step_s = 0.0;         ///< since the last frame
+    bool isSomebodyThere = true; ///< hands are tracked now or were shortly before, or can't be
+                                 ///< tracked
+    const osgMidair::HapticStatistics& statistics; ///< of the previous frame
 };
 
-/// One installation: its scene, what happens in it and what is reported of it. All else, such as
-/// windows, pictures, muting and restarts, is done by runInstallation(). All functions are called
-/// on the thread of the frames.
+/// One installation: its scene, behaviour and report. runInstallation() does the rest: windows,
+/// pictures, muting and restarts. All functions are called on the frame thread.
 class Installation
 {
 public:
@@ -66,48 +66,49 @@ public:
     virtual ~Installation() = default;
 
     virtual InstallationTitle title() const = 0;
-    /// Adds options of its own to the command line.
+    /// Adds its own command-line options.
     virtual void addOptions(CLI::App& /*app*/) {}
-    /// The array where the command line names none, for the device that it names; empty: sim:.
+    /// Returns the default array for \a device; an empty device is sim:.
     virtual std::string arrayOf(const std::string& /*device*/) const { return "octagon"; }
-    /// Sets what the scene plays with; the command line comes after it.
+    /// Changes the default settings of the scene; the command line overrides them.
     virtual void arrange(osgMidair::HapticSettings& /*settings*/) {}
-    /// Builds the scene, once, after the options are known. What it throws ends the program.
+    /// Builds the scene once, after the options are parsed. An exception ends the program.
     virtual void build(Stage& stage) = 0;
     virtual Viewpoint viewpoint() const { return {}; }
-    /// The height of the ground, m, if it is lower than all that is shown at first.
+    /// Returns the largest height of the ground, m. It is always below the initial scene.
     virtual double ground_m() const { return 1.0; }
-    /// Fills \a hands with those of a visitor who tries the installation, at \a time_s: what
-    /// --hands demo plays. Returns false if there are none then.
+    /// Fills \a hands with a simulated visitor's at \a time_s, for --hands demo. Returns false if
+    /// there are none at that time.
     virtual bool demonstrate(double /*time_s*/, std::vector<osgMidair::Hand>& /*hands*/)
     {
         return false;
     }
     /// Called before each frame.
     virtual void update(const Moment& now) = 0;
-    /// \{ Touches of objects with touch events, as TouchCallback has them.
+    /// \{ Called for touches of objects with touch events, as in TouchCallback. Their force is at
+    /// most what a fingertip gets at the strongest place of the field.
     virtual void touched(const osgMidair::Touch& /*touch*/) {}
     virtual void stroked(const osgMidair::Touch& /*touch*/) {}
     virtual void left(const osgMidair::Touch& /*touch*/) {}
     /// \}
-    /// A key was pressed (of osgGA::GUIEventAdapter). F8 and Escape are the shell's.
+    /// Called for a key press (osgGA::GUIEventAdapter). The shell handles F8 and Escape.
     virtual void pressed(int /*key*/) {}
-    /// True: it has ended by itself, and so does the program.
+    /// Returns true when the installation has ended; the program then ends.
     virtual bool isOver() const { return false; }
-    /// False: it can't be tried beforehand in the simulator, as it keeps what happens.
+    /// Returns false if it can't be rehearsed in the simulator, because it stores results.
     virtual bool canRehearse() const { return true; }
-    /// True: hands that are away silence the array, where hands are tracked at all.
+    /// Returns true if the array must be silent without hands, where hands are tracked.
     virtual bool restsAlone() const { return true; }
-    /// Words of the overlays that visitors see.
+    /// Returns the names of the overlays for visitors.
     virtual std::vector<std::string> overlays() const { return {"hands"}; }
-    /// What is said on the screen beside the invitation; empty: nothing.
+    /// Returns a line for the screen beside the invitation; may be empty.
     virtual std::string caption() const { return {}; }
-    /// Adds figures of its own to the report.
+    /// Adds its own figures to the report.
     virtual void report(nlohmann::ordered_json& figures) const = 0;
 };
 
-/// Runs \a installation as the command line says, and returns the program's exit status. Called
-/// once, from main().
+/// Runs \a installation with the command line and returns the exit status. Call it once, from
+/// main().
 int runInstallation(Installation& installation, int argc, char** argv);
 
 } // namespace midair::samples

@@ -10,6 +10,7 @@
 #include "haptics/propagation/Exposure.h"
 #include "samples/shared/DisplayOptions.h"
 #include "samples/shared/OverlayOptions.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/monitor/SceneMonitor.h"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ namespace midair::samples
 namespace
 {
 
-/// Reads "1280x720".
+/// Parses "1280x720".
 CLI::Validator sizeInPixels(std::pair<int, int>& size)
 {
     return {[&size](std::string& text) -> std::string
@@ -47,7 +48,7 @@ CLI::Validator sizeInPixels(std::pair<int, int>& size)
             ""};
 }
 
-/// Reads "maxPressure=800 Pa" and the like.
+/// Parses "maxPressure=800 Pa" etc.
 CLI::Validator settingOfScene(Given& given)
 {
     return {[&given](std::string& text) -> std::string
@@ -66,27 +67,26 @@ CLI::Validator settingOfScene(Given& given)
 
 void addPlaying(CLI::App& app, InstallationOptions& options)
 {
-    app.add_option("--device", options.device, "What plays, a device's URI [sim:]")
-        ->type_name("URI");
+    app.add_option("--device", options.device, "Device to play on, a URI [sim:]")->type_name("URI");
     app.add_option("--array", options.array, "Array: a name or a JSON file")->type_name("NAME");
     app.add_option("--hands",
                    options.hands,
-                   "Tracked hands: openxr:, osc:, mouse:, FILE.csv, none; demo: a visitor of the "
-                   "program's own [demo without a display, else what OSG_MIDAIR_HANDS names]")
+                   "Hand source: openxr:, osc:, mouse:, FILE.csv, none; demo: a simulated visitor "
+                   "[demo without a display, else OSG_MIDAIR_HANDS]")
         ->type_name("SOURCE");
-    app.add_option("--set",
-                   "Another setting of the scene, as -O of osgviewer takes it: maxPressure=800Pa")
+    app.add_option("--set", "Other settings of the scene, as for osgviewer's -O: maxPressure=800Pa")
         ->type_name("NAME=VALUE")
         ->check(settingOfScene(options.settings))
         ->expected(1, -1);
-    app.add_flag("--muted", options.muted, "Begins muted; F8 lets it play");
-    app.add_option("--linger", options.linger_s, "How long it plays on after the last hand, s")
+    app.add_flag("--muted", options.muted, "Start muted; F8 unmutes");
+    app.add_option(
+           "--linger", options.linger_s, "How long the array plays on after the last hand, s")
         ->check(CLI::Range(0.0, 3600.0))
         ->capture_default_str();
     app.add_option("--state",
                    options.state,
-                   "File that keeps a mute and counts crashes, so that a restart knows "
-                   "[NAME.json in $STATE_DIRECTORY, which systemd sets]")
+                   "File that stores the mute and counts crashes, for restarts [NAME.json in "
+                   "$STATE_DIRECTORY, which systemd sets]")
         ->type_name("FILE");
 }
 
@@ -94,26 +94,26 @@ void addShowing(CLI::App& app, InstallationOptions& options)
 {
     app.add_flag("--plain",
                  options.plain,
-                 "For visitors: no overlays, and of the keys F8 and the installation's own alone; "
-                 "ends by SIGTERM");
-    app.add_option("--window", "A window, or pictures, of that size [full screen; 1200x800]")
+                 "For visitors: no overlays, no keys except F8 and the installation's own; ends "
+                 "with SIGTERM");
+    app.add_option("--window", "Size of window or pictures [full screen; 1200x800]")
         ->type_name("WIDTHxHEIGHT")
         ->check(sizeInPixels(options.size));
     addDisplay(app, options.display);
-    app.add_option("--screen", options.screen, "Number of the screen that is filled")
+    app.add_option("--screen", options.screen, "Number of the screen")
         ->check(CLI::Range(0, 64))
         ->capture_default_str();
-    app.add_flag("--headless", options.headless, "No window, even if there is a display");
+    app.add_flag("--headless", options.headless, "Don't open a window, even if there is a display");
     app.add_option("--frames", options.frames, "Frames to run [240 without a display]")
         ->check(CLI::Range(1, 100000000));
-    app.add_option("--minutes", options.minutes, "How long to run, in place of --frames")
+    app.add_option("--minutes", options.minutes, "How long to run, instead of --frames")
         ->check(CLI::Range(0.01, 100000.0));
-    app.add_option("--pictures", options.pictures, "Pictures to take without a display")
+    app.add_option("--pictures", options.pictures, "Number of pictures to take without a display")
         ->check(CLI::Range(0, 1000))
         ->capture_default_str();
     app.add_option("--out", options.out, "Folder for pictures and report.json, without a display")
         ->capture_default_str();
-    app.add_option("--seed", options.seed, "Of what is drawn by lot")->capture_default_str();
+    app.add_option("--seed", options.seed, "Random seed")->capture_default_str();
 }
 
 constexpr int kPlacesAround = 30;
@@ -146,8 +146,11 @@ bool parseInstallationOptions(
     Installation& installation, int argc, char** argv, InstallationOptions& options, int& status)
 {
     const InstallationTitle title = installation.title();
-    CLI::App app(title.purpose + " Full screen where there is a display; otherwise pictures and "
-                                 "figures as files. F8 mutes the array, Escape ends.",
+    CLI::App app(title.purpose +
+                     " Full screen if there is a display; otherwise writes pictures and figures. "
+                     "F8 mutes the array, Escape ends the program.\n"
+                     "Example: midair-" +
+                     title.name + " --device usb: --hands openxr: --set earLimit=110",
                  "midair-" + title.name);
     app.get_formatter()->column_width(30);
     installation.addOptions(app);
@@ -155,15 +158,7 @@ bool parseInstallationOptions(
     addShowing(app, options);
     addMonitorOptions(app, options.monitor);
     addOverlays(app, options.overlays, options.numbers, "hands", {"plain"}); // --plain is a flag
-    try
-    {
-        app.parse(argc, argv);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        status = app.exit(error);
-        return false;
-    }
+    if (!parseTool(app, argc, argv, status)) return false;
     options.hands = handsOf(options.hands);
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* folder = std::getenv("STATE_DIRECTORY");
@@ -197,7 +192,7 @@ bool isSimulated(const std::string& device)
                                return scheme == "sim" || scheme == "null";
                            });
     }
-    catch (const std::runtime_error&) // no URI: whatever it is, it is told elsewhere
+    catch (const std::runtime_error&) // not a URI: reported elsewhere
     {
         return false;
     }
@@ -206,7 +201,7 @@ bool isSimulated(const std::string& device)
 std::string whyEarLimitIsMissing(const osgMidair::HapticSettings& settings,
                                  const InstallationOptions& options)
 {
-    // It stands above the command line.
+    // OSG_MIDAIR_DEVICE overrides the command line.
     const std::string users = base::userVariable("OSG_MIDAIR_DEVICE").value_or("");
     const std::string& device = users.empty() ? settings.device : users;
     const bool isChosen = device::capsOfUser().isEarLimitChosen ||
@@ -215,7 +210,7 @@ std::string whyEarLimitIsMissing(const osgMidair::HapticSettings& settings,
                                       [](const auto& one) { return one.first == "earLimit"; });
     if (isChosen || isSimulated(device)) return {};
     return "device \"" + device +
-           "\" is no simulator, and nobody has chosen an ear limit: it does not start";
+           "\" is not a simulator, and no ear limit is chosen: the program does not start";
 }
 
 struct EarNeedMeter::Listener
@@ -241,7 +236,7 @@ EarNeedMeter::EarNeedMeter(const osgMidair::HapticSettings& settings) :
 
 EarNeedMeter::~EarNeedMeter() = default;
 
-// What a limit leaves is what the pipeline leaves: its own rule, by PressureCap.
+// Uses PressureCap's rule, as the pipeline does.
 void EarNeedMeter::add(const std::vector<std::vector<std::complex<float>>>& fields)
 {
     std::vector<Eigen::VectorXcf> played;
@@ -280,8 +275,8 @@ EarNeed EarNeedMeter::need()
 
 std::string describe(const EarNeed& need, const std::string& array)
 {
-    std::string text = fmt::format("  At ears, {:.1f} m from the middle of array \"{}\", {} up to "
-                                   "{:.0f} dB by the model, {:g} dB for a head included.\n",
+    std::string text = fmt::format("  At ears, {:.1f} m from the centre of array \"{}\", {} up to "
+                                   "{:.0f} dB (computed, including {:g} dB for a head).\n",
                                    need.radius_m,
                                    array,
                                    need.isFullDrive ? "full drive has" : "its fields have",
@@ -289,17 +284,16 @@ std::string describe(const EarNeed& need, const std::string& array)
                                    haptics::kHeadMargin_dB);
     const auto limit = [&](double limit_dB, const char* whose, double share)
     {
-        text += fmt::format("  earLimit={:g}   the limit for {}: {:.2g} % of the pressure would be "
-                            "left\n",
+        text += fmt::format("  earLimit={:g}   the limit for {}: leaves {:.2g} % of the pressure\n",
                             limit_dB,
                             whose,
                             100.0 * share);
     };
     limit(haptics::kPublicEarLimit_dB, "the public", need.publicShare);
     limit(haptics::kWorkersEarLimit_dB, "workers", need.workersShare);
-    return text + "  earLimit=none  nothing is held down\n"
-                  "  Choose one: --set earLimit=.., or OSG_MIDAIR_EAR_LIMIT. Where the limits come "
-                  "from is in samples/guides/SAFETY.md; none is known to be safe.";
+    return text + "  earLimit=none  no limit\n"
+                  "  Choose one with --set earLimit=.. or OSG_MIDAIR_EAR_LIMIT. "
+                  "samples/guides/SAFETY.md explains the limits; none is known to be safe.";
 }
 
 } // namespace midair::samples

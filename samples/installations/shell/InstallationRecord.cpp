@@ -1,6 +1,7 @@
 #include "samples/installations/shell/InstallationRecord.h"
 
 #include "haptics/base/threads/SteadyClock.h"
+#include "haptics/probe/Feeling.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -15,7 +16,7 @@ namespace midair::samples
 namespace
 {
 
-/// Lines that differ in numbers alone say the same.
+/// Lines that differ only in numbers count as equal.
 std::string withoutNumbers(std::string text)
 {
     const auto isOfNumber = [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '\n'; };
@@ -40,7 +41,7 @@ void SaidLines::notify(osg::NotifySeverity severity, const char* message)
         _second.clear();
     }
     const std::string what = withoutNumbers(message);
-    if (what.empty()) return; // an end of a line
+    if (what.empty()) return; // a line end
     const std::uint64_t times = ++_second[what];
     if (times > 1) _tooOften[what] = std::max(_tooOften[what], times);
 }
@@ -87,6 +88,7 @@ void InstallationRecord::addFrame(const Frame& frame, const osgMidair::HapticSta
 {
     if (_begin_s < 0.0) _begin_s = frame.now_s;
     _end_s = frame.now_s;
+    _fingertip_N = now.fingertipForce_N;
     ++_frames;
     if (now.hands > 0) ++_withHands;
     const bool isPlaying = now.state == osgMidair::ArrayState::PLAYING;
@@ -111,7 +113,7 @@ void InstallationRecord::addField(const osgMidair::HapticField* field)
     if (!field || field == _newest || !field->isPlaying()) return;
     _newest = field;
     for (const osgMidair::HapticField::ControlPoint& point : field->getPoints())
-        _pressure_Pa = std::max(_pressure_Pa, point.achieved_Pa);
+        _most.pressure_Pa = std::max(_most.pressure_Pa, point.achieved_Pa);
 }
 
 void InstallationRecord::addTouch(const osgMidair::Touch& touch)
@@ -122,7 +124,13 @@ void InstallationRecord::addTouch(const osgMidair::Touch& touch)
 
 void InstallationRecord::addStroke(const osgMidair::Touch& touch)
 {
-    _force_N = std::max(_force_N, touch.force);
+    _most.force_N = std::max(_most.force_N, touch.force);
+}
+
+osgMidair::Touch InstallationRecord::felt(osgMidair::Touch touch) const
+{
+    touch.force = std::min(touch.force, _fingertip_N);
+    return touch;
 }
 
 nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatistics& end) const
@@ -134,8 +142,8 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
     json["framesWithHands"] = _withHands;
     json["framesPlaying"] = _playing;
     json["touches"] = _touches;
-    json["largestForce_mN"] = 1e3 * _force_N;
-    json["largestPressure_Pa"] = _pressure_Pa;
+    json["largestForce_mN"] = 1e3 * _most.force_N;
+    json["largestPressure_Pa"] = _most.pressure_Pa;
     json["transducers"] = end.transducers;
     json["device"] = end.device;
     json["state"] = midair::bridge::stateName(end.state);
@@ -172,14 +180,18 @@ void InstallationRecord::print(const std::string& program,
                 count(_frames),
                 std::max(0.0, _end_s - _begin_s),
                 count(_withHands));
-    std::printf("array       %d transducers; %s; %llu frames with sound\n",
+    std::printf("array       %d transducers; %s; %llu frames playing\n",
                 end.transducers,
                 end.device.c_str(),
                 count(_playing));
-    std::printf("touches     %llu, up to %.1f mN; up to %.0f Pa (peak) at control points\n",
+    const std::string force = _touches == 0 ? ""
+                              : _most.force_N > 0.0
+                                  ? "up to " + haptics::forceText(_most.force_N) + "; "
+                                  : "nothing felt; ";
+    std::printf("touches     %llu; %sup to %.0f Pa (peak) at control points\n",
                 count(_touches),
-                1e3 * _force_N,
-                _pressure_Pa);
+                force.c_str(),
+                _most.pressure_Pa);
     std::printf("fields      %llu sent, %llu played, %llu dropped, %llu lost, %llu refused; %llu "
                 "faults\n",
                 count(end.fields.sent),
@@ -189,17 +201,15 @@ void InstallationRecord::print(const std::string& program,
                 count(end.fields.refused),
                 count(end.fields.faults));
     if (end.exposure.places > 0)
-        std::printf(
-            "at ears     %.0f dB re 20 uPa (rms) in the mean of %.0f s, at most %.0f dB over "
-            "a second; %s\n",
-            end.exposure.eq_dB,
-            end.exposure.time_s,
-            end.exposure.max_dB,
-            end.exposure.limit_dB > 0.0
-                ? fmt::format("limit {:.0f} dB", end.exposure.limit_dB).c_str()
-                : "no limit");
-    std::printf("silence     %llu frames muted (%llu sounded), %llu with nobody there (%llu "
-                "sounded)\n",
+        std::printf("at ears     %.0f dB re 20 uPa (rms) on average over %.0f s, at most %.0f dB "
+                    "over a second; %s\n",
+                    end.exposure.eq_dB,
+                    end.exposure.time_s,
+                    end.exposure.max_dB,
+                    end.exposure.limit_dB > 0.0
+                        ? fmt::format("limit {:.0f} dB", end.exposure.limit_dB).c_str()
+                        : "no limit");
+    std::printf("muted: %llu frames (%llu played), nobody there: %llu frames (%llu played)\n",
                 count(_muted.frames),
                 count(_muted.played),
                 count(_alone.frames),

@@ -18,35 +18,35 @@
 namespace midair::samples
 {
 
-/// Passes on what the kit and OpenSceneGraph say, on any thread, and counts lines that say the same
-/// twice within a second: of these an exhibition's journal would be full.
+/// Passes on notices of the kit and OpenSceneGraph from any thread, and counts lines that repeat
+/// within a second, because they would fill an exhibition's log.
 class SaidLines : public osg::NotifyHandler
 {
 public:
     void notify(osg::NotifySeverity severity, const char* message) override;
 
     std::uint64_t count() const;
-    /// Returns lines, without their numbers, that came more than once a second, and how often at
-    /// the most.
+    /// Returns lines, without their numbers, that came more than once in a second, with their
+    /// largest number per second.
     std::map<std::string, std::uint64_t> tooOften() const;
 
 private:
     mutable base::Mutex _mutex;
     std::uint64_t _count MIDAIR_GUARDED_BY(_mutex) = 0;
-    double _begin_s MIDAIR_GUARDED_BY(_mutex) = 0.0; ///< of the second that is counted in
+    double _begin_s MIDAIR_GUARDED_BY(_mutex) = 0.0; ///< start of the second being counted
     std::map<std::string, std::uint64_t> _second MIDAIR_GUARDED_BY(_mutex);
     std::map<std::string, std::uint64_t> _tooOften MIDAIR_GUARDED_BY(_mutex);
 };
 
-/// Counts what an installation did, frame by frame, for report.json, and looks for what an
-/// exhibition must not have: memory that grows, messages over and over, sound where it must be
-/// silent. Its own memory doesn't grow with time.
+/// Counts what an installation does, frame by frame, for report.json, and detects problems at an
+/// exhibition: growing memory, repeated messages, sound where it must be silent. Its own memory
+/// doesn't grow with time.
 class InstallationRecord
 {
 public:
     InstallationRecord();
 
-    /// What the shell knows of a frame.
+    /// The shell's state of a frame.
     struct Frame
     {
         double now_s = 0.0; ///< steady clock
@@ -55,22 +55,27 @@ public:
     };
 
     void addFrame(const Frame& frame, const osgMidair::HapticStatistics& now);
-    /// Looks at the newest field; null: there is none.
+    /// Adds the newest field; may be null.
     void addField(const osgMidair::HapticField* field);
+    /// \{ Adds a touch as felt() returns it.
     void addTouch(const osgMidair::Touch& touch);
     void addStroke(const osgMidair::Touch& touch);
+    /// \}
+    /// Returns \a touch with at most the force that a fingertip gets at the strongest place of the
+    /// field of the last frame: the force of a touch is an upper estimate for a whole finger.
+    osgMidair::Touch felt(osgMidair::Touch touch) const;
     void addPicture(const std::string& file) { _pictures.push_back(file); }
 
-    /// Returns the figures, without those of the installation.
+    /// Returns the figures, except those of the installation.
     nlohmann::ordered_json figures(const osgMidair::HapticStatistics& end) const;
-    /// Prints some of them, and the messages.
+    /// Prints a summary and the messages.
     void print(const std::string& program, const osgMidair::HapticStatistics& end) const;
 
 private:
-    /// How long a device may take to fall silent before that is counted.
+    /// time in which a device may fall silent
     static constexpr double kGrace_s = 0.5;
 
-    /// Frames that had to be silent, and those of them that played all the same.
+    /// Frames that had to be silent, and those that played nevertheless.
     struct Silence
     {
         double since_s = -1.0;
@@ -78,6 +83,12 @@ private:
         std::uint64_t played = 0;
 
         void add(bool isAsked, bool isPlaying, double now_s);
+    };
+
+    struct Most
+    {
+        double force_N = 0.0;     ///< of a touch
+        double pressure_Pa = 0.0; ///< at a control point, computed
     };
 
     struct Memory
@@ -93,20 +104,20 @@ private:
     std::uint64_t _withHands = 0;
     std::uint64_t _playing = 0;
     std::uint64_t _touches = 0;
-    double _force_N = 0.0;     ///< the largest
-    double _pressure_Pa = 0.0; ///< the largest at a control point, in the model
+    Most _most;
+    double _fingertip_N = 0.0; ///< at the strongest place, in the last frame
     osg::ref_ptr<const osgMidair::HapticField> _newest;
     double _begin_s = -1.0;
     double _end_s = 0.0;
     double _looked_s = -1e9;
     Silence _muted;
     Silence _alone;
-    osg::ref_ptr<SaidLines> _said; ///< from now on, of the whole program
+    osg::ref_ptr<SaidLines> _said; ///< collects notices of the whole program
     Memory _memory_MB;
     std::vector<std::string> _pictures;
 };
 
-/// Returns the memory that this process has in RAM, MB; 0 if it isn't known.
+/// Returns the resident memory of this process, MB; 0 if unknown.
 double residentMemory_MB();
 
 } // namespace midair::samples

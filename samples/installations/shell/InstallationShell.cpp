@@ -22,6 +22,7 @@
 #include <osgViewer/Viewer>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <complex>
 #include <cstdio>
@@ -31,6 +32,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -45,16 +47,14 @@ namespace midair::samples
 namespace
 {
 
-/// Cap at control points where the command line sets none: hands of people who know nothing of
-/// arrays are no place for the most that one can do.
+/// Default pressure cap at control points: visitors' hands must not get all that an array can do.
 constexpr double kMaxPressure_Pa = 3000.0;
 
-/// Longest wait for an array that is being opened.
+/// Timeout for opening an array.
 constexpr double kOpening_s = 10.0;
 
-/// Returns the settings of the scene of \a installation: the command line comes after the
-/// installation, and both after the defaults. Throws std::runtime_error for settings that are not
-/// understood.
+/// Returns the scene's settings: defaults, overridden by \a installation, overridden by the command
+/// line. Throws std::runtime_error for invalid settings.
 osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
 {
     osgMidair::HapticSettings settings;
@@ -73,7 +73,7 @@ osgMidair::HapticSettings settingsOf(Installation& installation, const Installat
     return settings;
 }
 
-/// The visitor that the program brings along.
+/// The simulated visitor of --hands demo.
 class DemonstratedHands : public osgMidair::HandSource
 {
 public:
@@ -81,17 +81,32 @@ public:
     bool getHands(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         hands.clear();
-        return _installation.demonstrate(time_s, hands);
+        const bool isThere = _installation.demonstrate(time_s, hands) && !hands.empty();
+        const osg::Vec3d tip = isThere ? hands.front().joints[kIndexTip].position : osg::Vec3d();
+        if (isThere && _wasThere && time_s > _last_s)
+            _fastest_m_s = std::max(_fastest_m_s, (tip - _lastTip).length() / (time_s - _last_s));
+        _wasThere = isThere;
+        _last_s = time_s;
+        _lastTip = tip;
+        return isThere;
     }
     std::string getStatus() const override { return "demo: the installation's own visitor"; }
+    /// Returns the largest speed of the index fingertip.
+    double fastest_m_s() const { return _fastest_m_s; }
 
 private:
+    static constexpr std::size_t kIndexTip = 10;
+
     Installation& _installation;
+    osg::Vec3d _lastTip;
+    double _last_s = 0.0;
+    bool _wasThere = false;
+    double _fastest_m_s = 0.0;
 };
 
 constexpr double kFrameTime_s = 1.0 / 60.0;
-/// Without a display all that is drawn for is pictures; a frame in so many is drawn all the same,
-/// so that what grows by drawing is seen.
+/// Without a display only pictures need drawing. Every kDrawn-th frame is drawn nevertheless, to
+/// detect memory that grows by drawing.
 constexpr int kDrawn = 60;
 
 void sleepUntil(double time_s)
@@ -100,13 +115,13 @@ void sleepUntil(double time_s)
     if (left_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
 }
 
-/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
-/// and its memory, the array's rest while nobody is there, and the record of the run.
+/// The scene of an installation with its sign on the screen, the mute and its memory, the array's
+/// rest without visitors, and the record of the run.
 class InstallationShell
 {
 public:
-    /// Throws what the installation's build() does, and std::runtime_error for settings that are
-    /// not understood.
+    /// Throws exceptions of the installation's build(), and std::runtime_error for invalid
+    /// settings.
     InstallationShell(Installation& installation, const InstallationOptions& options) :
         _installation(installation),
         _options(options),
@@ -125,7 +140,7 @@ public:
         const std::vector<std::string> shown =
             options.overlays.empty() ? installation.overlays() : options.overlays;
         if (!shown.empty()) _overlays->showOnly(shown);
-        // Visitors need no list of keys; whoever names overlays gets it.
+        // Hide the list of keys from visitors, but not from somebody who names overlays.
         if (options.overlays.empty()) _overlays->get<osgMidair::Hud>()->setKeyTime(0.0);
         for (const auto& [name, value] : options.numbers)
             _overlays->setNumber(name, value);
@@ -137,36 +152,52 @@ public:
         Stage stage{*_haptics, *bright, options.seed, _visitors.areHandsKnown};
         installation.build(stage);
         if (!_mute.memory.reason().empty()) say(_mute.memory.reason());
+        _mute.isUnwrittenTold = !_mute.memory.isWritable();
         _mute.isOn = options.muted || _mute.memory.startsMuted();
         if (_mute.memory.startsMuted()) _mute.why = _mute.memory.reason();
         if (_visitors.areHandsKnown && installation.restsAlone()) openSilently();
         _haptics->setMuted(_mute.isOn);
         if (!_visitors.areHandsKnown && installation.restsAlone())
-            say("no hands are tracked, so the array plays whether somebody is there or not; "
-                "--hands names a tracker");
-        // Signals that came meanwhile are followed now.
+            say("no hands are tracked, so the array plays all the time; choose a tracker with "
+                "--hands");
+        // Follows signals that have come so far, too.
         _signals = std::make_unique<MuteSignals>(
             [this](bool isMuted) { _haptics->setMuted(isMuted); }, [this] { keepMute(); });
-        // No mute of the operator's, so it isn't kept.
-        _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
+        // This mute isn't the operator's, so it isn't stored. A program that is asked to end has
+        // not crashed, even if the signal has to end it during a long frame.
+        _atStop = std::make_unique<SilenceAtStop>(
+            [this]
+            {
+                // What somebody has muted in the frame that hangs is kept once it returns.
+                if (_haptics->getMuted()) return;
+                _mute.isOver = true;
+                _haptics->setMuted(true);
+            },
+            [this] { tellUnwritten(_mute.memory.end()); });
     }
 
     osg::Group* root() { return _root; }
-    /// \a display, which may be null, is what it is shown on.
+    /// \a display is the display in use, or null.
     void prepareFor(const osgMidair::DisplayView* display)
     {
         if (display && display->isFlipped()) _sign.turnForMirror();
-        // Behind optics all that is dark is the room, with a ground of its own.
+        // Behind optics, dark areas show the room, which has its own ground.
         if (!display || !display->hasOptics())
             _root->addChild(
                 Ground(*_root->getChild(0)->asGroup(), *_overlays, _installation.ground_m())
                     .node());
         if (display) say(display->getStatus());
     }
+    /// Places the sign in front of the head, or in the window while the headset shows nothing.
+    void showSignOn(const osgMidair::HeadsetView& headset)
+    {
+        _sign.standAt(headset.isRunning() ? std::optional<osg::Matrixd>(headset.getSheet())
+                                          : std::nullopt);
+    }
     osgMidair::HapticScene& haptics() { return *_haptics; }
     osgMidair::HapticOverlays& overlays() { return *_overlays; }
 
-    /// Sets view, projection and background; \a aspect: width over height.
+    /// Sets view, projection and background; \a aspect is width over height.
     void aim(osg::Camera& camera, double aspect) const
     {
         const Viewpoint from = _installation.viewpoint();
@@ -175,10 +206,10 @@ public:
         camera.setClearColor(kShownBackground);
     }
 
-    /// Sends keys of \a viewer to the installation.
+    /// Forwards keys of \a viewer to the installation.
     void listen(osgViewer::Viewer& viewer) { viewer.addEventHandler(new Keys(_installation)); }
 
-    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
+    /// Runs one frame at scene time \a time_s and draws it if \a draw.
     void frame(osgViewer::Viewer& viewer, double time_s, bool draw)
     {
         const osgMidair::HapticStatistics before = _haptics->getStatistics();
@@ -190,6 +221,7 @@ public:
         _sign.setState(_mute.isOn, trouble(before));
         if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
             _sign.update(viewport->width(), viewport->height());
+        if (!_options.plain) _overlays->get<osgMidair::Hud>()->setTopMargin(_sign.height());
         viewer.advance(time_s);
         viewer.eventTraversal();
         viewer.updateTraversal();
@@ -197,44 +229,45 @@ public:
         followMute();
         const double now_s = base::steadySeconds();
         const osgMidair::HapticStatistics after = _haptics->getStatistics();
-        if (!std::exchange(_past.hasFrame, true)) _mute.memory.begin();
+        if (!std::exchange(_past.hasFrame, true)) tellUnwritten(_mute.memory.begin());
         _past.hasArray = _past.hasArray || (after.state != osgMidair::ArrayState::CLOSED &&
                                             after.state != osgMidair::ArrayState::OPENING);
         _record.addField(_haptics->getField().get());
         _record.addFrame({now_s, _mute.isOn, _visitors.mustRest}, after);
-        if (_haptics->getRehearsed()) return; // nobody is told that it runs
+        if (_haptics->getRehearsed()) return; // a rehearsal is not reported to systemd
         _service.beat(now_s,
                       std::string(midair::bridge::stateName(after.state)) +
                           (_visitors.areThere ? "" : ", nobody is there"));
     }
 
     void addPicture(const std::string& file) { _record.addPicture(file); }
-    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
-    /// frame, which may never come, nor for a disk.
+    /// Stores the current mute for a restart, asynchronously: muting waits neither for a frame nor
+    /// for a disk. May be called from any thread.
     void keepMuteSoon() { _signals->wake(); }
 
-    /// Ends the run: the array falls silent, the page ends, and the state's file knows that nothing
-    /// crashed. Prints figures and, if \a report names a file, writes them. Returns false, having
-    /// said why, if that fails, or if there never was an array.
+    /// Ends the run: silences the array, ends the page and records in the state file that nothing
+    /// crashed. Prints figures and writes them to the file \a report, if it is not empty. Returns
+    /// false, with a message, if that fails or there never was an array.
     bool finish(std::unique_ptr<SceneMonitor> page, const std::string& report)
     {
         const osgMidair::HapticStatistics end = _haptics->getStatistics();
         _haptics->silence();
-        page.reset(); // or it could mute once nobody keeps that any more
+        page.reset(); // a later mute would not be stored
         _signals->end();
         followMute();
         _service.stop();
-        if (!_mute.memory.end()) say("\"" + _options.state + "\" can't be written");
+        tellUnwritten(_mute.memory.end());
         _record.print(_program, end);
         const bool hadArray =
             !_past.hasFrame || _past.hasArray || end.state != osgMidair::ArrayState::CLOSED;
-        if (!hadArray) say("no array was open");
+        if (!hadArray) say("no array was connected");
         if (report.empty()) return hadArray;
         nlohmann::ordered_json json;
         json["installation"] = _title.name;
         json["seed"] = _options.seed;
         json["array"] = _haptics->getArray();
         json.update(_record.figures(end));
+        if (_visitors.demo) json["visitor_m_s"] = _visitors.demo->fastest_m_s();
         nlohmann::ordered_json own;
         _installation.report(own);
         json["scene"] = own;
@@ -253,15 +286,20 @@ private:
         explicit Touches(InstallationShell& shell) : _shell(shell) {}
         void enter(const osgMidair::Touch& touch) override
         {
-            _shell._record.addTouch(touch);
-            _shell._installation.touched(touch);
+            const osgMidair::Touch felt = _shell._record.felt(touch);
+            _shell._record.addTouch(felt);
+            _shell._installation.touched(felt);
         }
         void stay(const osgMidair::Touch& touch) override
         {
-            _shell._record.addStroke(touch);
-            _shell._installation.stroked(touch);
+            const osgMidair::Touch felt = _shell._record.felt(touch);
+            _shell._record.addStroke(felt);
+            _shell._installation.stroked(felt);
         }
-        void leave(const osgMidair::Touch& touch) override { _shell._installation.left(touch); }
+        void leave(const osgMidair::Touch& touch) override
+        {
+            _shell._installation.left(_shell._record.felt(touch));
+        }
 
     private:
         InstallationShell& _shell;
@@ -287,26 +325,28 @@ private:
     struct Mute
     {
         MuteMemory memory;
-        base::Mutex keeping; ///< guards what is read of the scene and kept of it
+        base::Mutex keeping; ///< guards reading the mute and storing it
         std::string why;
         bool isOn = false;
+        std::atomic<bool> isOver{false};          ///< asked to end while a frame hangs
+        std::atomic<bool> isUnwrittenTold{false}; ///< that the state can't be written
     };
     struct Visitors
     {
-        bool areHandsKnown = false; ///< there is a source of hands
+        bool areHandsKnown = false; ///< there is a hand source
         bool areThere = true;
-        bool mustRest = false; ///< nobody is there, so the array is silent
-        double seen_s = -1e9;  ///< their hands; never
+        bool mustRest = false;                ///< nobody is there, so the array is silent
+        double seen_s = -1e9;                 ///< time of the last hands; initially never
+        osg::ref_ptr<DemonstratedHands> demo; ///< null: other hands
     };
     struct Past
     {
         bool hasFrame = false;
-        bool hasArray = false; ///< one was open
+        bool hasArray = false; ///< an array was open
         double time_s = 0.0;   ///< of the last frame
     };
 
-    // Without an ear limit that somebody chose it is a rehearsal, however the shell is come by:
-    // nothing but a simulator plays.
+    // Without a chosen ear limit the scene is always a rehearsal: only a simulator plays.
     void applySettings()
     {
         const osgMidair::HapticSettings settings = settingsOf(_installation, _options);
@@ -315,15 +355,16 @@ private:
         // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
         const char* environment = std::getenv("OSG_MIDAIR_DEVICE");
         if (environment && *environment && withHold(environment) != environment)
-            say("OSG_MIDAIR_DEVICE stands above --device, and a device of it has no hold=1s: where "
-                "frames hang it plays on until the program is ended");
+            say("OSG_MIDAIR_DEVICE overrides --device and has no hold=1s: if the program hangs, "
+                "the array plays on until the program is ended");
     }
 
     void chooseHands()
     {
         if (_options.hands == "demo")
         {
-            _haptics->setHandSource(new DemonstratedHands(_installation));
+            _visitors.demo = new DemonstratedHands(_installation);
+            _haptics->setHandSource(_visitors.demo);
             _visitors.areHandsKnown = true;
             return;
         }
@@ -334,8 +375,8 @@ private:
         _visitors.areHandsKnown = !used.empty() && used != "none";
     }
 
-    // A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array
-    // are there from the start, and nothing sounds before a hand is seen.
+    // A disabled scene opens neither tracker nor array, so enable it for one muted frame: both are
+    // then ready, and nothing plays before a hand comes.
     void openSilently()
     {
         const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
@@ -353,9 +394,10 @@ private:
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
 
-    // F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
+    // Follows mutes by F8, signals, the operator's page and any other caller of setMuted().
     void followMute()
     {
+        if (_mute.isOver) return;
         const bool isMuted = _haptics->getMuted();
         if (isMuted == _mute.isOn) return;
         _mute.isOn = isMuted;
@@ -363,16 +405,21 @@ private:
         keepMute();
     }
 
-    // What is kept is what the scene has then: of two who mute and unmute at once the later one
-    // counts.
+    // Stores the scene's current mute: with concurrent mutes, the last one wins.
     void keepMute()
     {
         const base::Lock lock(_mute.keeping);
-        if (!_mute.memory.keep(_haptics->getMuted()))
-            say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
+        tellUnwritten(_mute.memory.keep(_haptics->getMuted()));
     }
 
-    // A scene that isn't enabled is silent, and still follows hands.
+    // Told once, as soon as it is noticed: from any thread, as frames may hang.
+    void tellUnwritten(bool isWritten)
+    {
+        if (isWritten || _mute.isUnwrittenTold.exchange(true)) return;
+        say("\"" + _options.state + "\" can't be written: a restart will not remember the mute");
+    }
+
+    // A disabled scene is silent but still follows hands.
     void followVisitors(const osgMidair::HapticStatistics& now, double time_s)
     {
         if (!_visitors.areHandsKnown) return;
@@ -390,9 +437,9 @@ private:
         case osgMidair::ArrayState::LOST:
             return "the array is lost";
         case osgMidair::ArrayState::FAULT:
-            return "the array fails";
+            return "the array has failed";
         case osgMidair::ArrayState::CLOSED:
-            return now.frames > 0 ? "no array is open" : "";
+            return now.frames > 0 ? "no array is connected" : "";
         default:
             return {};
         }
@@ -407,7 +454,7 @@ private:
     const InstallationOptions& _options;
     const InstallationTitle _title;
     const std::string _program;
-    osg::ref_ptr<osg::Group> _root; ///< the first child is what is lit
+    osg::ref_ptr<osg::Group> _root; ///< the first child is lit
     osg::ref_ptr<osgMidair::HapticScene> _haptics;
     osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
     VisitorSign _sign;
@@ -416,7 +463,7 @@ private:
     Mute _mute;
     Visitors _visitors;
     Past _past;
-    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<MuteSignals> _signals; ///< both end before the members above that they change
     std::unique_ptr<SilenceAtStop> _atStop;
 };
 
@@ -426,7 +473,7 @@ int headlessFrames(const InstallationOptions& options)
     return options.frames > 0 ? options.frames : 240;
 }
 
-/// The operator's page, whose mutes \a shell keeps.
+/// Returns the operator's page; \a shell stores its mutes.
 std::unique_ptr<SceneMonitor> monitorOf(InstallationShell& shell,
                                         const Installation& installation,
                                         const InstallationOptions& options)
@@ -437,7 +484,7 @@ std::unique_ptr<SceneMonitor> monitorOf(InstallationShell& shell,
                                           [&shell] { shell.keepMuteSoon(); });
 }
 
-/// Sets what is left open for a run without a window. \a display: null, if there is none.
+/// Sets options that are still empty for a run without a window. \a display may be null.
 void fillHeadless(const osgMidair::DisplayView* display, InstallationOptions& options)
 {
     const bool isSet = std::any_of(options.settings.begin(),
@@ -482,7 +529,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
             : nullptr;
     if (camera) camera->showOn(display);
     const int frames = headlessFrames(options);
-    // A machine that can't keep up draws fewer frames in these minutes.
+    // A slow machine draws fewer frames in this time.
     const double end_s =
         options.minutes > 0.0 ? base::steadySeconds() + 60.0 * options.minutes : 1e300;
     const int between = std::max(1, frames / std::max(1, options.pictures));
@@ -535,10 +582,11 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);
-    if (options.plain) viewer.setKeyEventSetsDone(0); // visitors don't end it by Escape
+    if (options.plain) viewer.setKeyEventSetsDone(0); // visitors can't end it with Escape
     monitor->show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
     showOn(display, viewer);
+    const auto headset = showInHeadset(options.display, viewer);
     shell.listen(viewer);
     const double start_s = base::steadySeconds();
     const double end_s = options.minutes > 0.0 ? start_s + 60.0 * options.minutes : 1e300;
@@ -549,21 +597,23 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
         const double begin_s = base::steadySeconds();
         const osg::Viewport& viewport = *viewer.getCamera()->getViewport();
         shell.aim(*viewer.getCamera(), viewport.width() / std::max(1.0, viewport.height()));
+        if (headset) shell.showSignOn(*headset);
         shell.frame(viewer, begin_s - start_s, true);
-        // A display without vertical synchronisation would be drawn as often as the processor can.
-        sleepUntil(begin_s + 0.5 * kFrameTime_s);
+        // Without vertical synchronisation frames would run as fast as possible. A headset has its
+        // own clock.
+        if (!headset || !headset->isRunning()) sleepUntil(begin_s + 0.5 * kFrameTime_s);
     }
     return shell.finish(std::move(monitor), {});
 }
 
-/// Rehearses the installation in the simulator, on the array that would play, and says what ear
-/// limits would leave of its fields.
+/// Rehearses the installation on its array in the simulator and returns a text about the effect of
+/// ear limits.
 std::string rehearsedEarNeed(Installation& installation,
                              const osgMidair::HapticSettings& settings,
                              InstallationOptions options)
 {
     constexpr int kFrames = 240;
-    // With a tracker its own visitor comes; without one all is played, all the time.
+    // With a tracker, simulate a visitor; without one everything plays all the time.
     std::string hands = options.hands.empty() ? settings.hands : options.hands;
     if (hands.empty()) hands = base::userVariable("OSG_MIDAIR_HANDS").value_or("");
     options.hands = hands.empty() || hands == "none" ? "none" : "demo";
@@ -594,7 +644,7 @@ std::string rehearsedEarNeed(Installation& installation,
     return describe(meter.need(), settings.array);
 }
 
-/// Returns false, having said why, while the operator has chosen no ear limit.
+/// Returns false, with a message, if the operator has not chosen an ear limit.
 bool mayStart(Installation& installation, const InstallationOptions& options)
 {
     const osgMidair::HapticSettings settings = settingsOf(installation, options);

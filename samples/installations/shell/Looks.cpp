@@ -35,19 +35,23 @@ plainGeometry(osg::Vec3Array* vertices, GLenum mode, const osg::Vec4& color)
     return geometry;
 }
 
-// Joints in the order of OpenXR, from the one behind the knuckle on.
+// Joints in the order of OpenXR, from the one behind the knuckle.
 constexpr int kThumbProximal = 3;
 constexpr int kThumbTip = 5;
 constexpr int kMiddleIntermediate = 13;
 constexpr int kLittleTip = 25;
-constexpr int kFinger = 5; ///< joints of a finger
+constexpr int kFinger = 5; ///< joints per finger
 
-// Lengths are thousandths of the screen's height.
-constexpr double kHeight = 1000.0;
+// Lengths in units: thousandths of the screen's height, more of them on a small screen, which has
+// larger letters than that.
+constexpr double kSheet = 4.0 / 3.0; ///< aspect ratio of the sheet in a headset
+constexpr double kHeight = 1000.0;   ///< units of a large screen
 constexpr float kMargin = 30.0F;
 constexpr float kSize = 34.0F;
 constexpr float kSmall = 26.0F;
-constexpr float kBelowKeys = 45.0F; ///< where a viewer's keys are listed nothing is said
+constexpr double kLeastSmall = 16.0; ///< pixels
+constexpr float kBelowKeys = 45.0F;  ///< keeps clear of the mute
+constexpr float kLine = 1.5F;        ///< distance of lines, in heights of their letters
 
 const osg::Vec4 kSaid(0.90F, 0.92F, 0.96F, 1.0F);
 const osg::Vec4 kQuiet(0.62F, 0.66F, 0.72F, 1.0F);
@@ -63,7 +67,7 @@ signText(float size, osgText::TextBase::AlignmentType alignment, const osg::Vec4
     made->setCharacterSize(size);
     made->setAlignment(alignment);
     made->setColor(color);
-    // To be read over hands, too.
+    // Keeps the text readable in front of hands.
     made->setBackdropType(osgText::Text::OUTLINE);
     made->setBackdropColor({0.03F, 0.04F, 0.05F, 1.0F});
     return made;
@@ -78,7 +82,8 @@ void paint(osg::Node& node, const osg::Vec4& color)
     material->setAmbient(osg::Material::FRONT_AND_BACK, color);
     material->setSpecular(osg::Material::FRONT_AND_BACK, {0.25F, 0.25F, 0.25F, 1.0F});
     material->setShininess(osg::Material::FRONT_AND_BACK, 32.0F);
-    node.getOrCreateStateSet()->setAttributeAndModes(material);
+    node.getOrCreateStateSet()->setAttributeAndModes(
+        material, osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE);
 }
 
 osg::ref_ptr<osg::ShapeDrawable> solid(osg::Shape* shape, const osg::Vec4& color, float detail)
@@ -164,33 +169,65 @@ VisitorSign::VisitorSign() :
     state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
     state->setRenderBinDetails(osgMidair::HUD_BIN + 1, "RenderBin");
     for (const auto& text : {_invitation, _caption, _mute, _trouble})
+    {
         _camera->addChild(text);
+        _standing->addChild(text);
+    }
+    _standing->setStateSet(state);
+    _standing->setCullingActive(false);
+    _standing->setNodeMask(0U);
+    _root->addChild(_camera);
+    _root->addChild(_standing);
     setState(false, {});
     update(1.5, 1.0);
+}
+
+void VisitorSign::standAt(const std::optional<osg::Matrixd>& sheet)
+{
+    _camera->setNodeMask(sheet ? 0U : ~0U);
+    _standing->setNodeMask(sheet ? ~0U : 0U);
+    if (!sheet) return;
+    update(kSheet, 1.0);
+    _standing->setMatrix(osg::Matrix::scale(1.0 / (kSheet * _units), 1.0 / _units, 1.0) * *sheet);
 }
 
 void VisitorSign::update(double width, double height)
 {
     if (!(width > 0.0) || !(height > 0.0)) return;
-    const double across = kHeight * width / height;
-    _camera->setProjectionMatrix(osg::Matrix::ortho2D(0.0, across, 0.0, kHeight) *
+    const bool isStanding = _standing->getNodeMask() != 0U;
+    if (isStanding) width = kSheet * height;
+    _units = isStanding ? kHeight : std::min(kHeight, height * kSmall / kLeastSmall);
+    // No line is wider than the screen.
+    for (const osgText::Text* text : {_invitation.get(), _caption.get(), _trouble.get()})
+        if (const osg::BoundingBox& box = text->getBoundingBox(); box.valid())
+            _units = std::max(_units, (box.xMax() - box.xMin() + 2.0 * kMargin) * height / width);
+    const double across = _units * width / height;
+    _camera->setProjectionMatrix(osg::Matrix::ortho2D(0.0, across, 0.0, _units) *
                                  osg::Matrix::scale(_side, 1.0, 1.0));
-    const auto top = static_cast<float>(kHeight) - kMargin;
+    const auto top = static_cast<float>(_units) - kMargin;
     const auto right = static_cast<float>(across) - kMargin;
     _invitation->setPosition({kMargin, top - kBelowKeys, 0.0F});
-    _caption->setPosition({kMargin, top - kBelowKeys - 1.5F * kSize, 0.0F});
+    _caption->setPosition({kMargin, top - kBelowKeys - kLine * kSize, 0.0F});
     _mute->setPosition({right, top, 0.0F});
-    _trouble->setPosition({right, top - 1.5F * kSmall, 0.0F});
+    _trouble->setPosition({right, top - kLine * kSmall, 0.0F});
+}
+
+float VisitorSign::height() const
+{
+    const bool hasCaption = !_caption->getText().empty();
+    const float left = kMargin + kBelowKeys + kLine * (kSize + (hasCaption ? kSmall : 0.0F));
+    const float right = kMargin + kLine * kSmall * (_trouble->getText().empty() ? 1.0F : 2.0F);
+    return std::max(left, right) / static_cast<float>(_units);
 }
 
 void VisitorSign::setState(bool isMuted, const std::string& trouble)
 {
-    set(*_mute, isMuted ? "MUTED  -  F8 lets it play" : "F8 mutes");
+    set(*_mute, isMuted ? "MUTED  -  F8 unmutes" : "F8 mutes");
     _mute->setColor(isMuted ? kAlarm : kQuiet);
     set(*_trouble, trouble);
 }
 
-// Laying out letters costs more than comparing them.
+// Laying out text costs more than comparing it.
 void VisitorSign::set(osgText::Text& text, const std::string& content)
 {
     if (text.getText().createUTF8EncodedString() != content)

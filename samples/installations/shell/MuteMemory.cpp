@@ -26,8 +26,9 @@ MuteMemory::MuteMemory(std::string file, double now_s) : _file(std::move(file))
     const base::Lock lock(_changing);
     std::error_code ignored;
     if (std::filesystem::exists(_file, ignored) || ignored) read(now_s);
-    if (!write() && _reason.empty())
-        _reason = fmt::format("\"{}\" can't be written: a mute isn't kept over a restart", _file);
+    if (write() || !_reason.empty()) return;
+    _isWritable = false;
+    _reason = fmt::format("\"{}\" can't be written: a restart will not remember a mute", _file);
 }
 
 MuteMemory::~MuteMemory()
@@ -35,15 +36,16 @@ MuteMemory::~MuteMemory()
     if (_lock >= 0) ::close(_lock);
 }
 
-// Two programs would take each other for crashes. The file itself is replaced with each change, so
-// that one beside it is locked. Where none can be made the file can't be written either.
+// Without a lock, two programs would count each other as crashes. The file itself is replaced at
+// each change, so a separate file is locked. If that can't be created, the state file isn't
+// writable either.
 void MuteMemory::lockFile()
 {
     const std::string beside = _file + ".lock";
     _lock = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
     if (_lock < 0 || ::flock(_lock, LOCK_EX | LOCK_NB) == 0) return;
     ::close(_lock);
-    throw std::runtime_error("\"" + _file + "\" is another program's, which runs");
+    throw std::runtime_error("\"" + _file + "\" is in use by another program");
 }
 
 void MuteMemory::read(double now_s)
@@ -57,7 +59,7 @@ void MuteMemory::read(double now_s)
             if (std::abs(now_s - crash_s) < kCrashTime_s) _crashes_s.push_back(crash_s);
         if (kept.at("running").get<bool>()) _crashes_s.push_back(now_s);
         _isMuted = wasMuted;
-        if (_isMuted) _reason = "it was muted when it ended";
+        if (_isMuted) _reason = "it was muted before the restart";
         if (_crashes_s.size() < kCrashes) return;
         _isMuted = true;
         _reason = fmt::format(
@@ -66,7 +68,7 @@ void MuteMemory::read(double now_s)
     catch (const std::exception&)
     {
         _isMuted = true;
-        _reason = fmt::format("\"{}\" isn't understood", _file);
+        _reason = fmt::format("\"{}\" is invalid", _file);
     }
 }
 
@@ -81,7 +83,7 @@ bool MuteMemory::keep(bool isMuted)
 bool MuteMemory::begin()
 {
     const base::Lock lock(_changing);
-    _isRunning = true;
+    _isRunning = !_hasEnded;
     return write();
 }
 
@@ -89,11 +91,12 @@ bool MuteMemory::end()
 {
     const base::Lock lock(_changing);
     _isRunning = false;
+    _hasEnded = true;
     return write();
 }
 
-// The old file stays until the new one is whole on the disk, and its name, too: who mutes may cut
-// the power next.
+// Keeps the old file until the new one and its name are on disk, because an operator may cut the
+// power right after muting.
 bool MuteMemory::write() const
 {
     if (_file.empty()) return true;

@@ -8,18 +8,18 @@
 namespace midair::samples
 {
 
-/// Keeps in a file whether somebody muted the array and whether the program ended by itself, so
-/// that a start without an operator does what the last one left: what was muted stays muted, what
-/// played plays again. It is muted, too, after three crashes in ten minutes, and where the file
-/// can't be understood. A start that fails before the first frame is no crash: nothing has played.
+/// Stores in a file whether the array is muted and whether the program ended properly, so that an
+/// unattended restart continues in the same state. It starts muted also after three crashes in ten
+/// minutes and if the file is invalid. A failure before the first frame doesn't count as a crash,
+/// because nothing has played.
 class MuteMemory
 {
 public:
     static constexpr std::size_t kCrashes = 3;
     static constexpr double kCrashTime_s = 600.0;
 
-    /// \a file: empty: nothing is kept. \a now_s: time of day, s since 1970. Throws
-    /// std::runtime_error if another program has the file.
+    /// \a file: empty for no file. \a now_s: time of day, s since 1970. Throws std::runtime_error
+    /// if another program uses the file.
     MuteMemory(std::string file, double now_s);
     ~MuteMemory();
 
@@ -31,20 +31,22 @@ public:
         const base::Lock lock(_changing);
         return _isMuted;
     }
-    /// Why it starts muted, and what is wrong with the file; empty: nothing.
+    /// Returns why it starts muted, or what is wrong with the file; may be empty.
     const std::string& reason() const { return _reason; }
+    /// Returns false if the reason says that the file can't be written.
+    bool isWritable() const { return _isWritable; }
     int crashes() const
     {
         const base::Lock lock(_changing);
         return static_cast<int>(_crashes_s.size());
     }
 
-    /// Keeps a mute, or its end, which also forgets crashes, at once. Returns false if it can't be
-    /// kept: the file can't be written. Any thread, as frames may hang while somebody mutes.
+    /// Stores a mute at once; an unmute also clears crashes. Returns false if the file can't be
+    /// written. May be called from any thread, because frames may hang during a mute.
     bool keep(bool isMuted);
-    /// Notes that it runs: from now on whatever ends it without end() is a crash.
+    /// Records that the program runs: from now on, ending without end() is a crash.
     bool begin();
-    /// Notes that the program ends as it was asked to.
+    /// Records a proper end. begin() has no effect after it.
     bool end();
 
 private:
@@ -53,12 +55,14 @@ private:
     bool write() const MIDAIR_REQUIRES(_changing);
 
     const std::string _file;
-    int _lock = -1; ///< a file beside it, locked as long as this lives
+    int _lock = -1; ///< descriptor of the lock file
     std::string _reason;
-    mutable base::Mutex _changing; ///< what is kept
+    bool _isWritable = true;
+    mutable base::Mutex _changing; ///< guards the stored state
     bool _isMuted MIDAIR_GUARDED_BY(_changing) = false;
     bool _isRunning MIDAIR_GUARDED_BY(_changing) = false;
-    /// Times of day of starts after a crash, in the last minutes.
+    bool _hasEnded MIDAIR_GUARDED_BY(_changing) = false;
+    /// Times of recent restarts after a crash.
     std::vector<double> _crashes_s MIDAIR_GUARDED_BY(_changing);
 };
 

@@ -44,7 +44,7 @@ void ServiceNotifier::stop()
     if (_socket >= 0) send("STOPPING=1");
 }
 
-// A datagram that isn't taken is none: the next beat comes soon, and no frame waits for it.
+// A datagram that can't be sent is dropped: the next one follows soon, and frames never wait.
 void ServiceNotifier::send(const std::string& text) const
 {
     sockaddr_un to = {};

@@ -5,8 +5,8 @@
 namespace midair::samples
 {
 
-/// Tells systemd, where the program runs as its service, that it is ready and that its frames go
-/// on (sd_notify(3): datagrams to $NOTIFY_SOCKET). Elsewhere it does nothing.
+/// Notifies systemd that the service is ready and that its frames continue (sd_notify(3): datagrams
+/// to $NOTIFY_SOCKET). Does nothing if the program is not a service.
 class ServiceNotifier
 {
 public:
@@ -15,10 +15,10 @@ public:
     ServiceNotifier(const ServiceNotifier&) = delete;
     ServiceNotifier& operator=(const ServiceNotifier&) = delete;
 
-    /// To be called in each frame, at \a now_s of a steady clock. The first one says READY; a sign
-    /// of life is sent three times in $WATCHDOG_USEC. \a status: a line for `systemctl status`.
+    /// Call it in each frame with a steady clock's \a now_s. The first call sends READY; a watchdog
+    /// signal is sent three times per $WATCHDOG_USEC. \a status is a line for `systemctl status`.
     void beat(double now_s, const std::string& status);
-    /// Says that the program is about to end.
+    /// Notifies that the program is about to end.
     void stop();
 
 private:

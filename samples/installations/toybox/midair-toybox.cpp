@@ -1,4 +1,4 @@
-/// Toys that bounce in the array: one pushes them with the hand and feels them.
+/// Toys that bounce in the array and can be pushed and felt.
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
 
@@ -33,27 +33,27 @@ namespace
 using namespace midair::samples;
 using namespace midair;
 
-/// A ball or a cube that bounces, is pushed and is felt.
+/// A bouncing ball or cube.
 struct Toy
 {
     std::string name;
     std::unique_ptr<btCollisionShape> shape;
     std::unique_ptr<btRigidBody> body;
     osg::ref_ptr<osgMidair::HapticSurface> surface;
-    bool isPushed = false;     ///< a hand pushes it now
-    std::uint64_t pushes = 0;  ///< times that a hand began to push it
-    std::uint64_t touches = 0; ///< times that a finger began to touch it
-    double force_N = 0.0;      ///< the largest
-    double way_m = 0.0;        ///< how far it has gone while a hand pushed it
+    bool isPushed = false;     ///< a hand is pushing it
+    std::uint64_t pushes = 0;  ///< number of pushes
+    std::uint64_t touches = 0; ///< number of touches by fingers
+    double force_N = 0.0;      ///< largest force
+    double way_m = 0.0;        ///< distance moved while being pushed
     osg::Vec3d last;
 };
 
-/// How far a body's shape is within its surface: a finger that pushes is as deep in what is felt,
-/// so that it feels the push.
+/// Inset of a body's collision shape: a pushing finger penetrates the haptic surface by this much
+/// and so feels the push.
 constexpr double kWithin_m = 0.002;
 constexpr double kMass_kg = 0.02;
 constexpr double kRestitution = 0.8;
-constexpr double kWall_m = 0.05; ///< half its thickness
+constexpr double kWall_m = 0.05; ///< half thickness
 
 btVector3 bulletVector(double x, double y, double z)
 {
@@ -66,11 +66,11 @@ osg::Vec3d placeOf(const btRigidBody& body)
     return {p.x(), p.y(), p.z()};
 }
 
-/// Toys in a box with a floor, walls and a lid, in a Bullet world that hands push.
+/// Toys in a box with floor, walls and lid, simulated by Bullet and pushed by hands.
 class Toys
 {
 public:
-    /// Half of the box's inside, m.
+    /// Half of the box's inner size, m.
     static constexpr double kHalfWidth_m = 0.075;
     static constexpr double kHalfDepth_m = 0.05;
     static constexpr double kHalfHeight_m = 0.06;
@@ -102,7 +102,7 @@ public:
     Toys(const Toys&) = delete;
     Toys& operator=(const Toys&) = delete;
 
-    /// Looks who is pushed, brings back what has left the box, and tosses one up if \a tosses.
+    /// Counts pushes, returns toys that have left the box, and tosses one up if \a tosses.
     void update(bool tosses)
     {
         for (Toy& toy : _toys)
@@ -112,7 +112,7 @@ public:
             const bool isInside = std::abs(place.x()) < kHalfWidth_m + kWall_m &&
                                   std::abs(place.y()) < kHalfDepth_m + kWall_m &&
                                   std::abs(place.z()) < kHalfHeight_m + kWall_m;
-            if (isInside) continue; // also false for places that are no numbers
+            if (isInside) continue; // false for NaN, too
             ++_returned;
             btTransform middle;
             middle.setIdentity();
@@ -207,7 +207,7 @@ private:
         _toys.push_back(std::move(toy));
     }
 
-    // A push is a contact with a bone of a hand in the newest step.
+    // A push is a contact with a hand's bone in the newest step.
     void follow(Toy& toy)
     {
         bool isPushed = false;
@@ -244,7 +244,7 @@ private:
     std::uint64_t _returned = 0;
 };
 
-/// Five toys under a weak gravity, so that a hand and a field can follow them.
+/// Five toys with weak gravity, so that hands and fields can follow them.
 class Toybox : public Installation
 {
 public:
@@ -257,10 +257,10 @@ public:
 
     void addOptions(CLI::App& app) override
     {
-        app.add_option("--gravity", _gravity, "How the toys fall, m/s^2")
+        app.add_option("--gravity", _gravity, "Gravity, m/s^2")
             ->check(CLI::Range(0.0, 20.0))
             ->capture_default_str();
-        app.add_option("--toss", _toss_s, "Every so often a toy is tossed up, s; 0: never")
+        app.add_option("--toss", _toss_s, "Interval between tosses of a toy, s; 0: never")
             ->check(CLI::Range(0.0, 3600.0))
             ->capture_default_str();
     }
@@ -284,7 +284,7 @@ public:
         return {{0.30, -0.50, 0.30}, {0.0, -0.012, 0.0}, osg::Z_AXIS, 19.5};
     }
 
-    // A flat hand that comes in from the visitor's side, sweeps the box twice and leaves.
+    // A flat hand that comes from the visitor's side, sweeps the box twice and leaves.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kPeriod_s = 8.0;

@@ -1,4 +1,4 @@
-/// A sheet of water that a hand makes waves in, and that is felt as it moves.
+/// A sheet of water that a hand makes waves in and feels as it moves.
 #include "samples/installations/shell/Installation.h"
 #include "samples/installations/shell/Looks.h"
 
@@ -23,7 +23,7 @@ using namespace midair;
 
 /// A sheet of water over a rectangle around the z axis: heights on a grid that follow the wave
 /// equation with damping, h'' = c^2 (h_xx + h_yy) - d h', in steps of equal length, so that a run
-/// repeats whatever the frame rate does.
+/// doesn't depend on the frame rate.
 class WaterSurface
 {
 public:
@@ -32,11 +32,11 @@ public:
     static constexpr double kStep_m = 0.003;   ///< of the grid
     static constexpr double kSpeed_m_s = 0.10; ///< of the waves
     static constexpr double kDamping_Hz = 0.9;
-    static constexpr double kMost_m = 0.012; ///< heights stay within this
+    static constexpr double kMost_m = 0.012; ///< limit of heights
     static constexpr double kHalfWidth_m = 0.5 * (kColumns - 1) * kStep_m;
     static constexpr double kHalfDepth_m = 0.5 * (kRows - 1) * kStep_m;
-    static constexpr double kDent_m = 0.007;   ///< radius of what a finger presses down
-    static constexpr double kLongest_s = 0.25; ///< that is made up for at once
+    static constexpr double kDent_m = 0.007;   ///< radius of a finger's dent
+    static constexpr double kLongest_s = 0.25; ///< longest step that is caught up
 
     WaterSurface() :
         _heights(static_cast<std::size_t>(kColumns * kRows), 0.0),
@@ -67,7 +67,7 @@ public:
 
     osg::Geometry* geometry() const { return _geometry; }
 
-    /// Goes on to \a time_s, at most a quarter of a second at once.
+    /// Advances to \a time_s, by at most a quarter of a second.
     void advance(double time_s)
     {
         _time_s = std::max(_time_s, time_s - kLongest_s);
@@ -76,7 +76,7 @@ public:
         show();
     }
 
-    /// Presses the water down around (\a x, \a y), to \a height_m at most where it is higher.
+    /// Presses the water around (\a x, \a y) down to at most \a height_m.
     void press(double x, double y, double height_m)
     {
         for (int row = 1; row + 1 < kRows; ++row)
@@ -86,7 +86,7 @@ public:
                 const double dy = row * kStep_m - kHalfDepth_m - y;
                 const double share = (dx * dx + dy * dy) / (kDent_m * kDent_m);
                 if (share > 1.0) continue;
-                // The underside of a fingertip: deepest in its middle.
+                // Underside of a fingertip: deepest in the middle.
                 const double most = std::clamp(
                     height_m + kDent_m * (1.0 - std::sqrt(1.0 - share)), -kMost_m, kMost_m);
                 double& here = _heights[at(column, row)];
@@ -94,13 +94,12 @@ public:
             }
     }
 
-    /// A drop falls at (\a x, \a y).
+    /// Adds a drop at (\a x, \a y).
     void drop(double x, double y, double depth_m) { press(x, y, -depth_m); }
 
     /// Returns the heights on the grid, row by row.
     const std::vector<double>& heights() const { return _heights; }
-    /// Returns the height at (\a x, \a y), m, of such heights; between the grid's places as the
-    /// triangles have it.
+    /// Returns the height at (\a x, \a y), m, of such heights, interpolated over the triangles.
     static double heightOf(const std::vector<double>& heights, double x, double y)
     {
         const double u = std::clamp((x + kHalfWidth_m) / kStep_m, 0.0, kColumns - 1.000001);
@@ -120,7 +119,7 @@ public:
         return low + b * (up - low) + a * (high - up);
     }
 
-    /// Returns the largest distance of the surface from rest, m.
+    /// Returns the surface's largest distance from rest, m.
     double swell() const
     {
         double most = 0.0;
@@ -136,7 +135,7 @@ private:
     {
         return static_cast<std::size_t>(row * kColumns + column);
     }
-    // Leapfrog; stable as c * dt / dx = 0.14 is below 1/sqrt(2). The rim stays at rest.
+    // Leapfrog; stable because c * dt / dx = 0.14 is below 1/sqrt(2). The rim stays at rest.
     void step()
     {
         constexpr double kCourant = kSpeed_m_s * kTimeStep_s / kStep_m;
@@ -195,13 +194,13 @@ public:
     InstallationTitle title() const override
     {
         return {"water",
-                "A sheet of water with waves, which a hand makes and feels.",
+                "A sheet of water: a hand makes waves and feels them.",
                 "Dip a finger into the water"};
     }
 
     void addOptions(CLI::App& app) override
     {
-        app.add_option("--rain", _rain_s, "A drop falls every so often, s; 0: never")
+        app.add_option("--rain", _rain_s, "Interval between raindrops, s; 0: never")
             ->check(CLI::Range(0.0, 3600.0))
             ->capture_default_str();
     }
@@ -278,7 +277,7 @@ public:
         ++_dips;
         stroked(touch);
     }
-    // The skin's lowest place is that far below the surface where they touch.
+    // Distance of the skin's lowest point below the surface at a touch.
     void stroked(const osgMidair::Touch& touch) override
     {
         if (touch.depth <= 0.0) return;
@@ -298,11 +297,11 @@ public:
     }
 
 private:
-    /// Share of a finger's depth that the water gives way by: the rest is felt.
+    /// Share of a finger's depth by which the water gives way; the rest is felt.
     static constexpr double kYield = 0.4;
-    static constexpr std::size_t kKept = 40; ///< frames whose waves are known
+    static constexpr std::size_t kKept = 40; ///< frames whose waves are stored
 
-    /// Control points of the newest field against the water of its frame.
+    /// Compares control points of the newest field with the water of its frame.
     void compare()
     {
         const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
@@ -343,7 +342,7 @@ private:
     std::mt19937 _lot;
     WaterSurface _water;
     std::vector<Finger> _fingers;
-    std::deque<std::pair<double, std::vector<double>>> _waves; ///< by the time of their frame
+    std::deque<std::pair<double, std::vector<double>>> _waves; ///< by time of the frame
     osgMidair::HapticScene* _haptics = nullptr;
     osg::ref_ptr<const osgMidair::HapticField> _seen;
 };

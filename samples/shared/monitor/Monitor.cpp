@@ -44,31 +44,30 @@ namespace
 using std::chrono::milliseconds;
 
 constexpr const char* kTextType = "text/plain; charset=utf-8";
-/// Connections at a time, each with a thread; others wait in the system's queue.
+/// Concurrent connections, each with a thread; others wait in the system's queue.
 constexpr std::size_t kConnections = 16;
-constexpr int kBacklog = 64;                   ///< callers in that queue
-constexpr std::size_t kHeadBytes = 16384;      ///< of a request
-constexpr double kHead_s = 3.0;                ///< for it to come
-constexpr double kAnswer_s = 10.0;             ///< for an answer to go
-constexpr double kDrain_s = 0.5;               ///< for who has sent more than the head ..
-constexpr std::size_t kDrainBytes = 1U << 17U; ///< .. or so much of it
-constexpr milliseconds kMuteWait{4000};        ///< before it is said that the program hangs
-constexpr milliseconds kEndWait{5000};         ///< for those who are being served
+constexpr int kBacklog = 64;                   ///< length of that queue
+constexpr std::size_t kHeadBytes = 16384;      ///< largest head of a request
+constexpr double kHead_s = 3.0;                ///< time limit for the head
+constexpr double kAnswer_s = 10.0;             ///< time limit for the answer
+constexpr double kDrain_s = 0.5;               ///< drains unread bytes at most so long ..
+constexpr std::size_t kDrainBytes = 1U << 17U; ///< .. and at most so many
+constexpr milliseconds kMuteWait{4000};        ///< before the program counts as hanging
+constexpr milliseconds kEndWait{5000};         ///< for requests in progress
 constexpr milliseconds kPause{100};
-/// Mutes that hang: each has a thread.
+/// Limit of hanging mutes, because each holds a thread.
 constexpr int kMostMutes = 8;
 constexpr const char* kPolicy = "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; "
                                 "form-action 'none'";
 
-/// Returns the one value of a header; empty if there is none, or several, of which each may be
-/// meant.
+/// Returns the value of a header, or an empty text if it is missing or repeated.
 std::string oneHeader(const httplib::Request& request, const char* name)
 {
     return request.get_header_value_count(name) == 1 ? request.get_header_value(name)
                                                      : std::string();
 }
 
-/// Returns who asks; an IPv4 address that came as IPv6 is written as IPv4.
+/// Returns the peer's address; an IPv4-mapped IPv6 address is written as IPv4.
 std::string peerOf(const httplib::Request& request)
 {
     const std::string& address = request.remote_addr;
@@ -87,8 +86,8 @@ bool hasBody(const httplib::Request& request)
     return request.has_header("Content-Length") && oneHeader(request, "Content-Length") != "0";
 }
 
-/// Returns true for what a page of another site makes a browser send. Browsers say so themselves;
-/// other programs say nothing.
+/// Returns true for requests that another site's page makes a browser send. Browsers mark them with
+/// headers; other programs send none.
 bool isForeign(const httplib::Request& request)
 {
     if (request.has_header("Sec-Fetch-Site"))
@@ -104,12 +103,12 @@ bool isForeign(const httplib::Request& request)
     return origin != "http://" + host && origin != "https://" + host;
 }
 
-/// The library's threads. Who waits for one does so in the system's queue, and takes no file from
-/// the program.
+/// The library's threads. Connections beyond the limit wait in the system's queue and use no file
+/// descriptor.
 class BoundedPool : public httplib::ThreadPool
 {
 public:
-    /// \a ends: called when the library listens no more.
+    /// \a ends is called when the library has stopped listening.
     explicit BoundedPool(std::function<void()> ends) :
         ThreadPool(kConnections),
         _ends(std::move(ends))
@@ -145,15 +144,15 @@ private:
     std::size_t _taken MIDAIR_GUARDED_BY(_mutex) = 0;
 };
 
-/// A connection whose head and answer have a time and a size. The library's own stream has a time
-/// for each piece alone and no limit to a line: whoever sends a byte now and then, or no line's
-/// end, would have a thread or the memory for as long as he likes.
+/// A connection with limits of time and size for the whole head and answer. The library's own
+/// stream limits only the time of each read and not the line length, so a slow or endless sender
+/// could hold a thread or the memory forever.
 class BoundedStream : public httplib::Stream
 {
 public:
     explicit BoundedStream(int socket) : _socket(socket) {}
 
-    /// The library asks for one byte at a time, and for none behind the head.
+    /// The library reads one byte at a time, and none after the head.
     ssize_t read(char* to, std::size_t size) override
     {
         if (_head == kHeadBytes || !isReady(POLLIN, _headEnd_s)) return -1;
@@ -175,8 +174,8 @@ public:
         }
         return static_cast<ssize_t>(size);
     }
-    /// Lets the other side take all: closed at once, with bytes unread, it would take the answer
-    /// back.
+    /// Drains the other side's data: closing a socket with unread bytes would reset the connection
+    /// and lose the answer.
     void finish() const
     {
         ::shutdown(_socket, SHUT_WR);
@@ -206,8 +205,8 @@ public:
     socket_t socket() const override { return _socket; }
 
 private:
-    /// Waits until bytes can be read (POLLIN) or written (POLLOUT), or the other side has hung up.
-    /// Returns false after \a end_s.
+    /// Waits until the socket can be read (POLLIN) or written (POLLOUT), or the other side has hung
+    /// up. Returns false after \a end_s.
     bool isReady(short events, double end_s) const
     {
         pollfd polled{_socket, events, 0};
@@ -222,18 +221,18 @@ private:
 
     const int _socket;
     const double _headEnd_s = base::steadySeconds() + kHead_s;
-    double _answerEnd_s = 0.0; ///< 0: nothing was written yet
+    double _answerEnd_s = 0.0; ///< 0: nothing written yet
     std::size_t _head = 0;     ///< bytes so far
 };
 
 } // namespace
 
-/// The library's server on such streams, one request a connection.
+/// The library's server with such streams, one request per connection.
 class BoundedServer : public httplib::Server
 {
 public:
-    /// The library's server makes the whole program ignore SIGPIPE, which is for the program to
-    /// say. Threads of the page take no signal.
+    /// The library's server makes the whole program ignore SIGPIPE, so restore the program's own
+    /// setting. Threads of the page block all signals.
     static std::unique_ptr<BoundedServer> make()
     {
         struct sigaction before = {};
@@ -246,19 +245,19 @@ public:
     {
         if (_listener >= 0) ::close(_listener);
     }
-    /// Keeps the port that is bound, whatever becomes of the library's own socket.
+    /// Keeps the bound port even if the library closes its own socket.
     bool keepPort()
     {
         _listener = ::fcntl(svr_sock_, F_DUPFD_CLOEXEC, 0);
         return _listener >= 0 && ::listen(_listener, kBacklog) == 0;
     }
-    /// For when the library has closed its socket after an error of accept(): a stop would close
-    /// whatever has that number by now.
+    /// For use after the library has closed its socket because of an error of accept(): stop()
+    /// would close an unrelated file with the same number.
     void renewSocket()
     {
         if (svr_sock_ != INVALID_SOCKET) svr_sock_ = ::fcntl(_listener, F_DUPFD_CLOEXEC, 0);
     }
-    /// Hangs up on all whose turn comes from now on.
+    /// Hangs up on all connections from now on.
     void setEnded() { _isEnded = true; }
 
 private:
@@ -274,7 +273,7 @@ private:
     {
         BoundedStream stream(socket);
         bool isClosed = false;
-        // Parts and compressed answers aren't given.
+        // Ranges and compressed answers are not supported.
         process_request(stream,
                         true,
                         isClosed,
@@ -288,20 +287,21 @@ private:
     }
     catch (...)
     {
-        std::fprintf(stderr, "the operator's page hangs up: %s\n", base::whatWasThrown().c_str());
+        std::fprintf(
+            stderr, "the operator's page: connection closed: %s\n", base::whatWasThrown().c_str());
     }
 
     int _listener = -1;
     std::atomic<bool> _isEnded{false};
 };
 
-/// Answers HTTP requests, one a connection:
+/// Answers HTTP requests, one per connection:
 ///
 ///     GET  /  /status.json  /metrics  /healthz  /picture  /favicon.ico
 ///     POST /mute  /unmute      with "Authorization: Bearer TOKEN"
 ///
-/// Refused are: a Host that is not trusted (421), what another site's page sends (403; but
-/// a link to / may be followed), a body (413), a POST without the token (401).
+/// Refuses an untrusted Host (421), requests of another site's page (403; links to / are allowed),
+/// a body (413) and a POST without the token (401).
 class Monitor::Page : public std::enable_shared_from_this<Page>
 {
 public:
@@ -319,8 +319,8 @@ public:
         answer();
     }
 
-    /// Serves on \a address from now on. Returns its port. Throws std::runtime_error: "can't listen
-    /// on 127.0.0.1:8080: Address already in use".
+    /// Starts serving on \a address. Returns the port. Throws std::runtime_error: "can't listen on
+    /// 127.0.0.1:8080: Address already in use".
     int listen(const MonitorAddress& address)
     {
         const bool isAny = address.port == 0;
@@ -334,19 +334,19 @@ public:
         return isAny ? any : address.port;
     }
 
-    /// Listens no more, and waits for those who are being served.
+    /// Stops listening and waits for requests in progress.
     void end()
     {
         _isEnded = true;
         _server->setEnded();
-        // A stop before it listens would be lost.
+        // A stop before the server runs would be lost.
         while (!_server->is_running() &&
                _serving.wait_for(milliseconds(1)) != std::future_status::ready)
         {
         }
         _server->stop();
         if (_serving.wait_for(kEndWait) != std::future_status::ready)
-            std::fprintf(stderr, "the operator's page: an answer hangs; it is left to itself\n");
+            std::fprintf(stderr, "the operator's page: an answer hangs and is abandoned\n");
         _watch->end();
     }
 
@@ -355,8 +355,8 @@ private:
     {
         _server->new_task_queue = [this]
         { return new BoundedPool([this] { _server->renewSocket(); }); };
-        // A port whose last connections are only just closed is free; one that another program
-        // listens on isn't, as it would be with the library's own SO_REUSEPORT.
+        // Allows a port whose last connections have just closed, but not one that another program
+        // listens on, which the library's own SO_REUSEPORT would allow.
         _server->set_socket_options(
             [](int socket)
             {
@@ -374,8 +374,8 @@ private:
                                       {"Cross-Origin-Resource-Policy", "same-origin"},
                                       {"Cross-Origin-Opener-Policy", "same-origin"},
                                       {"Cache-Control", "no-store"}});
-        // All is decided before the library looks for a handler, which it does by regular
-        // expressions, and before it reads a body.
+        // Routes requests before the library's own routing, which uses regular expressions, and
+        // before it reads a body.
         _server->set_pre_routing_handler(
             [this](const httplib::Request& request, httplib::Response& response)
             {
@@ -384,11 +384,11 @@ private:
             });
         _server->set_exception_handler(
             [](const httplib::Request&, httplib::Response& response, const auto&)
-            { refuse(response, 500, "something went wrong here"); });
+            { refuse(response, 500, "internal error"); });
         _server->set_error_handler(
             [](const httplib::Request&, httplib::Response& response)
             {
-                if (response.body.empty()) refuse(response, response.status, "that is no request");
+                if (response.body.empty()) refuse(response, response.status, "bad request");
             });
         _server->set_logger(
             [this](const httplib::Request&, const httplib::Response& response)
@@ -398,14 +398,13 @@ private:
             });
     }
 
-    /// The library stops listening at most errors of accept(), of which most pass: another program
-    /// took the last file, or a caller has gone.
+    /// The library stops listening after most errors of accept(). Most are temporary: no free file
+    /// descriptor, or a caller has gone.
     void serve()
     {
         while (!_server->listen_after_bind() && !_isEnded)
         {
-            std::fprintf(stderr,
-                         "the operator's page: no caller could be taken; it listens anew\n");
+            std::fprintf(stderr, "the operator's page: a connection failed; still listening\n");
             std::this_thread::sleep_for(kPause);
         }
     }
@@ -422,21 +421,18 @@ private:
     void route(const httplib::Request& request, httplib::Response& response)
     {
         if (!isTrustedHost(oneHeader(request, "Host"), _hosts))
-            return refuse(response,
-                          421,
-                          "this page isn't known by that name; --monitor-host NAME makes it so");
+            return refuse(response, 421, "unknown host name; allow it with --monitor-host NAME");
         if (isForeign(request))
-            return refuse(response, 403, "another site's page may not use this one");
-        if (hasBody(request)) return refuse(response, 413, "no request has a body here");
+            return refuse(response, 403, "requests from other sites are refused");
+        if (hasBody(request)) return refuse(response, 413, "requests with a body are refused");
         const bool isAction = request.path == "/mute" || request.path == "/unmute";
         const auto shown = _looks.find(request.path);
-        if (!isAction && shown == _looks.end())
-            return refuse(response, 404, "there is no such page");
+        if (!isAction && shown == _looks.end()) return refuse(response, 404, "page not found");
         const bool isLook = request.method == "GET" || request.method == "HEAD";
         if (isAction ? request.method != "POST" : !isLook)
         {
             response.set_header("Allow", isAction ? "POST" : "GET, HEAD");
-            return refuse(response, 405, isAction ? "it takes a POST" : "it takes a GET");
+            return refuse(response, 405, isAction ? "use POST" : "use GET");
         }
         if (isAction) return mute(request, response);
         (this->*shown->second)(response);
@@ -444,7 +440,7 @@ private:
 
     void showPage(httplib::Response& response) const
     {
-        // It makes scripts and styles of this answer the page's own.
+        // Only scripts and styles with this answer's nonce are allowed.
         const std::string nonce = newToken();
         response.headers.erase("Content-Security-Policy");
         response.set_header("Content-Security-Policy",
@@ -488,7 +484,7 @@ private:
     {
         constexpr std::string_view kScheme = "Bearer ";
         const std::string given = oneHeader(request, "Authorization");
-        // The scheme's case doesn't matter (RFC 9110, 11.1).
+        // The scheme is case-insensitive (RFC 9110, 11.1).
         const bool isToken = ::strncasecmp(given.c_str(), kScheme.data(), kScheme.size()) == 0 &&
                              isSameToken(given.substr(kScheme.size()), _token);
         const std::string what = request.path.substr(1);
@@ -505,20 +501,21 @@ private:
             response);
     }
 
-    /// The source may hang; it does so on a thread that is left behind, and the operator is told.
+    /// The source may hang: it is called on a separate thread, which is then abandoned, and the
+    /// operator is told.
     void act(bool isMute, const std::string& who, httplib::Response& response)
     {
         const auto outcome = std::make_shared<MuteOutcome>();
         const std::shared_ptr<void> counted(nullptr,
                                             [self = shared_from_this()](void*) { --self->_mutes; });
-        if (++_mutes > kMostMutes) return refuse(response, 503, "the mutes before this one hang");
+        if (++_mutes > kMostMutes)
+            return refuse(response, 503, "earlier mutes are still waiting for the program");
         std::future<void> done = startThread([isMute, who, outcome, counted, watch = _watch]
                                              { *outcome = watch->setMuted(isMute, who); });
         if (done.wait_for(kMuteWait) != std::future_status::ready)
             return refuse(response,
                           504,
-                          "the program doesn't answer: whatever was asked for may not have been "
-                          "done");
+                          "the program doesn't answer; the request may not have been carried out");
         done.get(); // throws what the source has thrown
         response.set_content(muteJson(isMute, *outcome), "application/json");
     }
@@ -538,7 +535,7 @@ private:
     const std::unique_ptr<BoundedServer> _server = BoundedServer::make();
     std::future<void> _serving;
     std::atomic<bool> _isEnded{false};
-    std::atomic<int> _mutes{0}; ///< under way
+    std::atomic<int> _mutes{0}; ///< in progress
 
     mutable base::Mutex _mutex;
     std::map<int, std::uint64_t> _answers MIDAIR_GUARDED_BY(_mutex); ///< by HTTP status
@@ -566,9 +563,10 @@ Monitor::Monitor(const MonitorOptions& options,
     std::fprintf(
         stderr, "the operator's page is http://%s/%s\n", address.text().c_str(), secret.c_str());
     if (!address.isLoopback())
-        std::fprintf(stderr,
-                     "the operator's page can be seen by all who reach %s, and is not encrypted\n",
-                     address.text().c_str());
+        std::fprintf(
+            stderr,
+            "the operator's page is visible to everybody who can reach %s and is not encrypted\n",
+            address.text().c_str());
 }
 
 Monitor::~Monitor()

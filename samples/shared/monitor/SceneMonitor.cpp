@@ -24,15 +24,15 @@ namespace
 
 constexpr int kWidth = 640;
 constexpr double kInterval_s = 0.5; ///< shortest time between two pictures
-constexpr double kAsked_s = 3.0;    ///< for so long pictures are taken once asked for
+constexpr double kAsked_s = 3.0;    ///< how long a request keeps pictures coming
 constexpr double kFirstWait_s = 0.4;
-/// A picture that is older isn't sent at once: there may be a new one in a moment.
+/// If the picture is older, newest() waits for a new one.
 constexpr double kOldPicture_s = 1.0;
 
 } // namespace
 
-/// Pictures of what a camera draws, at most 640 pixels wide, as JPEG. The thread that draws reads
-/// the pixels alone; all else is done by whoever asks for a picture.
+/// Pictures of what a camera draws, at most 640 pixels wide, as JPEG. The drawing thread only reads
+/// the pixels; the caller of newest() scales and encodes them.
 class SceneMonitor::Picture
 {
 public:
@@ -47,7 +47,7 @@ public:
         const base::Lock lock(_mutex);
         _cost.problem = why;
     }
-    /// From now on something is drawn.
+    /// Called when drawing begins.
     void begin()
     {
         const base::Lock lock(_mutex);
@@ -59,7 +59,7 @@ public:
         return now_s < _askedUntil_s && now_s - _taken_s >= kInterval_s;
     }
 
-    /// Takes what was drawn, on the thread that draws.
+    /// Reads the drawn picture, on the drawing thread.
     void take(const osg::Viewport& viewport)
     {
         const double begin_s = base::steadySeconds();
@@ -123,21 +123,21 @@ public:
 
 private:
     const osg::ref_ptr<osgDB::ReaderWriter> _writer;
-    mutable base::Mutex _mutex; ///< held for copies of pointers and numbers
+    mutable base::Mutex _mutex; ///< held only to copy pointers and numbers
     base::Condition _changed;
     osg::ref_ptr<osg::Image> _image MIDAIR_GUARDED_BY(_mutex); ///< the newest
     double _taken_s MIDAIR_GUARDED_BY(_mutex) = 0.0;
     PictureCost _cost MIDAIR_GUARDED_BY(_mutex);
     bool _isShown MIDAIR_GUARDED_BY(_mutex) = false;
     double _askedUntil_s MIDAIR_GUARDED_BY(_mutex) = 0.0;
-    /// By one, and no more: whoever else asks takes what there is.
+    /// Only one caller waits; others get the newest picture at once.
     bool _isWaitedFor MIDAIR_GUARDED_BY(_mutex) = false;
 
-    base::Mutex _encoding; ///< taken before _mutex
+    base::Mutex _encoding; ///< locked before _mutex
     MonitorPicture _encoded MIDAIR_GUARDED_BY(_encoding);
 };
 
-/// Reads back what was drawn.
+/// Reads back the drawn picture.
 class SceneMonitor::Readback : public osg::Camera::DrawCallback
 {
 public:
@@ -154,7 +154,7 @@ private:
     const std::shared_ptr<Picture> _picture;
 };
 
-/// A HapticScene for the page.
+/// Adapts a HapticScene to the page.
 class SceneMonitor::Source : public MonitorSource
 {
 public:
@@ -201,7 +201,7 @@ SceneMonitor::SceneMonitor(const MonitorOptions& options,
 
 SceneMonitor::~SceneMonitor()
 {
-    // No frame comes while the page waits for whoever is still there.
+    // No frames come while the page waits for its last requests.
     if (_source) _source->silence();
 }
 
@@ -233,20 +233,20 @@ void addMonitorOptions(CLI::App& app, MonitorOptions& options)
     };
     app.add_option("--monitor",
                    options.address,
-                   "Serves the operator's page there: state, picture, figures, mute; \":8080\" is "
-                   "127.0.0.1:8080, for this machine alone")
+                   "Serve the operator's page (state, picture, figures, mute) at this address; "
+                   "\":8080\" is 127.0.0.1:8080, for this machine only")
         ->type_name("ADDRESS:PORT")
         ->check(CLI::Validator(problemOf, ""))
         ->group("The operator's page");
     app.add_option("--monitor-token-file",
                    options.tokenFile,
-                   "Holds the token that mutes and unmutes; made if it is missing [a new token is "
-                   "printed]")
+                   "File with the token for mute and unmute; created if missing [print a new token "
+                   "at each start]")
         ->type_name("FILE")
         ->group("The operator's page");
     app.add_option("--monitor-host",
                    options.hosts,
-                   "A name by which browsers ask for the page, as behind a proxy; may be repeated")
+                   "Additional host name of the page, for example behind a proxy; repeatable")
         ->type_name("NAME")
         ->group("The operator's page");
 }

@@ -1,5 +1,4 @@
-// In the place of the other sources here where cpp-httplib wasn't found: who asks for the page is
-// told that there is none.
+// Replaces the other sources here if cpp-httplib wasn't found: --monitor fails with a message.
 
 #include "samples/shared/monitor/SceneMonitor.h"
 

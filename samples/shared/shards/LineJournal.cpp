@@ -21,7 +21,7 @@ using device::recording::OpenFile;
 
 constexpr std::size_t kMostBytes = std::size_t(1) << 30;
 
-// The end of what line feeds close.
+// Returns the length of the text up to its last line feed.
 std::size_t wholeLines(const std::string& text)
 {
     const std::size_t end = text.rfind('\n');
@@ -64,8 +64,7 @@ void LineJournal::fail(const std::string& path, const char* what) const
         "{} \"{}\" can't be {}: {}", _name, path, what, std::generic_category().message(errno)));
 }
 
-// What was opened may have been replaced before it was locked: then nobody would find what is
-// written into it.
+// The file may have been replaced before it was locked; writes into the old one would be lost.
 OpenFile LineJournal::openLocked(const std::string& path) const
 {
     for (;;)
@@ -113,8 +112,7 @@ void LineJournal::sync()
 
 void LineJournal::replace(const std::string& text)
 {
-    // Into a file beside it, which takes its place when it is whole; the old one is locked till
-    // then.
+    // Writes a file beside it and renames it; the old one stays locked until then.
     const std::string whole = _path + ".new";
     const OpenFile old = std::exchange(_file, openLocked(whole));
     if (::ftruncate(_file.descriptor(), 0) != 0) fail(whole, "written");

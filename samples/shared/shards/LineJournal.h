@@ -12,7 +12,7 @@
 namespace midair::samples
 {
 
-/// Makes the new name of the file \a path outlive a power failure, as far as the file system can.
+/// Makes the file \a path survive a power failure by syncing its folder, if the file system can.
 inline void syncFolderOf(const std::string& path)
 {
     const std::string folder = std::filesystem::path(path).parent_path().string();
@@ -23,34 +23,34 @@ inline void syncFolderOf(const std::string& path)
     ::close(file);
 }
 
-/// Writes all of \a bytes into an open file. Returns false, with errno, if it can't be done.
+/// Writes all of \a bytes. Returns false and sets errno on failure.
 bool writeAll(int file, const void* bytes, std::size_t count);
 
-/// A text file that is written line by line while something goes on, and gone on with by the next
-/// run when this one ends, however it ends. One process has it at a time.
+/// A text file written line by line; the next run can continue it, however this one ends. Only one
+/// process can open it at a time.
 class LineJournal
 {
 public:
-    /// Opens \a path, or makes it, with \a mode. \a name: what it holds, for messages ("readings").
+    /// Opens \a path, or creates it with \a mode. \a name is its content in messages ("readings").
     /// Throws base::InputError if another process has it, or if it can't be read or written.
     LineJournal(const std::string& path, std::string name, unsigned int mode = 0644);
     ~LineJournal();
     LineJournal(const LineJournal&) = delete;
     LineJournal& operator=(const LineJournal&) = delete;
 
-    /// What was there when it was opened, the torn line included.
+    /// Returns the content when it was opened, including a torn line.
     const std::string& text() const { return _text; }
-    /// Returns the end of text() that no line feed closes: what a power failure left of a line.
+    /// Returns the rest of text() after the last line feed: an incomplete line after a power
+    /// failure.
     std::string tornLine() const;
-    /// Takes the torn line out of the file.
+    /// Removes the torn line from the file.
     void cutTornLine();
 
-    /// Appends \a text. It survives a kill at once. Throws base::InputError.
+    /// Appends \a text, which survives a kill at once. Throws base::InputError.
     void append(const std::string& text);
-    /// Waits until all is on the disk, so that it survives a power failure. Throws
-    /// base::InputError.
+    /// Waits until everything is on disk and survives a power failure. Throws base::InputError.
     void sync();
-    /// Puts \a text in place of all lines, at once, and stays open. Throws base::InputError.
+    /// Replaces all lines by \a text atomically; the file stays open. Throws base::InputError.
     void replace(const std::string& text);
 
 private:

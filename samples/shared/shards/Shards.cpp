@@ -35,7 +35,8 @@ constexpr std::uint32_t kPiece = 0x43454950; // "PIEC"
 constexpr std::size_t kFrontBytes = 24;
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint64_t kHeaderNumber = ~std::uint64_t(0);
-constexpr std::uint64_t kMostPieces = 100000000; // of the longest animation, a frame each
+constexpr std::uint64_t kMostPieces = 100000000; // enough for one frame per piece in the longest
+                                                 // animation
 constexpr std::uint64_t kMostPieceBytes = std::uint64_t(1) << 31;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why)
@@ -63,8 +64,8 @@ std::uint64_t sizeOf(const OpenFile& file, const std::string& path)
 
 constexpr int kMostShards = 100000;
 constexpr int kBar = 30;              // characters
-constexpr double kTerminal_s = 0.2;   // between two looks of the bar
-constexpr double kElsewhere_s = 30.0; // between two lines in a log
+constexpr double kTerminal_s = 0.2;   // interval of the progress bar
+constexpr double kElsewhere_s = 30.0; // interval of lines in a log
 
 constexpr std::size_t kBuffer = std::size_t(1) << 20;
 
@@ -119,19 +120,19 @@ PartFile PartFile::openToGoOn(const std::string& path, const PartHeader& header)
     const int descriptor = part._file.descriptor();
     if (descriptor < 0) failSystem(path, "can't be written");
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        fail(path, "another process is at work on it");
+        fail(path, "another process is using it");
     if (sizeOf(part._file, path) > 0) part.scan();
     if (part._hasHeader)
     {
         const std::string other = differenceOf(part._header, header);
         if (!other.empty())
             fail(path,
-                 "is there and is of other work: " + other +
-                     " (there, and here); delete it, or choose another name");
+                 "exists and belongs to other work: " + other +
+                     " (there and here); delete it, or choose another name");
     }
     part._header = header;
     if (::ftruncate(descriptor, static_cast<off_t>(part._end)) != 0)
-        failSystem(path, "can't be cut to its whole pieces");
+        failSystem(path, "can't be truncated to its complete pieces");
     if (part._hasHeader) return part;
     if (!writeAll(descriptor, kMagic, kMagicBytes)) failSystem(path, "can't be written");
     part._end = kMagicBytes;
@@ -145,9 +146,9 @@ PartFile PartFile::openToRead(const std::string& path)
     PartFile part(path, OpenFile(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)));
     if (part._file.descriptor() < 0) failSystem(path, "can't be read");
     if (::flock(part._file.descriptor(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        fail(path, "another process is still at work on it");
+        fail(path, "another process is still writing it");
     part.scan();
-    if (!part._hasHeader) fail(path, "is empty: its first piece was not finished");
+    if (!part._hasHeader) fail(path, "is empty: its first piece is incomplete");
     return part;
 }
 
@@ -168,7 +169,7 @@ std::string PartFile::bytesAt(std::uint64_t offset, std::uint64_t size) const
     return bytes;
 }
 
-// Takes the piece at offset and moves offset behind it; false: there is no whole one.
+// Reads the piece at \a offset and advances \a offset. Returns false if there is no complete one.
 bool PartFile::scanPiece(std::uint64_t& offset, std::uint64_t size, int& damaged)
 {
     if (size - offset < kFrontBytes + kCrcBytes) return false;
@@ -195,7 +196,7 @@ bool PartFile::scanPiece(std::uint64_t& offset, std::uint64_t size, int& damaged
         if (json.is_discarded() || !json.is_object()) fail(_path, "its header isn't JSON");
         _header = json.get<PartHeader>();
         if (_header.pieces > kMostPieces || _header.shard < 1 || _header.shards < _header.shard)
-            fail(_path, "its header names a share that there can't be");
+            fail(_path, "its header has an invalid share");
         _hasHeader = true;
     }
     return true;
@@ -206,7 +207,8 @@ void PartFile::scan()
     const std::uint64_t size = sizeOf(_file, _path);
     const std::uint64_t begin = std::min<std::uint64_t>(size, kMagicBytes);
     if (bytesAt(0, begin) != std::string(kMagic, begin))
-        fail(_path, "is there and isn't a part (it doesn't start with MIDAIRP); it stays as it is");
+        fail(_path,
+             "exists and isn't a part (it doesn't start with MIDAIRP); it is left unchanged");
     std::uint64_t offset = begin;
     int damaged = 0;
     if (size > kMagicBytes)
@@ -216,8 +218,9 @@ void PartFile::scan()
     if (damaged > 0)
         _damage = fmt::format("{} of its pieces {} damaged", damaged, damaged == 1 ? "is" : "are");
     if (size > offset)
-        _damage += fmt::format(
-            "{}{} bytes at its end are no whole piece", _damage.empty() ? "" : "; ", size - offset);
+        _damage += fmt::format("{}{} bytes at its end are an incomplete piece",
+                               _damage.empty() ? "" : "; ",
+                               size - offset);
 }
 
 std::vector<std::uint64_t> PartFile::numbers() const
@@ -325,7 +328,7 @@ JoinedParts::JoinedParts(
                     describe(work(), static_cast<std::uint64_t>(gap - _partOf.begin())));
     for (const PartFile& part : _parts)
         if (!part.damage().empty()) why += fmt::format("; \"{}\": {}", part.path(), part.damage());
-    throw InputError(why + "; run their shards again, which keeps what is done");
+    throw InputError(why + "; run their shards again; finished pieces are kept");
 }
 
 Progress::Progress(std::string name, std::uint64_t done, std::uint64_t all, bool isQuiet) :
@@ -389,19 +392,18 @@ WholeFile::WholeFile(std::string file, const std::string& magic, bool overwrite)
     const bool isThere = ::lstat(_file.c_str(), &about) == 0;
     if (isThere && !S_ISREG(about.st_mode))
         throw base::InputError(
-            fmt::format("\"{}\" is there and is no regular file; choose another name", _file));
+            fmt::format("\"{}\" exists and is not a regular file; choose another name", _file));
     if (isThere && !magic.empty() && !overwrite && about.st_size > 0)
     {
         std::string begin(magic.size(), '\0');
         std::ifstream(_file, std::ios::binary)
             .read(begin.data(), static_cast<std::streamsize>(begin.size()));
         if (begin != magic)
-            throw base::InputError(fmt::format(
-                "\"{}\" is there and is something else, so it stays as it is; choose another name, "
-                "or say --overwrite",
-                _file));
+            throw base::InputError(fmt::format("\"{}\" exists and is a different kind of file; "
+                                               "choose another name, or use --overwrite",
+                                               _file));
     }
-    ::unlink(_temporary.c_str()); // of a process that was ended
+    ::unlink(_temporary.c_str()); // left by a process that was killed
     _descriptor =
         ::open(_temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (_descriptor < 0) failToWrite(_temporary);

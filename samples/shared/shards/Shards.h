@@ -13,40 +13,39 @@
 namespace midair::samples
 {
 
-/// What a part file begins with: what work it is of, so that parts of different work can't be
-/// joined, and which share.
+/// Header of a part file. It identifies the work, so that parts of different work can't be merged,
+/// and the share.
 struct PartHeader
 {
-    nlohmann::json work; ///< all that the results depend on; alike in all parts
+    nlohmann::json work; ///< everything the results depend on; equal in all parts
     int shard = 1;       ///< 1 .. shards
     int shards = 1;
-    std::uint64_t pieces = 0; ///< of the whole work
+    std::uint64_t pieces = 0; ///< in the whole work
 
-    /// Pieces are dealt out in turn: shard i of K has i - 1, i - 1 + K, ..
+    /// Pieces are distributed round-robin: shard i of K has i - 1, i - 1 + K, ..
     bool has(std::uint64_t piece) const
     {
         return piece % static_cast<std::uint64_t>(shards) == static_cast<std::uint64_t>(shard - 1);
     }
-    /// Number of pieces that the shard has.
+    /// Returns the number of pieces of the shard.
     std::uint64_t share() const;
 };
 
-/// Returns the first difference of two works in words, "fps is 60 and 30"; empty: there is none.
+/// Returns the first difference of two works, "fps is 60 and 30", or an empty text.
 std::string differenceOf(const nlohmann::json& a, const nlohmann::json& b);
 
-/// What of a shard is done: finished pieces, each with its number and its CRC-32C. The format: the
-/// eight bytes "MIDAIRP\n", a piece with number 2^64 - 1 and the header as JSON, then pieces in any
-/// order: "PIEC", number (u64), bytes (u64), CRC-32C of these 20 bytes (u32), payload, CRC-32C of
-/// the payload (u32), all little-endian.
+/// The finished pieces of a shard, each with its number and CRC-32C. Format: the eight bytes
+/// "MIDAIRP\n", a piece with number 2^64 - 1 and the header as JSON, then pieces in any order:
+/// "PIEC", number (u64), bytes (u64), CRC-32C of these 20 bytes (u32), payload, CRC-32C of the
+/// payload (u32), all little-endian.
 class PartFile
 {
 public:
-    /// Opens \a path to go on with it. It is made where there is none; of one that is there, whole
-    /// pieces are kept, what is behind the last whole one is cut off, and damaged ones are to be
-    /// done again. Throws base::InputError, and leaves the file, if it is something else, of other
-    /// work or another share, or in use.
+    /// Opens \a path to continue it, or creates it. Keeps complete pieces, cuts off an incomplete
+    /// end, and marks damaged pieces as to be redone. Throws base::InputError, and keeps the file,
+    /// if it is another kind of file, belongs to other work or another share, or is in use.
     static PartFile openToGoOn(const std::string& path, const PartHeader& header);
-    /// Opens \a path to read it; damaged pieces don't count.
+    /// Opens \a path for reading; damaged pieces are ignored.
     static PartFile openToRead(const std::string& path);
 
     const std::string& path() const { return _path; }
@@ -54,15 +53,15 @@ public:
     bool has(std::uint64_t piece) const { return _places.count(piece) > 0; }
     std::uint64_t pieces() const { return _places.size(); }
     std::vector<std::uint64_t> numbers() const;
-    /// A sentence on what was cut off or damaged when it was opened; empty: nothing.
+    /// Returns a sentence on what was cut off or damaged, or an empty text.
     const std::string& damage() const { return _damage; }
 
-    /// Appends a piece, which outlives this process from then on. What the machine itself loses, as
-    /// without power, is no whole piece and so done again. Throws base::InputError.
+    /// Appends a piece, which survives the end of this process. After a power failure, incomplete
+    /// pieces are redone. Throws base::InputError.
     void add(std::uint64_t piece, const std::string& payload);
-    /// Waits until all pieces are on the disk. Throws base::InputError.
+    /// Waits until all pieces are on disk. Throws base::InputError.
     void sync();
-    /// Returns the payload of a piece that is there. Throws base::InputError.
+    /// Returns the payload of an existing piece. Throws base::InputError.
     std::string read(std::uint64_t piece) const;
 
 private:
@@ -83,7 +82,7 @@ private:
     PartHeader _header;
     bool _hasHeader = false;
     std::map<std::uint64_t, Place> _places;
-    std::uint64_t _end = 0; ///< behind the last whole piece
+    std::uint64_t _end = 0; ///< end of the last complete piece
     std::string _damage;
 };
 
@@ -94,16 +93,16 @@ struct Shard
     int count = 1;  ///< 1 .. 100000
 };
 
-/// Reads "i/K". Throws base::InputError.
+/// Parses "i/K". Throws base::InputError.
 Shard parseShard(const std::string& text);
 
-/// The pieces of all parts of one work, each once and without gaps.
+/// The pieces of all parts of one work, complete and without duplicates.
 class JoinedParts
 {
 public:
-    /// \a describe: what a piece is, in words, such as "frames 0 to 63". Throws base::InputError,
-    /// which names the files and the pieces, if parts are of different work, or if pieces are there
-    /// twice, missing or damaged.
+    /// \a describe returns the name of a piece, such as "frames 0 to 63". Throws base::InputError
+    /// with the names of files and pieces if parts belong to different work, or if pieces are
+    /// duplicated, missing or damaged.
     JoinedParts(const std::vector<std::string>& files,
                 const std::function<std::string(const nlohmann::json& work, std::uint64_t piece)>&
                     describe);
@@ -114,14 +113,14 @@ public:
 
 private:
     std::vector<PartFile> _parts;
-    std::vector<std::size_t> _partOf; ///< for each piece
+    std::vector<std::size_t> _partOf; ///< index of the part for each piece
 };
 
-/// Tells on stderr how far the work is: a bar on a terminal, a line now and then elsewhere.
+/// Prints progress on stderr: a bar on a terminal, occasional lines elsewhere.
 class Progress
 {
 public:
-    /// \a done of \a all units (with their plural name) are done already.
+    /// \a done of \a all units (\a name is their plural) are already done.
     Progress(std::string name, std::uint64_t done, std::uint64_t all, bool isQuiet);
     ~Progress();
     Progress(const Progress&) = delete;
@@ -142,12 +141,12 @@ private:
     double _shown_s = -1e9;
 };
 
-/// Writes \a file as a whole: what is there is replaced when commit() is called, or stays as it is.
+/// Writes \a file atomically: commit() replaces an existing file, which otherwise stays unchanged.
 class WholeFile
 {
 public:
-    /// \a magic: a file that is there and doesn't begin with it is not replaced, unless \a
-    /// overwrite; empty: any regular file is. Throws base::InputError.
+    /// \a magic: an existing file is replaced only if it begins with this text or \a overwrite is
+    /// true; empty: any regular file is replaced. Throws base::InputError.
     WholeFile(std::string file, const std::string& magic, bool overwrite);
     ~WholeFile();
     WholeFile(const WholeFile&) = delete;

@@ -18,8 +18,8 @@ std::vector<double> listOf(const Eigen::VectorXd& values)
     return {values.data(), values.data() + values.size()};
 }
 
-// Where several points share a column, its lowest and its highest in their order: of an hour's
-// probe there are more points than memory for a text of them.
+// Reduces the points in a column to the lowest and the highest in their order, because the points
+// of an hour's probe would not fit into memory as text.
 Curve thinned(const Curve& curve)
 {
     const double first = curve.x[0], width = curve.x[curve.x.size() - 1] - first;
@@ -50,7 +50,7 @@ std::string nameOf(CurveMark mark)
     return mark == CurveMark::DISC ? "DISC" : "RING";
 }
 
-// JSON has no NaN: json writes null.
+// NaN is written as null, because JSON has no NaN.
 json jsonOf(const CurvePanel& panel)
 {
     json curves = json::array(), bands = json::array();

@@ -12,7 +12,7 @@
 namespace midair::samples
 {
 
-/// What stands at each point of a curve.
+/// Mark at each point of a curve.
 enum class CurveMark
 {
     NONE,
@@ -20,59 +20,59 @@ enum class CurveMark
     RING
 };
 
-/// A line through points, x ascending, or marks at them.
+/// A line through points in ascending order of x, or marks.
 struct Curve
 {
     Eigen::VectorXd x;
     Eigen::VectorXd y; ///< as many
     std::string name;  ///< in the legend; may be empty
     CurveMark mark = CurveMark::NONE;
-    bool isJoined = true; ///< by a line; otherwise marks alone
-    int color = -1;       ///< one of six; -1: the next one
+    bool isJoined = true; ///< draw the line
+    int color = -1;       ///< 0 .. 5; -1: the next one
 };
 
-/// A range of an axis that is tinted over the whole panel, with a line at a value in it.
+/// A tinted range of an axis over the whole panel, with an optional line.
 struct CurveBand
 {
     double low = 0.0, high = 0.0;
-    double middle = std::numeric_limits<double>::quiet_NaN(); ///< NaN: no line
+    double middle = std::numeric_limits<double>::quiet_NaN(); ///< value of the line; NaN: none
     std::string name;                                         ///< in the legend; may be empty
-    bool isOfX = false; ///< a range of x, upright; otherwise of y
-    int color = 0;      ///< one of six
+    bool isOfX = false;                                       ///< a range of x; otherwise of y
+    int color = 0;                                            ///< 0 .. 5
 };
 
-/// A pair of axes with curves, at most six of which differ in colour.
+/// A pair of axes with curves, at most six of them with different colours.
 struct CurvePanel
 {
-    std::string xName; ///< of the axes, with units
+    std::string xName; ///< axis labels with units
     std::string yName;
     std::vector<Curve> curves;
-    std::vector<CurveBand> bands = {}; ///< behind the curves
-    /// Ends of the axes; NaN: those of the curves, and 0 for y
+    std::vector<CurveBand> bands = {}; ///< drawn behind the curves
+    /// axis limits; NaN: from the curves, and 0 for y
     double xLow = std::numeric_limits<double>::quiet_NaN();
     double xHigh = std::numeric_limits<double>::quiet_NaN();
     double yHigh = std::numeric_limits<double>::quiet_NaN();
-    /// Names at places of the x axis, in place of numbers; may be empty
+    /// tick labels of the x axis in place of numbers; may be empty
     std::vector<std::pair<double, std::string>> xTicks = {};
-    /// True: y has a logarithmic axis of \a decades below its largest value
+    /// y is logarithmic over \a decades below its largest value
     bool logarithmic = false;
     int decades = 5; ///< >= 1
 };
 
-/// Panels above each other, the first on top.
+/// Panels from top to bottom.
 struct CurvePlot
 {
     std::string title;
-    std::string caption; ///< one line below; may be empty
+    std::string caption; ///< one line at the bottom; may be empty
     std::vector<CurvePanel> panels;
 };
 
-/// Draws \a plot into \a path (.png, .svg, .pdf) by drawPlot(). Returns what went wrong, or an
+/// Draws \a plot into \a path (.png, .svg, .pdf) with drawPlot(). Returns an error message, or an
 /// empty text.
 std::string drawCurves(const std::string& path, const CurvePlot& plot);
 
-/// Draws what \a plot describes as plot.py reads it into the file \a path (.png, .svg, .pdf), by
-/// Debian's Python and its package python3-matplotlib. Returns what went wrong, or an empty text.
+/// Runs plot.py with the description \a plot to draw the file \a path (.png, .svg, .pdf); needs
+/// Debian's Python with python3-matplotlib. Returns an error message, or an empty text.
 std::string drawPlot(const std::string& path, const nlohmann::json& plot);
 
 } // namespace midair::samples

@@ -62,8 +62,8 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
         const Eigen::Matrix3Xd d = points.positions.colwise() - centre;
         const base::SymmetricAxes<3> spread =
             base::symmetricAxes(Eigen::Matrix3d(d * d.transpose()));
-        // For flat or nearly flat points the normal is their thinnest direction, otherwise an axis
-        // of the array frame.
+        // Normal: the thinnest direction for flat or nearly flat points, otherwise an axis of the
+        // array frame.
         Eigen::Vector3d normal = spread.vectors.col(0);
         if (spread.values[0] > 0.25 * spread.values[1])
         {
@@ -71,13 +71,13 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
             d.cwiseAbs().rowwise().maxCoeff().minCoeff(&thinnest);
             normal = Eigen::Vector3d::Unit(thinnest);
         }
-        // The median puts the slice where most points are: a raised middle doesn't move it off the
+        // The median puts the slice where most points are; a raised centre doesn't move it off the
         // outline.
         Eigen::VectorXd heights = normal.transpose() * d;
         std::nth_element(heights.begin(), heights.begin() + heights.size() / 2, heights.end());
         centre += normal * heights[heights.size() / 2];
-        // The edges are as parallel to the array's axes as the plane allows, so that pictures of
-        // successive frames look alike.
+        // Align the edges with the array's axes as far as possible, so that pictures of successive
+        // frames look alike.
         int steepest = 0;
         normal.cwiseAbs().maxCoeff(&steepest);
         const Eigen::Vector3d first = Eigen::Vector3d::Unit(steepest == 0 ? 2 : 0);
@@ -98,7 +98,7 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
     return grid;
 }
 
-// Rounding puts vertices of the plane on either side of it, so they count as in it.
+// Vertices within rounding errors of the plane count as in it.
 std::vector<osg::Vec3d> outlineInPlane(const haptics::TriangleMesh& mesh,
                                        const Eigen::Isometry3d& pose,
                                        const haptics::FieldGrid& grid)
@@ -109,13 +109,14 @@ std::vector<osg::Vec3d> outlineInPlane(const haptics::TriangleMesh& mesh,
     Eigen::VectorXd height = (normal.transpose() * (vertices.colwise() - grid.corner)).transpose();
     height = (height.array().abs() < flat).select(0.0, height);
     std::vector<osg::Vec3d> outline;
-    std::map<std::pair<int, int>, int> facesAt; // of the plane, at each edge in it
+    std::map<std::pair<int, int>, int> facesAt; // number of faces in the plane at each edge
     for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
     {
         const Eigen::Vector3i corners = mesh.triangles.col(t);
-        const bool isFace = corners[0] != corners[1] && corners[1] != corners[2]; // or a line
+        const bool isFace =
+            corners[0] != corners[1] && corners[1] != corners[2]; // otherwise a line
         const bool isInPlane = isFace && height(corners).isZero(0.0);
-        std::vector<osg::Vec3d> cut; // where it meets the plane, but for edges in it
+        std::vector<osg::Vec3d> cut; // intersections with the plane, without edges in it
         for (int k = 0; k < 3; ++k)
         {
             const int a = corners[k], b = corners[(k + 1) % 3], c = corners[(k + 2) % 3];
@@ -150,7 +151,7 @@ bool writeFieldPicture(const std::string& path,
     if (!drawn)
     {
         drawn = picture.createSlice();
-        message = path + " has no axes and no text: " + message;
+        message = path + " is drawn without axes and text: " + message;
     }
     if (osgDB::writeImageFile(*drawn, path)) return true;
     message = "can't write the picture " + path + " (is the folder there, and is it a .png?)";

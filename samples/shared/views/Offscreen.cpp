@@ -45,7 +45,7 @@ public:
         setState(new osg::State);
         getState()->setGraphicsContext(this);
         getState()->setContextID(createNewContextID());
-        // A viewer that had this number, and no OpenGL, may have left extensions that are none.
+        // A failed viewer may have left invalid extensions under this context ID.
         osg::GLExtensions::Set(getState()->getContextID(), nullptr);
     }
 
@@ -101,7 +101,7 @@ public:
     bool isRealizedImplementation() const override { return _realized; }
     void closeImplementation() override
     {
-        // A context that is destroyed while it is current stays so, and the next one has no OpenGL.
+        // Destroying the current context leaves it current, and the next one would get no OpenGL.
         if (eglGetCurrentContext() == _context) releaseContextImplementation();
         if (_context != EGL_NO_CONTEXT) eglDestroyContext(_display, _context);
         if (_surface != EGL_NO_SURFACE) eglDestroySurface(_display, _surface);
@@ -196,7 +196,7 @@ osg::ref_ptr<osg::Image> averagedDown(const osg::Image& image, int scale)
     const int step = static_cast<int>(image.getPixelSizeInBits()) / 8;
     for (int y = 0; y < height; ++y)
     {
-        // osg::Image works out a row's size anew at each call of data().
+        // osg::Image computes the row size at each call of data().
         unsigned char* to = small->data(0, y);
         std::vector<const unsigned char*> rows(scale);
         for (int dy = 0; dy < scale; ++dy)

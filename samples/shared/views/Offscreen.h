@@ -10,31 +10,31 @@
 namespace midair::samples
 {
 
-/// Returns true if a window can be opened (an X display is named).
+/// Returns true if a window can be opened (DISPLAY is set).
 bool haveDisplay();
 
 /// Creates an OpenGL context of \a width x \a height pixels without a display, window system or
-/// graphics card (surfaceless EGL; software rendering if there is no GPU). Returns null, with the
-/// reason in \a error, if that fails.
+/// graphics card (surfaceless EGL; software rendering without a GPU). Returns null and sets
+/// \a error on failure.
 osg::ref_ptr<osg::GraphicsContext>
 createOffscreenContext(int width, int height, std::string* error);
 
 /// Makes \a viewer draw into an off-screen context of that size, single-threaded, with a vertical
-/// field of view of \a fovy_deg. Returns false, with \a error, if there is no OpenGL.
+/// field of view of \a fovy_deg. Returns false and sets \a error if there is no OpenGL.
 bool setUpOffscreen(
     osgViewer::Viewer& viewer, int width, int height, double fovy_deg, std::string* error);
 
 /// Draws \a scene once in pixel coordinates (origin bottom left) over \a background and returns the
-/// picture, RGB; null, with \a error, if that fails.
+/// RGB picture. Returns null and sets \a error on failure.
 osg::ref_ptr<osg::Image> renderFlat(
     osg::Node& scene, int width, int height, const osg::Vec4& background, std::string* error);
 
-/// Draw callback that keeps the picture of the next frame drawn after request().
+/// Draw callback that keeps the first picture drawn after request().
 class FrameGrabber : public osg::Camera::DrawCallback
 {
 public:
-    /// \a scale: factor by which the context is larger than the picture, which is averaged down for
-    /// smooth edges and text.
+    /// \a scale is the ratio of the context's size to the picture's; the picture is averaged down
+    /// for smooth edges and text.
     explicit FrameGrabber(int scale = 1);
 
     void request() const { _wanted = true; }

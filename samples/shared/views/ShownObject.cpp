@@ -8,7 +8,6 @@
 #include <osgMidair/Overlay>
 
 #include <osg/BlendFunc>
-#include <osg/ComputeBoundsVisitor>
 #include <osg/Depth>
 #include <osg/Geometry>
 #include <osg/LightModel>
@@ -38,7 +37,7 @@ namespace
 /// Ratio of the smallest to the middle extent below which an object counts as flat.
 constexpr double kFlat = 0.35;
 
-/// Corners of triangles, three of each in turn.
+/// Corners of triangles, three for each.
 struct TriangleCorners
 {
     void operator()(const osg::Vec3& a, const osg::Vec3& b, const osg::Vec3& c)
@@ -50,7 +49,7 @@ struct TriangleCorners
     std::vector<osg::Vec3d> corners;
 };
 
-/// Collects the triangles below a node in the frame of its parent.
+/// Collects the triangles below a node in its parent's frame.
 class CollectTriangles : public osg::NodeVisitor
 {
 public:
@@ -65,8 +64,8 @@ public:
     std::vector<osg::Vec3d> corners;
 };
 
-/// Returns, for each corner, the first one at the same place within a millionth of \a size, so that
-/// triangles that share an edge can be found.
+/// Returns for each corner the first one at the same place, within a millionth of \a size, so that
+/// shared edges can be found.
 std::vector<std::size_t> welded(const std::vector<osg::Vec3d>& corners, double size)
 {
     const double grid = 1e-6 * std::max(1e-9, size);
@@ -82,8 +81,8 @@ std::vector<std::size_t> welded(const std::vector<osg::Vec3d>& corners, double s
     return like;
 }
 
-/// Returns edges with one triangle, or with two triangles that are turned by more than 35 degrees.
-/// Returns none if there are too many to look good: more than a tenth of all edges of a solid.
+/// Returns boundary edges and edges between faces that meet at more than 35 degrees. Returns none
+/// if there are too many to look good: more than a tenth of a solid's edges.
 osg::ref_ptr<osg::Vec3Array> featureEdges(osg::Node& model, double size, bool flat)
 {
     CollectTriangles collect;
@@ -113,7 +112,7 @@ osg::ref_ptr<osg::Vec3Array> featureEdges(osg::Node& model, double size, bool fl
     return lines;
 }
 
-/// Draws \a node after opaque ones, over the field and under its control points.
+/// Draws \a node after opaque ones, above the field and below its control points.
 void drawTranslucent(osg::Node& node)
 {
     osg::StateSet* state = node.getOrCreateStateSet();
@@ -178,36 +177,20 @@ osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float bri
     return made;
 }
 
-/// Throws std::runtime_error, with what is wrong with the file.
+/// Throws std::runtime_error with the reason.
 osg::ref_ptr<osg::Node> readModel(const std::string& path)
 {
     using Result = osgDB::ReaderWriter::ReadResult;
     Result result = osgMidair::readModel(path);
     if (result.validNode()) return result.getNode();
     const std::string reader = result.message();
-    std::string why = "its format is none that OpenSceneGraph has a reader for";
+    std::string why = "OpenSceneGraph has no reader for its format";
     if (osgDB::findDataFile(path).empty())
         why = "no such file";
     else if (result.status() != Result::FILE_NOT_HANDLED)
         why = reader.empty() ? "OpenSceneGraph's reader finds no model in it" : reader;
     throw std::runtime_error("can't read the model " + path + ": " + why);
 }
-
-/// The box of a model, in double: floats lose the digits of places far from the origin.
-class ModelBox : public osg::ComputeBoundsVisitor
-{
-public:
-    using osg::ComputeBoundsVisitor::apply;
-    void apply(osg::Drawable& drawable) override
-    {
-        const osg::BoundingBox own = drawable.getBoundingBox();
-        const osg::Matrixd matrix =
-            getMatrixStack().empty() ? osg::Matrixd() : getMatrixStack().back();
-        for (unsigned int i = 0; own.valid() && i < 8; ++i)
-            box.expandBy(osg::Vec3d(own.corner(i)) * matrix);
-    }
-    osg::BoundingBoxd box;
-};
 
 } // namespace
 
@@ -241,15 +224,14 @@ ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaqu
     ShownObject object;
     object.name = osgDB::getSimpleFileName(path);
     const osg::ref_ptr<osg::Node> read = readModel(path);
-    ModelBox bounds;
-    read->accept(bounds);
-    const osg::BoundingBoxd& box = bounds.box;
+    const osg::BoundingBoxd box = osgMidair::boundsOf(*read);
     if (!box.valid() || box.radius() <= 0.0)
-        throw std::runtime_error("the model " + path + " has no extent: nothing to feel");
+        throw std::runtime_error("the model " + path + " has no extent");
     const osg::Vec3d extent(box._max - box._min);
     const double largest = std::max({extent.x(), extent.y(), extent.z()});
     const double scale = size_m > 0.0 ? size_m / largest : 1.0;
     object.extent_m = extent * scale;
+    object.scale = scale;
     std::array<double, 3> sorted = {extent.x(), extent.y(), extent.z()};
     std::sort(sorted.begin(), sorted.end());
     object.flat = !isOpaque && sorted[0] < kFlat * sorted[1];
@@ -264,6 +246,10 @@ ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaqu
     dress(*placed, object.flat);
     object.model = placed;
     object.edges = lineNode(featureEdges(*placed, largest * scale, object.flat));
+    if (!osgMidair::saysWhatIsFelt(*placed)) object.surface = new osgMidair::HapticSurface;
+    object.felt = object.surface ? object.surface.get() : new osg::Group;
+    object.felt->setName(object.name);
+    object.felt->addChild(placed);
     return object;
 }
 

@@ -4,6 +4,7 @@
 
 #include <osgMidair/DisplayView>
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticSurface>
 
 #include <osg/Vec4>
 #include <osgText/Font>
@@ -14,42 +15,48 @@
 namespace midair::samples
 {
 
-/// Returns the path of \a name ("models/star.obj") below the samples' folder: that of the installed
-/// samples where the program is installed, else that of the sources.
+/// Returns the path of \a name ("models/star.obj") in the samples' folder: the installed one if the
+/// program is installed, else the source tree's.
 std::string sampleFile(const std::string& name);
 
 /// Returns the font of pictures and signs: DejaVu Sans (Debian: fonts-dejavu-core), else OSG's own.
 osg::ref_ptr<osgText::Font> labelFont();
 
-/// From now on this program opens `sim:?board=autd3` as well: AUTD3 units that are emulated in it.
+/// Enables `sim:?board=autd3` in this program: emulated AUTD3 units.
 void registerEmulatedDevices();
 
-/// Behind all that is shown.
+/// background colour
 inline const osg::Vec4 kShownBackground(0.052F, 0.060F, 0.078F, 1.0F);
 
-/// Model read by any OSG plugin, scaled to a size and centred, with materials that show its shape.
+/// A model read by any OSG plugin, scaled to a size and centred, with materials that show its
+/// shape.
 struct ShownObject
 {
     std::string name;              ///< file name without folders
     osg::ref_ptr<osg::Node> model; ///< metres; the centre of its bounding box is at the origin
-    osg::ref_ptr<osg::Node> edges; ///< outline and creases, drawn over the field; not felt
+    osg::ref_ptr<osg::Node> edges; ///< outline and creases, drawn over the field; not haptic
     osg::Vec3d extent_m;
-    bool flat = false; ///< drawn transparent, because the field's slice is in its plane
+    double scale = 1.0; ///< from the file's units to metres
+    bool flat = false;  ///< drawn transparent, because the field's slice is in its plane
+    /// The haptic node, to be put below a HapticScene: \a surface, or a plain group if tags in the
+    /// file define the haptic parts.
+    osg::ref_ptr<osg::Group> felt;
+    osg::ref_ptr<osgMidair::HapticSurface> surface; ///< null: tags define the haptic parts
 };
 
-/// Reads \a path and scales it to a largest extent of \a size_m (0: unchanged). \a isOpaque: what
-/// is flat is drawn as all else. Throws std::runtime_error that names the file.
+/// Reads \a path like MODEL.haptic and scales it to a largest extent of \a size_m (0: unchanged).
+/// \a isOpaque draws flat models opaque, too. Throws std::runtime_error with the file's name.
 ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque = false);
 
 /// Returns a group with two lights (key and fill) and \a scene below it.
 osg::ref_ptr<osg::Group> lit(osg::Node* scene);
 
-/// Takes still pictures of a scene that another viewer runs, at twice the size and averaged down.
+/// Takes still pictures of a scene that another viewer runs, supersampled 2 x 2.
 class PictureTaker
 {
 public:
-    /// \a aim sets view, projection and background of the camera. \a problem gets the reason if
-    /// there is no OpenGL; take() then returns null.
+    /// \a aim sets view, projection and background of the camera. Without OpenGL, \a problem is set
+    /// to the reason and take() returns null.
     PictureTaker(osg::Node& scene,
                  osgMidair::HapticOverlays& overlays,
                  int width,
@@ -58,7 +65,8 @@ public:
                  const std::function<void(osg::Camera&)>& aim,
                  std::string& problem);
 
-    /// Has \a display, which may be null, aim from now on. Throws std::runtime_error.
+    /// Uses the projection of \a display, which may be null, from now on. Throws
+    /// std::runtime_error.
     void showOn(osgMidair::DisplayView* display);
     osg::ref_ptr<osg::Image> take();
 

@@ -40,29 +40,40 @@ extern "C" void askToStop(int number)
     errno = before;
 }
 
-/// What silences the array. Never destroyed, as the threads below outlive static objects.
-struct Silencing
+/// What a SilenceAtStop wants called, each on a thread of its own.
+struct Wanted
 {
     base::Mutex mutex; ///< held while it is called
-    std::function<void()> silence MIDAIR_GUARDED_BY(mutex);
+    std::function<void()> call MIDAIR_GUARDED_BY(mutex);
+
+    void set(std::function<void()> next)
+    {
+        const base::Lock lock(mutex);
+        call = std::move(next);
+    }
+    void callByThread()
+    {
+        std::thread(
+            [this]
+            {
+                const base::Lock lock(mutex);
+                if (call) call();
+            })
+            .detach();
+    }
+};
+
+/// Two, so that silence waits for no disk. Never destroyed, as the threads outlive static objects.
+struct Silencing
+{
+    Wanted silence;
+    Wanted asked;
 };
 
 Silencing& silencing()
 {
     static auto* const all = new Silencing;
     return *all;
-}
-
-void silenceByThread()
-{
-    std::thread(
-        []
-        {
-            Silencing& all = silencing();
-            const base::Lock lock(all.mutex);
-            if (all.silence) all.silence();
-        })
-        .detach();
 }
 
 /// Returns true if the program has heard of the signal until \a end.
@@ -79,11 +90,12 @@ void watchStops()
     {
     }
     const auto begin = std::chrono::steady_clock::now();
-    if (!isHeardUntil(begin + kSilence)) silenceByThread();
+    silencing().asked.callByThread();
+    if (!isHeardUntil(begin + kSilence)) silencing().silence.callByThread();
     if (isHeardUntil(begin + kEnd))
     {
         std::this_thread::sleep_until(begin + kFarewell - (kEnd - kSilence));
-        silenceByThread();
+        silencing().silence.callByThread();
         std::this_thread::sleep_until(begin + kFarewell);
     }
     // As the signal would have ended it; what guards devices silences them once the program is
@@ -135,18 +147,16 @@ bool isStopAsked()
     return true;
 }
 
-SilenceAtStop::SilenceAtStop(std::function<void()> silence)
+SilenceAtStop::SilenceAtStop(std::function<void()> silence, std::function<void()> asked)
 {
-    Silencing& all = silencing();
-    const base::Lock lock(all.mutex);
-    all.silence = std::move(silence);
+    silencing().silence.set(std::move(silence));
+    silencing().asked.set(std::move(asked));
 }
 
 SilenceAtStop::~SilenceAtStop()
 {
-    Silencing& all = silencing();
-    const base::Lock lock(all.mutex);
-    all.silence = nullptr;
+    silencing().silence.set(nullptr);
+    silencing().asked.set(nullptr);
 }
 
 void catchMuteSignals()

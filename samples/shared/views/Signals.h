@@ -7,49 +7,50 @@
 namespace midair::samples
 {
 
-/// From now on Ctrl-C (SIGINT), SIGTERM and SIGHUP (unless it was ignored, as by nohup) ask the
-/// program to end after its frame, so that the array falls silent and reports are written. The
-/// second one ends it at once, as without this.
+/// Makes Ctrl-C (SIGINT), SIGTERM and SIGHUP (unless ignored, as with nohup) ask the program to end
+/// after its frame, so that the array falls silent and reports are written. A second signal ends it
+/// at once.
 ///
-/// Where the frame hangs, so that nobody asks isStopAsked(), a thread silences the array (see
-/// SilenceAtStop) and ends the program by the same signal, within 2 s. What the program does after
-/// it has asked may take 10 s.
+/// If the frame hangs and isStopAsked() is not called, a thread silences the array (see
+/// SilenceAtStop) and ends the program with the same signal, within 2 s. After isStopAsked() has
+/// returned true, the program has 10 s to end.
 void catchStopSignals();
 
-/// Returns true once one of them came. From the program's loop, any thread.
+/// Returns true once one of these signals has come. May be called from any thread.
 bool isStopAsked();
 
-/// While it exists, \a silence is called before a program is ended that doesn't end by itself. One
-/// at a time.
+/// While it exists, \a silence is called before a program is ended that doesn't end by itself, and
+/// \a asked as soon as it is asked to end. One at a time.
 class SilenceAtStop
 {
 public:
-    /// \a silence is called from a thread of its own; if it hangs, the program ends all the same.
-    explicit SilenceAtStop(std::function<void()> silence);
+    /// Both are called from threads of their own; if one hangs, the program ends all the same. \a
+    /// asked may wait for a disk.
+    explicit SilenceAtStop(std::function<void()> silence, std::function<void()> asked = {});
     ~SilenceAtStop(); ///< waits for a call under way
     SilenceAtStop(const SilenceAtStop&) = delete;
     SilenceAtStop& operator=(const SilenceAtStop&) = delete;
 };
 
-/// From now on SIGUSR1 asks to mute the array and SIGUSR2 to let it play: for a switch on the wall,
-/// a script, `systemctl kill --signal=USR1`. One that comes before there is a MuteSignals waits.
+/// Makes SIGUSR1 mute and SIGUSR2 unmute the array: for a switch on the wall, a script, `systemctl
+/// kill --signal=USR1`. A signal that comes before a MuteSignals exists is kept.
 void catchMuteSignals();
 
-/// Follows these signals on a thread of its own, so that a mute holds where frames hang. One at a
-/// time.
+/// Follows these signals on a separate thread, so that a mute works even if frames hang. Only one
+/// may exist.
 class MuteSignals
 {
 public:
-    /// \a follow: called with true to mute, with false to let play. \a keep: called afterwards, and
-    /// when wake() asks for it; it may wait for a disk.
+    /// \a follow is called with true to mute, with false to unmute. \a keep is called afterwards
+    /// and after wake(); it may block on a disk.
     explicit MuteSignals(std::function<void(bool)> follow, std::function<void()> keep = {});
     ~MuteSignals();
     MuteSignals(const MuteSignals&) = delete;
     MuteSignals& operator=(const MuteSignals&) = delete;
 
-    /// Has keep called soon; returns at once. Any thread.
+    /// Requests a call of keep and returns at once. May be called from any thread.
     void wake();
-    /// Returns once what has come so far is followed; nothing is followed from then on.
+    /// Follows signals received so far, then stops.
     void end();
 
 private:

@@ -1,6 +1,6 @@
-"""Draws a plot that a program describes in JSON on the standard input, into the file that is its argument: .png, .svg, .pdf.
+"""Draws a plot, described in JSON on the standard input, into the file of its argument: .png, .svg, .pdf.
 
-The programs have this text within them (Plot.cpp.in); it needs Debian's python3-matplotlib.
+The programs embed this text (Plot.cpp.in). It needs Debian's python3-matplotlib.
 """
 
 import json
@@ -11,7 +11,7 @@ import sys
 try:
     import matplotlib
 
-    logging.disable()  # that fonts are looked up is nobody's concern
+    logging.disable()  # matplotlib logs its search for fonts
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import numpy as np
@@ -23,12 +23,12 @@ except ImportError as error:
     sys.exit(f"{error}: apt-get install python3-matplotlib")
 
 INK = "#1a1a1e"
-# Told apart by people who see red and green alike, too (Okabe, Ito 2008).
+# Colours that colour-blind people can distinguish (Okabe, Ito 2008).
 COLORS = ["#0073b3", "#d65e00", "#009e73", "#cc78a6", "#57b5e8", "#8c730d"]
 PHASES = LinearSegmentedColormap.from_list("phases", ["#145aaa", "#f7f7f7", "#c85f0a"])
 FULL_COLOR_DEG = 45.0
 PARTS = {"FINE": ("as most", "#4a90c2"), "REVERSED": ("reversed", "#e0a040")}
-DOT = 0.3  # of what is reversed, in the transducer
+DOT = 0.3  # size of the mark of reversed transducers
 
 plt.rcParams.update({
     "font.size": 12, "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK,
@@ -40,7 +40,7 @@ plt.rcParams.update({
 
 
 def limit(axis, panel):
-    """The ends of the axes: those that are given, else those of the curves, and 0 for y. Returns the lowest y."""
+    """Sets the limits of the axes: the given ones, else those of the curves, and 0 for y. Returns the lowest y."""
     curves = panel["curves"]
     first = min(curve["x"][0] for curve in curves) if panel["xLow"] is None else panel["xLow"]
     last = max(curve["x"][-1] for curve in curves) if panel["xHigh"] is None else panel["xHigh"]
@@ -88,7 +88,7 @@ def draw_panel(axis, panel):
 
 
 def curves(plot):
-    """Panels above each other."""
+    """Draws panels from top to bottom."""
     panels = plot["panels"]
     figure, axes = plt.subplots(len(panels), squeeze=False, figsize=(10.4, 0.65 + 3.8 * len(panels)), layout="constrained")
     for axis, panel in zip(axes.flat, panels):
@@ -100,7 +100,7 @@ def curves(plot):
 
 
 def sides_of(positions, normals):
-    """Transducers that look the same way: the way, which they are, and x to the right, y up, seen from where they emit to."""
+    """Groups transducers by direction: direction, indices, and places, x right and y up, seen from the emission side."""
     sides, rest = [], np.arange(len(positions))
     while rest.size:
         normal = normals[rest[0]]
@@ -113,7 +113,7 @@ def sides_of(positions, normals):
 
 
 def pitch_of(sides):
-    """The distance of nearest neighbours, of some of them."""
+    """Returns the distance of nearest neighbours, from a sample."""
     nearest = [10.0]
     for _, _, at in sides:
         for place in at[:: max(1, len(at) // 8)]:
@@ -127,7 +127,7 @@ def circles(axis, at, size, **how):
 
 
 def draw_side(axis, at, phases, states, size):
-    """The transducers of a side, in mm. Returns what has the colours of phases."""
+    """Draws the transducers of a side, in mm. Returns the artist with the phases' colours."""
     plays = np.isin(states, list(PARTS))
     colored = circles(axis, at[plays], size, array=phases[plays], cmap=PHASES, norm=Normalize(-FULL_COLOR_DEG, FULL_COLOR_DEG),
                       edgecolor="#b8bbc0", linewidth=0.4)
@@ -140,7 +140,7 @@ def draw_side(axis, at, phases, states, size):
 
 
 def draw_bars(axis, values, states, low, high, name):
-    """Stacked bars of those as most and those reversed; what is beyond an end is in its bar."""
+    """Draws stacked bars of normal and reversed transducers; the end bars include all values beyond."""
     axis.hist([np.clip(values[states == part], low, high) for part in PARTS], bins=60, range=(low, high), stacked=True,
               label=[name for name, _ in PARTS.values()], color=[color for _, color in PARTS.values()])
     axis.set(xlabel=name, ylabel="transducers")
@@ -148,7 +148,7 @@ def draw_bars(axis, values, states, low, high, name):
 
 
 def tuning(plot):
-    """A map of the array, each side seen from where it emits to, and the histograms of phases and gains."""
+    """Draws a map of the array, each side seen from its emission side, and histograms of phases and gains."""
     states, phases = np.array(plot["states"]), np.array(plot["phase_deg"])
     sides = sides_of(1e3 * np.array(plot["positions_m"]), np.array(plot["normals"]))
     pitch = pitch_of(sides)

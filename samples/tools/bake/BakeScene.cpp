@@ -49,7 +49,7 @@ CheckOptions checkOptions(const BakeArguments& arguments)
 
 } // namespace
 
-// From the number of the frame, so that no error adds up.
+// Computed from the frame's number, so that rounding errors don't add up.
 std::uint64_t BakeArguments::time_ns(std::uint64_t number) const
 {
     return static_cast<std::uint64_t>(std::llround(static_cast<double>(number) * 1e9 / fps));
@@ -97,7 +97,7 @@ osgDB::ReaderWriter::ReadResult ReadFiles::readNode(const std::string& file,
     return osgMidair::readModel(file, options);
 }
 
-// By names from the scene's folder, so that it may lie elsewhere on another machine.
+// Names are relative to the scene's folder, so that they match on other machines.
 nlohmann::json ReadFiles::describe(const std::string& folder) const
 {
     namespace fs = std::filesystem;
@@ -132,7 +132,7 @@ BakeScene::BakeScene(const BakeArguments& arguments) :
     std::string error;
     if (!_baker->look(*_stamp, LoadedScene::worldAbove(*_scene), error)) throw InputError(error);
     if (_baker->getNumTransducers() == 0)
-        throw InputError("the scene's \"enabled\" is false: nothing of it is played");
+        throw InputError("the scene's \"enabled\" is false, so it plays nothing");
     const std::vector<std::string> live = _baker->getUnbakeable();
     if (!live.empty() && !arguments.withoutLive)
     {
@@ -153,7 +153,7 @@ BakeScene::~BakeScene()
     _scene = nullptr;
 }
 
-// A recording is what one array plays.
+// A recording holds the output of one array.
 HapticScene& BakeScene::onlyScene() const
 {
     std::vector<HapticScene*> played;
@@ -171,15 +171,16 @@ HapticScene& BakeScene::onlyScene() const
         names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", scene.node->getName());
     }
     if (played.size() != 1)
-        throw InputError(fmt::format("\"{}\" has {} scenes that are played ({}); a recording is "
-                                     "of one",
-                                     _arguments.scene,
-                                     played.size(),
-                                     names.empty() ? "none" : names));
+        throw InputError(
+            fmt::format("\"{}\" has {} playing scenes ({}); a recording needs exactly one",
+                        _arguments.scene,
+                        played.size(),
+                        names.empty() ? "none" : names));
     return *played.front();
 }
 
-// Each frame is passed, whoever solves it: callbacks may go by the one before.
+// Traverses every frame, even those of other shards, because callbacks may depend on the previous
+// frame.
 void BakeScene::advanceTo(std::uint64_t number)
 {
     for (; _next <= number; ++_next)

@@ -18,20 +18,20 @@
 namespace midair::samples
 {
 
-/// What midair-bake was asked for.
+/// Options of midair-bake.
 struct BakeArguments
 {
-    std::string scene;      ///< as osgviewer reads it (MODEL.haptic too)
+    std::string scene;      ///< any file that osgviewer reads (MODEL.haptic too)
     std::string settings;   ///< file of settings, as for osgviewer's --device; empty: none
     std::string options;    ///< option string, as for osgviewer's -O
     std::int64_t first = 0; ///< frames first .. end - 1
     std::int64_t end = 0;
     double fps = 60.0; ///< 0.01 .. 40000
-    int chunk = 64;    ///< frames between two starts from nothing
+    int chunk = 64;    ///< frames per chunk; each chunk starts without a previous field
     int threads = 1;
     std::string shard = "1/1";
     std::string out;
-    bool withoutLive = false; ///< what can't be baked is left out
+    bool withoutLive = false; ///< leave out what can't be baked
     bool overwrite = false;
     bool quiet = false;
 
@@ -41,14 +41,14 @@ struct BakeArguments
         const auto size = static_cast<std::uint64_t>(chunk);
         return (frames() + size - 1) / size;
     }
-    /// When frame first + \a number begins in the recording, ns.
+    /// Returns the start of frame first + \a number in the recording, ns.
     std::uint64_t time_ns(std::uint64_t number) const;
 };
 
 /// Reads "A:B", frames A .. B - 1. Throws base::InputError.
 void parseFrames(const std::string& text, BakeArguments& arguments);
 
-/// Notes which files OSG reads.
+/// Records which files OSG reads.
 class ReadFiles : public osgDB::ReadFileCallback
 {
 public:
@@ -59,7 +59,7 @@ public:
     osgDB::ReaderWriter::ReadResult readNode(const std::string& file,
                                              const osgDB::Options* options) override;
 
-    /// Returns name (from \a folder, if it is in there), size and CRC-32C of each, by name.
+    /// Returns name (relative to \a folder if inside it), size and CRC-32C of each file.
     nlohmann::json describe(const std::string& folder) const;
 
 private:
@@ -68,26 +68,27 @@ private:
     std::vector<std::string> _files;
 };
 
-/// A scene whose time goes on frame by frame, from the first one of the arguments.
+/// A scene that advances frame by frame, from the first frame of the arguments.
 class BakeScene
 {
 public:
-    /// Reads the scene and looks at its first frame. Throws base::InputError or std::runtime_error
-    /// if it can't be read, or has parts that can't be baked and are not to be left out.
+    /// Reads the scene and updates it to its first frame. Throws base::InputError or
+    /// std::runtime_error if it can't be read, or if it has parts that can't be baked and
+    /// withoutLive is false.
     explicit BakeScene(const BakeArguments& arguments);
     ~BakeScene();
 
-    /// All that the recording depends on.
+    /// Returns everything that the recording depends on.
     nlohmann::json work() const;
     unsigned int transducers() const { return _baker->getNumTransducers(); }
-    /// Sentences for the user: what was left out, and limits that the player has to keep.
+    /// Sentences for the user: what was left out, and limits that the player must enforce.
     const std::vector<std::string>& notes() const { return _notes; }
 
-    /// Solves frame first + \a number. Frames before it are passed, so that numbers may only grow.
-    /// Throws base::InputError.
+    /// Solves frame first + \a number. Skipped frames can't be baked later, so numbers must
+    /// increase. Throws base::InputError.
     osgMidair::BakedFrame bake(std::uint64_t number);
     void restart() { _baker->restart(); }
-    /// Lines with what the scene has told so far.
+    /// Returns the scene's messages so far.
     std::vector<std::string> messages() const;
 
 private:
@@ -101,7 +102,7 @@ private:
     osg::ref_ptr<osgMidair::FieldBaker> _baker;
     osg::ref_ptr<osg::FrameStamp> _stamp;
     osgUtil::UpdateVisitor _visitor;
-    std::uint64_t _next = 0; ///< number of the frame that the next traversal is for
+    std::uint64_t _next = 0; ///< number of the next frame to traverse
     std::vector<std::string> _notes;
 };
 

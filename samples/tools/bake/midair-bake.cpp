@@ -1,5 +1,5 @@
-// Solves an animation beforehand, as accurately as the kit can, on one core or on many machines,
-// and writes a recording that any device plays.
+// Solves an animation in advance, as accurately as the kit can, on one core or many machines, and
+// writes a recording for any device.
 #include "haptics/base/InputError.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/Units.h"
@@ -7,6 +7,7 @@
 #include "haptics/base/text/Quantity.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/tools/bake/BakeScene.h"
 
@@ -38,7 +39,7 @@ using osgMidair::BakedField;
 using osgMidair::RecordingReader;
 using osgMidair::RecordingWriter;
 
-/// What a shard's frames have become, for the last line.
+/// Totals of a shard, for the summary.
 struct Baked
 {
     std::uint64_t frames = 0;
@@ -46,16 +47,16 @@ struct Baked
     std::uint64_t silent = 0; ///< frames
     std::uint64_t silenced = 0;
     double worstRms = 0.0;
-    std::uint64_t points = 0; ///< most of a frame
+    std::uint64_t points = 0; ///< largest number in a frame
 };
 
-/// Throws base::InputError, where the solver gave what no recording can have.
+/// Throws base::InputError if the field can't be recorded.
 void addTo(RecordingWriter& writer, const BakedField& field)
 {
-    if (!writer.record(field)) throw base::InputError("a field doesn't fit the recording");
+    if (!writer.record(field)) throw base::InputError("a field can't be stored in the recording");
 }
 
-/// Solves a chunk from nothing. A payload is a recording by itself.
+/// Solves a chunk without a previous field. Returns a complete recording.
 std::string
 bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk, Baked& baked)
 {
@@ -95,14 +96,15 @@ void tellResult(const Baked& baked, const BakeScene& scene)
                 static_cast<unsigned long long>(baked.points),
                 100.0 * baked.worstRms);
     if (baked.silent > 0)
-        std::printf("%llu of these frames are silent, %llu of them by caps\n",
+        std::printf("%llu of these frames are silent, %llu of them because of caps\n",
                     static_cast<unsigned long long>(baked.silent),
                     static_cast<unsigned long long>(baked.silenced));
 }
 
 constexpr int kLevels = 256;
-constexpr int kMostTransducers = 1 << 20;                     // of a recording
-constexpr std::uint64_t kMostPlayed = std::uint64_t(2) << 30; // bytes of what play: takes
+constexpr int kMostTransducers = 1 << 20;                     // in a recording
+constexpr std::uint64_t kMostPlayed = std::uint64_t(2) << 30; // largest recording that play:
+                                                              // accepts
 
 std::string framesOf(const nlohmann::json& work, std::uint64_t piece)
 {
@@ -113,12 +115,12 @@ std::string framesOf(const nlohmann::json& work, std::uint64_t piece)
     return fmt::format("frames {} to {}", begin, std::min(begin + chunk, end) - 1);
 }
 
-/// Returns by how many levels all phases of \a next are to be turned, which can't be felt, so that
-/// the drive changes least from \a last: argmax over r of Re sum a a' e^{j 2 pi (next + r -
-/// last)/256}, with amplitudes by the levels of duty.
+/// Returns the common phase shift, in levels, that makes \a next differ least from \a last. A
+/// common shift can't be felt. It is the argmax over r of Re sum a a' e^{j 2 pi (next + r -
+/// last)/256}, with amplitudes from the duty levels.
 int turnBetween(const BakedField& last, const BakedField& next)
 {
-    // Whole numbers up to here, so that the order of the sum doesn't matter.
+    // Exact integers so far, so the order of summation doesn't matter.
     std::array<double, kLevels> weights{};
     for (std::size_t i = 0; i < next.phase.size() && i < last.phase.size(); ++i)
     {
@@ -134,7 +136,7 @@ int turnBetween(const BakedField& last, const BakedField& next)
     return static_cast<int>((turn + kLevels) % kLevels);
 }
 
-/// Puts chunks behind each other.
+/// Concatenates chunks.
 class Joiner
 {
 public:
@@ -151,14 +153,15 @@ public:
         const osg::ref_ptr<RecordingReader> reader = RecordingReader::read(payload, name, error);
         if (!reader) throw base::InputError(error);
         if (reader->getNumTransducers() != _transducers)
-            throw base::InputError(name + " is for another number of transducers");
+            throw base::InputError(name + " has a different number of transducers");
         bool isFirst = true;
         BakedField field;
         while (reader->next(field))
         {
             if (!field.phase.empty())
             {
-                // What starts from nothing has its phases by chance.
+                // The phases of a chunk's first field are arbitrary, so align them with the
+                // previous field.
                 if (isFirst) _turn = _last.phase.empty() ? 0 : turnBetween(_last, field);
                 isFirst = false;
                 for (std::uint8_t& phase : field.phase)
@@ -168,7 +171,7 @@ public:
             addTo(*_writer, field);
             _last = field;
         }
-        if (!reader->getError().empty()) throw base::InputError(name + " breaks off");
+        if (!reader->getError().empty()) throw base::InputError(name + " is incomplete");
         put();
     }
 
@@ -189,18 +192,18 @@ private:
     const unsigned int _transducers;
     const osg::ref_ptr<RecordingWriter> _writer;
     WholeFile& _file;
-    BakedField _last; ///< without phases: silence
+    BakedField _last; ///< no phases: silence
     int _turn = 0;
     std::uint64_t _fields = 0;
 };
 
-/// Joins \a parts to a recording. Throws base::InputError.
+/// Merges \a parts into a recording. Throws base::InputError.
 void mergeBaked(const std::vector<std::string>& parts, const std::string& out, bool overwrite)
 {
     const JoinedParts joined(parts, framesOf);
     const nlohmann::json& work = joined.work();
     if (work.value("what", "") != "midair-bake 1")
-        throw base::InputError(fmt::format("\"{}\" is no part of midair-bake, but of {}",
+        throw base::InputError(fmt::format("\"{}\" is not a part of midair-bake, but of {}",
                                            parts.front(),
                                            work.value("what", "something else")));
     BakeArguments arguments;
@@ -228,14 +231,13 @@ void mergeBaked(const std::vector<std::string>& parts, const std::string& out, b
                 static_cast<unsigned long long>(file.size()));
     if (file.size() > kMostPlayed)
         std::fprintf(stderr,
-                     "midair-bake: play: takes recordings of at most 2 GiB; bake shorter ranges of "
-                     "frames\n");
+                     "midair-bake: play: accepts recordings of at most 2 GiB; bake shorter ranges "
+                     "of frames\n");
 }
 
-/// Solves a shard. With a single one (1/1) \a arguments.out becomes the recording, and what is done
-/// is kept in a part beside it until then; else it is the part. Goes on with a part that is there.
-/// Returns the program's exit code: 0, or 1 if nothing is felt in any of its frames. Throws
-/// base::InputError.
+/// Solves a shard. A single shard (1/1) writes the recording to \a arguments.out and keeps its
+/// progress in a part file beside it; other shards write a part. Continues an existing part.
+/// Returns the exit code: 0, or 1 if all its frames are silent. Throws base::InputError.
 int bake(const BakeArguments& arguments)
 {
     const Shard shard = parseShard(arguments.shard);
@@ -251,9 +253,9 @@ int bake(const BakeArguments& arguments)
     {
         PartFile part = PartFile::openToGoOn(file, header);
         if (!part.damage().empty())
-            tell(fmt::format("\"{}\": {}; solved again", file, part.damage()));
+            tell(fmt::format("\"{}\": {}; solving it again", file, part.damage()));
         if (part.pieces() > 0)
-            tell(fmt::format("\"{}\" has {} of {} chunks already, which are kept",
+            tell(fmt::format("\"{}\" already has {} of {} chunks; continuing",
                              file,
                              part.pieces(),
                              header.share()));
@@ -281,10 +283,10 @@ int bake(const BakeArguments& arguments)
     return baked.frames > 0 && baked.silent == baked.frames ? 1 : 0;
 }
 
-// What baking costs: a model for many fields, and how it grows with processes.
+// The cost of baking: a model for many fields, and scaling with processes.
 
 constexpr double kMany = 1e6;              // fields
-constexpr double kPlayable = 2147483648.0; // bytes of a recording that play: takes
+constexpr double kPlayable = 2147483648.0; // largest recording that play: accepts
 
 /// Processor time of this process, s.
 double cpu_s()
@@ -294,15 +296,15 @@ double cpu_s()
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// What one process has taken.
+/// Time that one process took.
 struct Run
 {
     double wall_s = 0.0;
     double cpu_s = 0.0;
 };
 
-/// A process that bakes one of the shards, in silence. It is this program, which has no threads
-/// yet.
+/// Starts a process that bakes one shard without output. It forks this program, which has no
+/// threads yet.
 pid_t start(BakeArguments arguments)
 {
     arguments.quiet = true;
@@ -322,7 +324,7 @@ pid_t start(BakeArguments arguments)
     }
 }
 
-/// Bakes shards 1 to \a running of \a shards at the same time.
+/// Bakes shards 1 to \a running of \a shards in parallel.
 std::vector<Run> runAll(BakeArguments arguments, int running, int shards, const std::string& folder)
 {
     const double begin_s = base::steadySeconds();
@@ -347,17 +349,17 @@ std::vector<Run> runAll(BakeArguments arguments, int running, int shards, const 
         runs.push_back(
             {base::steadySeconds() - begin_s, seconds(usage.ru_utime) + seconds(usage.ru_stime)});
     }
-    if (failed) throw base::InputError("a process that baked has failed");
+    if (failed) throw base::InputError("a baking process has failed");
     return runs;
 }
 
-/// What a frame takes, by medians, and makes, by means.
+/// Median times and mean sizes per frame.
 struct FrameCost
 {
-    std::uint64_t frames = 0; ///< that were measured
-    double start_s = 0.0;     ///< of a core; from nothing
-    double update_s = 0.0;    ///< from the last frame
-    double fields = 0.0;      ///< of a frame
+    std::uint64_t frames = 0; ///< measured
+    double start_s = 0.0;     ///< core time without a previous field
+    double update_s = 0.0;    ///< core time with a previous field
+    double fields = 0.0;      ///< per frame
     double fieldBytes = 0.0;
 };
 
@@ -365,12 +367,12 @@ FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
 {
     FrameCost cost;
     cost.frames = std::min(arguments.frames(), static_cast<std::uint64_t>(arguments.chunk));
-    // Some more starts from nothing than a chunk has, so that their time is known.
+    // Restarts more often than a chunk does, to get enough samples of starts.
     const std::uint64_t between = std::max<std::uint64_t>(1, cost.frames / 4);
     std::vector<double> starts_s;
     std::vector<double> updates_s;
     const osg::ref_ptr<RecordingWriter> writer = new RecordingWriter(scene.transducers());
-    writer->take(); // what a recording begins with
+    writer->take(); // drop the header
     double bytes = 0.0;
     double fields = 0.0;
     for (std::uint64_t number = 0; number < cost.frames; ++number)
@@ -392,20 +394,20 @@ FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
     return cost;
 }
 
-/// Solves some frames and prints what many cost: time of a processor core, bytes, and time on
-/// several cores. Writes nothing.
+/// Solves some frames and prints a cost estimate for many: core time, bytes, and time on several
+/// cores. Writes nothing.
 void estimate(const BakeArguments& arguments)
 {
     const double begin_s = cpu_s();
     BakeScene scene(arguments);
     const double load_s = cpu_s() - begin_s;
     const FrameCost cost = costOfFrames(scene, arguments);
-    std::printf("measured on %llu frames, medians, one process with %d %s\n"
-                "  load the scene                  %8.0f ms of a core, once a process\n"
-                "  a frame that starts a chunk     %8.2f ms of a core\n"
-                "  each other frame                %8.2f ms of a core\n"
-                "  fields in a frame               %8.2f\n"
-                "  bytes of a field                %8.0f\n",
+    std::printf("medians of %llu frames, one process with %d %s\n"
+                "  load the scene                  %8.0f ms of core time per process\n"
+                "  first frame of a chunk          %8.2f ms of core time\n"
+                "  each other frame                %8.2f ms of core time\n"
+                "  fields per frame                %8.2f\n"
+                "  bytes per field                 %8.0f\n",
                 static_cast<unsigned long long>(cost.frames),
                 arguments.threads,
                 arguments.threads == 1 ? "thread" : "threads",
@@ -418,12 +420,11 @@ void estimate(const BakeArguments& arguments)
     const auto cost_h = [&](double cores)
     { return (load_s + kMany / cost.fields * frame_s / cores) / 3600.0; };
     const bool isTooLong = kMany * cost.fieldBytes > kPlayable;
-    std::printf("model: time of a core for N frames = N (%.2f ms + %.2f ms / %d), and %.0f ms a "
-                "process\n"
+    std::printf("model: core time for N frames = N (%.2f ms + %.2f ms / %d) + %.0f ms per process\n"
                 "10^6 fields\n"
                 "  on one core                     %8.2f h\n"
                 "  on 64 cores                     %8.2f h\n"
-                "  in a file of                    %8.2f GB%s\n",
+                "  file size                       %8.2f GB%s\n",
                 1e3 * cost.update_s,
                 1e3 * (cost.start_s - cost.update_s),
                 arguments.chunk,
@@ -431,16 +432,16 @@ void estimate(const BakeArguments& arguments)
                 cost_h(1.0),
                 cost_h(64.0),
                 1e-9 * kMany * cost.fieldBytes,
-                isTooLong ? "; play: takes 2 GiB, so bake ranges of frames" : "");
+                isTooLong ? "; play: accepts 2 GiB, so bake ranges of frames" : "");
 }
 
-/// Bakes with one process and with \a processes at the same time, \a repeats times in turn, and
-/// prints throughput and time of a processor core for each field.
+/// Bakes with one process and with \a processes in parallel, \a repeats times each in turn, and
+/// prints throughput and core time per frame.
 void measureScaling(const BakeArguments& arguments, int processes, int repeats)
 {
     std::string folder = (std::filesystem::temp_directory_path() / "midair-bake-XXXXXX").string();
-    if (!::mkdtemp(folder.data())) throw base::InputError("can't make a folder " + folder);
-    // Shard 1 alone, then all of them at the same time; each does a share of the same chunks.
+    if (!::mkdtemp(folder.data())) throw base::InputError("can't create a folder " + folder);
+    // Shard 1 alone, then all shards in parallel; each shard has the same number of chunks.
     const auto shardFrames = static_cast<double>(arguments.frames()) / processes;
     std::vector<double> single_ms;
     std::vector<double> together_ms;
@@ -463,8 +464,8 @@ void measureScaling(const BakeArguments& arguments, int processes, int repeats)
             together_ms.push_back(1e3 * total_s / (shardFrames * processes));
             ratios.push_back(single_ms.back() / together_ms.back());
             throughput.push_back(alone.wall_s / wall_s);
-            std::printf("  %2d  1 process: %7.2f ms of a core a frame, %7.1f frames/s;  %d: %7.2f "
-                        "ms, %7.1f frames/s\n",
+            std::printf("  %2d  1 process: %7.2f ms of core time per frame, %7.1f frames/s;  %d: "
+                        "%7.2f ms, %7.1f frames/s\n",
                         repeat + 1,
                         single_ms.back(),
                         shardFrames / alone.wall_s,
@@ -480,18 +481,19 @@ void measureScaling(const BakeArguments& arguments, int processes, int repeats)
         throw;
     }
     std::filesystem::remove_all(folder);
-    std::printf("medians of %d: a frame takes %.2f ms of a core with 1 process, %.2f ms with %d\n"
-                "  by the time of cores   %.3f of linear\n"
-                "  by the clock           %.3f of linear (others' work on this machine counts)\n",
-                repeats,
-                base::percentile(single_ms, 0.5),
-                base::percentile(together_ms, 0.5),
-                processes,
-                base::percentile(ratios, 0.5),
-                base::percentile(throughput, 0.5));
+    std::printf(
+        "medians of %d: a frame takes %.2f ms of core time with 1 process, %.2f ms with %d\n"
+        "  by core time           %.3f of linear\n"
+        "  by wall clock          %.3f of linear (includes other load on this machine)\n",
+        repeats,
+        base::percentile(single_ms, 0.5),
+        base::percentile(together_ms, 0.5),
+        processes,
+        base::percentile(ratios, 0.5),
+        base::percentile(throughput, 0.5));
 }
 
-/// What is to be done besides solving.
+/// Options other than those of solving.
 struct Mode
 {
     std::string frames;
@@ -503,28 +505,34 @@ struct Mode
 
 void addOptions(CLI::App& app, BakeArguments& arguments, Mode& mode)
 {
+    app.add_option("scene",
+                   arguments.scene,
+                   "Scene or model, any file that osgviewer reads (MODEL.haptic too)");
     app.add_option(
-        "scene", arguments.scene, "Scene or model, as osgviewer reads it (MODEL.haptic too)");
-    app.add_option("--frames", mode.frames, "A:B, frames A to B - 1; frame k is at k/FPS seconds");
+        "--frames", mode.frames, "A:B for frames A to B - 1; frame k is at k/FPS seconds");
     app.add_option("--fps", arguments.fps, "Frames per second")
         ->transform(inUnit("Hz", midair::base::parseQuantity))
         ->check(CLI::Range(0.01, 40000.0))
         ->capture_default_str();
     app.add_option("--out",
                    arguments.out,
-                   "The recording; with --shard the part, to be merged with the others");
-    app.add_option("--shard",
-                   arguments.shard,
-                   "i/K: solve every K-th chunk from the i-th on; the same bytes for any K")
+                   "Recording to write; with --shard, the part to be merged with the others");
+    app.add_option(
+           "--shard",
+           arguments.shard,
+           "i/K: solve every K-th chunk, starting with the i-th; the result is the same for any K")
         ->capture_default_str();
     auto* merge =
-        app.add_option("--merge", mode.parts, "Parts of all shards, which become the recording");
+        app.add_option("--merge", mode.parts, "Merge the parts of all shards into the recording");
     app.add_option("--chunk",
                    arguments.chunk,
-                   "Frames between two starts from nothing; part of what the bytes depend on")
+                   "Frames per chunk; each chunk starts without a previous field, so the result "
+                   "depends on it")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    app.add_option("--threads", arguments.threads, "Threads of a solve; the same bytes for any")
+    app.add_option("--threads",
+                   arguments.threads,
+                   "Threads of a solve; the result is the same for any number")
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
     app.add_option("--device",
@@ -533,17 +541,17 @@ void addOptions(CLI::App& app, BakeArguments& arguments, Mode& mode)
     app.add_option("-O,--options", arguments.options, "Options, as for osgviewer's -O");
     app.add_flag("--without-live",
                  arguments.withoutLive,
-                 "Leave out what can't be known beforehand (hands, rigid bodies, particles, "
-                 "films), which is refused else");
-    app.add_flag("--overwrite", arguments.overwrite, "Replace --out even if it is something else");
-    app.add_flag("--quiet", arguments.quiet, "No progress");
+                 "Leave out what can't be baked (live hands, rigid bodies, particles, films) "
+                 "instead of refusing the scene");
+    app.add_flag("--overwrite", arguments.overwrite, "Replace --out even if it isn't a recording");
+    app.add_flag("--quiet", arguments.quiet, "Don't print progress");
     app.add_flag("--estimate",
                  mode.estimate,
-                 "Solve one chunk and print what 10^6 fields of this scene cost; writes nothing")
+                 "Solve one chunk and print the cost of 10^6 fields of this scene; writes nothing")
         ->excludes(merge);
     app.add_option("--scaling",
                    mode.processes,
-                   "Bake the frames with one process and with this many, and print how that "
+                   "Bake the frames with one process and with this many, and print how the speed "
                    "scales; writes nothing")
         ->check(CLI::Range(2, 1024))
         ->excludes(merge);
@@ -556,15 +564,15 @@ int work(BakeArguments& arguments, const Mode& mode)
 {
     using midair::base::InputError;
     const bool writes = !mode.estimate && mode.processes == 0;
-    if (writes && arguments.out.empty()) throw InputError("say --out FILE");
+    if (writes && arguments.out.empty()) throw InputError("--out FILE is missing");
     if (!mode.parts.empty())
     {
         if (!arguments.scene.empty() || !mode.frames.empty())
-            throw InputError("--merge takes parts, and no scene and no --frames");
+            throw InputError("--merge takes only parts, no scene and no --frames");
         mergeBaked(mode.parts, arguments.out, arguments.overwrite);
         return 0;
     }
-    if (arguments.scene.empty()) throw InputError("name a scene, or --merge PARTS");
+    if (arguments.scene.empty()) throw InputError("a scene or --merge PARTS is missing");
     parseFrames(mode.frames, arguments);
     if (mode.estimate)
         estimate(arguments);
@@ -575,27 +583,20 @@ int work(BakeArguments& arguments, const Mode& mode)
     return 0;
 }
 
-constexpr int kWrong = 2; // exit code
-
 int run(int argc, char** argv)
 {
     BakeArguments arguments;
     Mode mode;
-    CLI::App app("midair-bake: solves an animation beforehand, as accurately as the kit can, and "
-                 "writes a recording that any device plays (play:FILE?to=DEVICE). What is "
-                 "finished is kept when it is ended: the same command goes on.\n"
-                 "Exit code: 0 done, 1 done and all frames are silent, 2 something is wrong.",
+    CLI::App app("Solves an animation in advance, as accurately as the kit can, and writes a "
+                 "recording for any device.\n"
+                 "Example: midair-bake scene.osgt --frames 0:600 --out show.midair\n"
+                 "The device play:show.midair?to=DEVICE plays it. If interrupted, the same command "
+                 "continues.\n"
+                 "Exit code: 0 done, 1 done but all frames are silent, 2 a wrong option or file.",
                  "midair-bake");
     addOptions(app, arguments, mode);
-    try
-    {
-        app.parse(argc, argv);
-        return work(arguments, mode);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        return app.exit(error) == 0 ? 0 : kWrong;
-    }
+    int status = EXIT_DONE;
+    return parseTool(app, argc, argv, status) ? work(arguments, mode) : status;
 }
 
 } // namespace
@@ -609,6 +610,6 @@ int main(int argc, char** argv)
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-bake: %s\n", error.what());
-        return kWrong;
+        return EXIT_WRONG;
     }
 }

@@ -1,26 +1,22 @@
 // Computes the rigid matrix from a scene's world to the array from points measured in both, and
-// reports its accuracy; or finds where an array's boards are.
+// reports its accuracy; with --boards, finds where an array's boards are.
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/boards/BoardFit.h"
-#include "samples/shared/ScenesBelow.h"
+#include "samples/shared/CalibrationFiles.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/ToolOptions.h"
 
 #include <osgMidair/Calibration>
-#include <osgMidair/FileFormats>
-#include <osgMidair/HapticScene>
-
-#include <osgDB/WriteFile>
 
 #include <cstdio>
 #include <exception>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
-#include <locale>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -32,16 +28,16 @@ namespace
 using namespace midair;
 using namespace midair::samples;
 
-/// What midair-calibrate --boards is asked for.
+/// Options of midair-calibrate --boards.
 struct BoardSettings
 {
     bool isAsked = false;
-    std::string array = "octagon"; ///< as it was meant: a name or a file
-    std::string measurements;      ///< file, or - for stdin; empty: what to measure is printed
+    std::string array = "octagon"; ///< nominal array: a name or a file
+    std::string measurements;      ///< file, or - for stdin; empty: print the plan
     std::string out;               ///< array file to write; empty: none
-    std::string plan;              ///< file to write what to measure into; empty: stdout
+    std::string plan;              ///< file for the plan; empty: stdout
     haptics::BoardPlanOptions distances;
-    double temperature_C = 20.0; ///< for times
+    double temperature_C = 20.0; ///< of the air, for times of flight
 };
 
 using base::InputError;
@@ -60,19 +56,18 @@ std::string readAll(const std::string& file)
     return text;
 }
 
-// A template to fill in: each distance as it should be, behind a comment sign.
+// Returns a template to fill in, with the nominal distance of each line in a comment.
 std::string textOf(const haptics::BoardPlan& plan, const haptics::TransducerArray& array)
 {
-    std::string text = fmt::format(
-        "# {} distances between corners of the boards of \"{}\", from the middle of a transducer "
-        "to "
-        "the middle of the other.\n"
-        "# N:a is the transducer of board N at its first column and row, b at the last column of "
-        "that row, c opposite a, d opposite b.\n"
-        "# Write what you measure in place of the ?, as 0.1512, 151.2mm or 5.95in; a line that you "
-        "can't measure you leave out.\n",
-        plan.distances.size(),
-        array.name);
+    std::string text =
+        fmt::format("# {} distances between corners of the boards of \"{}\", from the centre of "
+                    "one transducer to the centre of the other.\n"
+                    "# N:a is the transducer of board N at its first column and row, b at the last "
+                    "column of that row, c opposite a, d opposite b.\n"
+                    "# Replace each ? with the measured distance, as 0.1512, 151.2mm or 5.95in. "
+                    "Delete lines that you can't measure.\n",
+                    plan.distances.size(),
+                    array.name);
     for (const haptics::PlannedDistance& one : plan.distances)
         text += fmt::format("{} {} ?   # transducers {} and {}, about {:.1f} mm\n",
                             one.from,
@@ -100,18 +95,18 @@ int printPlan(const BoardSettings& settings, const haptics::TransducerArray& arr
         std::fprintf(stderr, "midair-calibrate: %s\n", problem.c_str());
     if (!plan.problems.empty())
     {
-        std::fprintf(
-            stderr,
-            "midair-calibrate: these distances are not enough: a longer tape "
-            "(--longest), more of them (--count), or a place off to the side, \"place hook "
-            "about x y z\", that the boards are measured to\n");
-        return 1;
+        std::fprintf(stderr,
+                     "midair-calibrate: these distances are not enough. Allow longer ones "
+                     "(--longest) or more of them (--count), or measure the boards to a place off "
+                     "to the side: \"place hook about x y z\"\n");
+        return EXIT_PROBLEM;
     }
     std::fprintf(stderr,
-                 "midair-calibrate: with %.2f mm a distance all boards are known to %.2f mm\n",
+                 "midair-calibrate: with an error of %.2f mm per distance, all boards are known to "
+                 "%.2f mm\n",
                  1e3 * settings.distances.sigma_m,
                  1e3 * plan.uncertain_m);
-    return 0;
+    return EXIT_DONE;
 }
 
 void printReport(const haptics::BoardFitReport& report,
@@ -139,16 +134,16 @@ void printReport(const haptics::BoardFitReport& report,
                     place.position.y(),
                     place.position.z());
     if (report.delay_s != 0.0) std::printf("times have a delay of %.1f us\n", 1e6 * report.delay_s);
-    std::printf("noise: %.2f mm a measurement\n", 1e3 * report.noise_m);
+    std::printf("noise: %.2f mm per measurement\n", 1e3 * report.noise_m);
     for (const std::string& note : report.notes)
         std::printf("note: %s\n", note.c_str());
     for (const std::string& problem : report.problems)
         std::printf("not usable: %s\n", problem.c_str());
 }
 
-/// Prints what to measure, or finds the boards from what was measured, prints where they are and
-/// writes the array's file. Returns 0, or 1 if the measurements are of no use: the reasons are
-/// printed and nothing is written. Throws midair::base::InputError.
+/// Prints the plan, or fits the boards to the measurements, prints the result and writes the
+/// array's file. Returns 0, or 1 if the measurements are not usable; then it prints the reasons and
+/// writes nothing. Throws midair::base::InputError.
 int calibrateBoards(const BoardSettings& settings)
 {
     const haptics::TransducerArray array = haptics::TransducerArray::load(settings.array);
@@ -168,19 +163,12 @@ int calibrateBoards(const BoardSettings& settings)
     options.soundSpeed_m_s = medium.soundSpeed();
     const haptics::BoardFitReport report = haptics::fitBoards(array, measurements, options);
     printReport(report, measurements);
-    if (!report.usable) return 1;
-    if (settings.out.empty()) return 0;
+    if (!report.usable) return EXIT_PROBLEM;
+    if (settings.out.empty()) return EXIT_DONE;
     report.array.save(settings.out);
     std::printf("array written to %s\n", settings.out.c_str());
-    return 0;
+    return EXIT_DONE;
 }
-
-enum ExitCode
-{
-    CALIBRATED = 0,
-    NOT_USABLE = 1, ///< the report gives the reason; nothing was written
-    WRONG_INPUT = 2
-};
 
 struct Settings
 {
@@ -209,34 +197,6 @@ void printResiduals(const osgMidair::CalibrationReport& report)
                   << " mm" << (report.outlier[k] ? "  left out\n" : "\n");
 }
 
-void writeMatrix(const std::string& path, const osg::Matrixd& worldToArray)
-{
-    std::ofstream out(path);
-    out.imbue(std::locale::classic());
-    out << "# the rows of an osg::Matrixd, as Calibration has them: array = world * M, metres\n"
-        << std::setprecision(17);
-    for (int row = 0; row < 4; ++row)
-        for (int column = 0; column < 4; ++column)
-            out << worldToArray(row, column) << (column < 3 ? " " : "\n");
-    out.flush();
-    if (!out) throw InputError("can't write the matrix to \"" + path + "\"");
-}
-
-void writeScene(const std::string& from, const std::string& to, const osg::Matrixd& worldToArray)
-{
-    const osg::ref_ptr<osg::Node> scene = osgMidair::readModel(from).getNode();
-    if (!scene) throw InputError("can't read the scene \"" + from + "\"");
-    const std::vector<osgMidair::HapticScene*> found = scenesBelow(*scene, false);
-    for (osgMidair::HapticScene* one : found)
-        one->setCalibration(worldToArray);
-    if (found.empty())
-        throw InputError("there is no osgMidair::HapticScene in \"" + from +
-                         "\" to hold a calibration");
-    if (!osgDB::writeNodeFile(*scene, to))
-        throw InputError("can't write the scene to \"" + to + "\"");
-    std::cout << "calibration written into " << found.size() << " HapticScene of " << to << "\n";
-}
-
 int calibrate(const Settings& settings)
 {
     const double worldUnit_m = unitInMetres(settings.worldUnit);
@@ -256,29 +216,29 @@ int calibrate(const Settings& settings)
         throw InputError(report.warnings.front().text);
     if (report.usable) printResiduals(report);
     std::cout << report.text;
-    if (!report.usable) return NOT_USABLE;
+    if (!report.usable) return EXIT_PROBLEM;
     if (!settings.matrix.empty()) writeMatrix(settings.matrix, report.worldToArray);
     if (!settings.sceneIn.empty())
         writeScene(settings.sceneIn,
                    settings.sceneOut.empty() ? settings.sceneIn : settings.sceneOut,
                    report.worldToArray);
-    return CALIBRATED;
+    return EXIT_DONE;
 }
 
 void addBoardOptions(CLI::App& app, BoardSettings& boards)
 {
     using base::parseQuantity;
-    auto* asked = app.add_flag("--boards",
-                               boards.isAsked,
-                               "find where the boards of an array are; without --measurements: "
-                               "print what to measure");
+    auto* asked = app.add_flag(
+        "--boards",
+        boards.isAsked,
+        "find where the boards of an array are; without --measurements, print what to measure");
     const auto add = [&](const char* name, auto& value, const char* what)
     { return app.add_option(name, value, what)->needs(asked)->capture_default_str(); };
-    add("--array", boards.array, "the array as it was meant: a name or a file");
+    add("--array", boards.array, "the nominal array: a name or a file");
     add("--measurements",
         boards.measurements,
         "file of distances and times, or - for stdin: lines such as \"0:a 1:b 151.2mm\"");
-    add("--array-out", boards.out, "write the array with its boards where they are to this file");
+    add("--array-out", boards.out, "write the array with the measured boards to this file");
     add("--plan", boards.plan, "write what to measure to this file");
     add("--longest", boards.distances.longest_m, "longest distance that can be measured, metres")
         ->transform(inUnit("m", parseQuantity));
@@ -288,7 +248,7 @@ void addBoardOptions(CLI::App& app, BoardSettings& boards)
         boards.distances.count,
         "distances to measure; 0: one and a half for each unknown")
         ->check(CLI::Range(0, 10000));
-    add("--temperature", boards.temperature_C, "of the air, C, for times")
+    add("--temperature", boards.temperature_C, "temperature of the air, C, for times")
         ->transform(inUnit("C", parseQuantity));
 }
 
@@ -296,29 +256,32 @@ int run(int argc, char** argv)
 {
     Settings settings;
     BoardSettings boards;
-    CLI::App app(
-        "midair-calibrate: from point pairs to the matrix from world to array; with --boards from "
-        "distances to where an array's boards are.\n"
-        "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or "
-        "more, not in one plane.");
+    CLI::App app("Computes the matrix from the world to the array from pairs of points; with "
+                 "--boards, the places of an array's boards from distances.\n"
+                 "Example: midair-calibrate pairs.csv --unit cm --scene room.osgt\n"
+                 "Each line of pairs.csv is one spot measured twice: world x, y, z, array x, y, z. "
+                 "Take 12 or more spots that are not in one plane.");
     app.add_option("pairs", settings.pairs, "file of point pairs, or - for stdin")
         ->capture_default_str();
     app.add_option("--unit",
                    settings.worldUnit,
-                   "unit of the world points: m, cm, mm, in, ft, or how many metres it has")
+                   "unit of the world points: m, cm, mm, in, ft, or its length in metres")
         ->capture_default_str();
     app.add_option("--array-unit", settings.arrayUnit, "unit of the array points")
         ->capture_default_str();
-    app.add_option("--edge", settings.edge_mm, "mm from the array's origin to the workspace's edge")
+    app.add_option("--edge",
+                   settings.edge_mm,
+                   "distance from the array's origin to the edge of the workspace, mm")
         ->capture_default_str();
     app.add_option(
-        "--matrix", settings.matrix, "write the matrix to this file, row by row as OSG does");
+        "--matrix", settings.matrix, "write the matrix to this file, row by row as in OSG");
     const auto scene =
         app.add_option("--scene", settings.sceneIn, "set the calibration in this scene file");
-    app.add_option("--out", settings.sceneOut, "and write it here instead of over it")
+    app.add_option("--out", settings.sceneOut, "write the scene to this file instead")
         ->needs(scene);
     addBoardOptions(app, boards);
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     return boards.isAsked ? calibrateBoards(boards) : calibrate(settings);
 }
 
@@ -333,6 +296,6 @@ int main(int argc, char** argv)
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-calibrate: %s\n", error.what());
-        return WRONG_INPUT;
+        return EXIT_WRONG;
     }
 }

@@ -1,5 +1,6 @@
 #include "samples/tools/check/LoadedScene.h"
 
+#include "haptics/base/text/Words.h"
 #include "samples/shared/ScenesBelow.h"
 
 #include <osgMidair/FileFormats>
@@ -9,6 +10,7 @@
 #include <osg/PagedLOD>
 #include <osg/ProxyNode>
 #include <osg/Switch>
+#include <osg/UserDataContainer>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/ReadFile>
@@ -29,13 +31,13 @@ namespace midair::samples
 namespace
 {
 
-/// A file that is the next child of a node.
+/// A file to be loaded as the next child of a node.
 struct Wanted
 {
     osg::ref_ptr<osg::Group> parent;
     std::string name;
     osg::ref_ptr<osgDB::Options> options;
-    std::function<void(std::deque<Wanted>&)> addNext; ///< asks for the parent's next file
+    std::function<void(std::deque<Wanted>&)> addNext; ///< queues the parent's next file
 };
 
 template<typename Loader>
@@ -49,7 +51,7 @@ void addWanted(Loader& loader, std::deque<Wanted>& wanted)
                       [&loader](std::deque<Wanted>& all) { addWanted(loader, all); }});
 }
 
-/// Finds the files that are not loaded, those of hidden nodes too.
+/// Finds child files that are not loaded, below hidden nodes as well.
 class FindWanted : public osg::NodeVisitor
 {
 public:
@@ -80,8 +82,8 @@ using osgMidair::HapticScene;
 
 const std::string kOurs = "osgMidair: ";
 
-/// True for what OSG's readers say of materials, pictures and fonts alone, which nobody feels, and
-/// of faces that they turned to the side that their normals show.
+/// Returns true if \a line is only about materials, images or fonts, or about faces that a reader
+/// flipped to match their normals. None of these affect the haptics.
 bool isAboutLooks(const std::string& line)
 {
     constexpr const char* kWords[] = {"material",
@@ -102,13 +104,58 @@ bool isAboutLooks(const std::string& line)
                        { return lower.find(word) != std::string::npos; });
 }
 
-/// What was said last, for why a file can't be read.
+/// Returns the last notice as the reason why a file can't be read.
 std::string why(const NoticeKeeper& keeper)
 {
     const std::vector<NoticeKeeper::Line> said = keeper.lines();
-    return said.empty() ? "no plugin of OpenSceneGraph reads it, or it isn't there"
-                        : said.back().text;
+    return said.empty() ? "OpenSceneGraph's reader finds no model in it" : said.back().text;
 }
+
+/// Returns why \a file can't be read; \a message is what the reader said.
+std::string
+whyUnreadable(const std::string& file, const std::string& message, const NoticeKeeper& keeper)
+{
+    const std::string extension = osgDB::getLowerCaseFileExtension(file);
+    const std::string meant = extension == "haptic" ? "" : base::didYouMean(extension, {"haptic"});
+    const std::string model = extension == "haptic" ? osgDB::getNameLessExtension(file) : file;
+    const std::string format = osgDB::getLowerCaseFileExtension(model);
+    const bool isThere = !osgDB::findDataFile(model).empty();
+    if (!isThere && !meant.empty()) return "unknown ending ." + extension + meant;
+    if (!message.empty() && message.find("Could not find plugin") == std::string::npos)
+        return message;
+    if (!isThere) return "there is no such file";
+    if (!osgDB::Registry::instance()->getReaderWriterForExtension(format))
+        return "OpenSceneGraph's plugin for ." + format +
+               " is not installed; .gltf, .glb and .obj are read without";
+    return why(keeper);
+}
+
+/// Finds descriptions of nodes that look like tags and are none.
+class FindMisspelt : public osg::NodeVisitor
+{
+public:
+    FindMisspelt() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Node& node) override
+    {
+        const osg::UserDataContainer* data = node.getUserDataContainer();
+        for (const std::string& text :
+             data ? data->getDescriptions() : osg::Node::DescriptionList())
+        {
+            const std::string tag = text.substr(0, text.find_first_of(" :="));
+            const std::string meant = base::didYouMean(tag, {"haptic", "obstacle"});
+            if (meant.empty() || tag == "haptic" || tag == "obstacle") continue;
+            sentences.push_back(fmt::format("{} '{}' has the description \"{}\", which is no tag{}",
+                                            node.className(),
+                                            node.getName(),
+                                            base::printable(tag),
+                                            meant));
+        }
+        traverse(node);
+    }
+
+    std::vector<std::string> sentences;
+};
 
 } // namespace
 
@@ -133,12 +180,11 @@ std::vector<std::string> readPagedFiles(osg::Node& root)
         const osg::ref_ptr<osg::Node> child = readSafely(one.name, one.options).getNode();
         if (!child)
         {
-            notRead.push_back(
-                fmt::format("{} '{}' names \"{}\", which can't be read; what it would "
-                            "have is not judged",
-                            one.parent->className(),
-                            one.parent->getName(),
-                            one.name));
+            notRead.push_back(fmt::format(
+                "{} '{}' refers to \"{}\", which can't be read; its objects are not checked",
+                one.parent->className(),
+                one.parent->getName(),
+                one.name));
             continue;
         }
         one.parent->addChild(child);
@@ -146,12 +192,11 @@ std::vector<std::string> readPagedFiles(osg::Node& root)
         child->accept(finder);
     }
     if (!wanted.empty())
-        notRead.push_back(
-            fmt::format("only the first {} files of PagedLODs and ProxyNodes are read, "
-                        "not \"{}\" and {} more; what they have is not judged",
-                        kMostPagedFiles,
-                        wanted.front().name,
-                        wanted.size() - 1));
+        notRead.push_back(fmt::format("only the first {} files of PagedLODs and ProxyNodes are "
+                                      "checked; \"{}\" and {} more are not",
+                                      kMostPagedFiles,
+                                      wanted.front().name,
+                                      wanted.size() - 1));
     return notRead;
 }
 
@@ -160,7 +205,7 @@ void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
     std::string line = message;
     while (!line.empty() && (line.back() == '\n' || line.back() == ' '))
         line.pop_back();
-    // OSG's own notices are about itself.
+    // OSG's own NOTICE messages are not about the file.
     const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;
     if (severity > (isOurs ? osg::NOTICE : osg::WARN)) return;
     const bool isNote = severity > osg::WARN || (!isOurs && isAboutLooks(line));
@@ -198,10 +243,13 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
     if (!node)
     {
         osg::setNotifyHandler(_before);
-        throw std::runtime_error("can't read \"" + options.file + "\": " +
-                                 (read.message().empty() ? why(*_keeper) : read.message()));
+        throw std::runtime_error("can't read \"" + options.file +
+                                 "\": " + whyUnreadable(options.file, read.message(), *_keeper));
     }
     _notRead = readPagedFiles(*node);
+    FindMisspelt misspelt;
+    node->accept(misspelt);
+    _notRead.insert(_notRead.end(), misspelt.sentences.begin(), misspelt.sentences.end());
     const std::vector<HapticScene*> found = scenesBelow(*node, true);
     if (found.empty() || !options.settings.empty())
         wrap(options, *node);
@@ -217,11 +265,11 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
 LoadedScene::~LoadedScene()
 {
     _scenes.clear();
-    _root = nullptr; // which may have something to say
+    _root = nullptr; // its destructors may log
     osg::setNotifyHandler(_before);
 }
 
-// As a viewer's --device does: it plays the tagged nodes, and all of a scene that has none.
+// Like a viewer's --device: plays the tagged nodes, or the whole scene if no node is tagged.
 void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
 {
     const osg::ref_ptr<HapticScene> scene = new HapticScene;
@@ -238,7 +286,7 @@ void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
         }
         scene->setSettings(device->getSettings());
         property = device->getProperty();
-        _keeper->setPaused(true); // as it is in no view, it says that it has played nothing
+        _keeper->setPaused(true); // its destructor would warn that it played nothing
         read = nullptr;
         _keeper->setPaused(false);
     }
@@ -251,7 +299,8 @@ void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
     _root->addChild(scene);
     _scenes.push_back({scene, asked});
     scene->setUnmarkedProperty(property);
-    _wrapped = "it has no HapticScene, so it is played as by a viewer's --device";
+    _wrapped = "the file names no array, so it is played on the default one, as by osgviewer "
+               "--device";
     if (!options.settings.empty()) _wrapped = "it is played with \"" + options.settings + "\"";
 }
 
@@ -286,7 +335,7 @@ osg::Matrixd LoadedScene::worldAbove(osg::Node& node)
     return osg::computeLocalToWorld(osg::NodePath(paths.front().begin(), paths.front().end() - 1));
 }
 
-// Only text files have lines.
+// Only text files have line numbers.
 void LoadedScene::readLines()
 {
     const std::string extension = osgDB::getLowerCaseFileExtension(_file);

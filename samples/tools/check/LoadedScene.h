@@ -16,32 +16,34 @@
 namespace midair::samples
 {
 
-/// Reads a file by osgMidair::readModel(), or by the registry's callback, if there is one.
+/// Reads a file with the registry's read callback if there is one, else with
+/// osgMidair::readModel().
 osgDB::ReaderWriter::ReadResult readSafely(const std::string& file, const osgDB::Options* options);
 
-/// Reads the files that PagedLODs and ProxyNodes at and below \a root name, level by level: a
-/// viewer's pager does it as it draws, and here nothing is drawn. Reads at most kMostPagedFiles.
-/// Returns sentences about what is not read.
+/// Loads the children of all PagedLODs and ProxyNodes at and below \a root, level by level, because
+/// nothing is drawn here and so no pager runs. Reads at most kMostPagedFiles files. Returns a
+/// sentence for each file that was not read.
 std::vector<std::string> readPagedFiles(osg::Node& root);
 constexpr int kMostPagedFiles = 256;
 
-/// Keeps what OSG and its plugins say, in place of stderr.
+/// Collects the notices of OSG and its plugins instead of printing them to stderr.
 class NoticeKeeper : public osg::NotifyHandler
 {
 public:
     void notify(osg::NotifySeverity severity, const char* message) override;
 
-    /// What is said while it is paused is dropped.
+    /// While paused, notices are dropped.
     void setPaused(bool isPaused);
 
     struct Line
     {
-        std::string text; ///< without the kit's name
-        bool isOurs;      ///< the kit says it
-        bool isNote;      ///< it is no fault of what is felt
+        std::string text; ///< without the prefix "osgMidair: "
+        bool isOurs;      ///< written by the kit
+        bool isNote;      ///< has no effect on the haptics
     };
 
-    /// What OSG says with WARN or worse and the kit with NOTICE, each once.
+    /// Returns OSG's notices of level WARN or worse and the kit's of level NOTICE or worse, without
+    /// duplicates.
     std::vector<Line> lines() const;
 
 private:
@@ -50,8 +52,8 @@ private:
     bool _isPaused MIDAIR_GUARDED_BY(_mutex) = false;
 };
 
-/// A file's scene with all its HapticScenes set to be rehearsed, so that no hardware is opened.
-/// What has none gets one, as a viewer's --device or MODEL.haptic would give it.
+/// A scene file with all its HapticScenes in rehearsal, so that no hardware is opened. A file
+/// without a HapticScene gets one, as from a viewer's --device or MODEL.haptic.
 class LoadedScene
 {
 public:
@@ -69,17 +71,17 @@ public:
     const std::vector<Scene>& scenes() const { return _scenes; }
     const std::string& wrapped() const { return _wrapped; }
 
-    /// Returns what keeps a viewer from coming to \a node: "the node mask of Group 'room'"; empty:
-    /// nothing.
+    /// Returns what hides \a node from a viewer, e.g. "the node mask of Group 'room'"; empty if
+    /// nothing does.
     static std::string hiddenBy(const osg::Node& node);
 
     /// Transform from the frame of the node's parent to the world.
     static osg::Matrixd worldAbove(osg::Node& node);
 
-    /// Returns \a message with the line of the file that names its node, where that is known.
+    /// Returns \a message with the line of the file that defines its node, if that is known.
     CheckedMessage located(const osgMidair::HapticMessage& message) const;
 
-    /// Returns what was said by others than \a scenes.
+    /// Returns the notices that are not among the messages of \a scenes.
     std::vector<CheckedMessage> notices(const std::vector<CheckedScene>& scenes) const;
 
 private:
@@ -88,12 +90,12 @@ private:
 
     std::string _file;
     std::string _wrapped;
-    std::vector<std::string> _notRead; ///< files that the scene names, in sentences
+    std::vector<std::string> _notRead; ///< sentences about files that are missing, and about tags
     osg::ref_ptr<NoticeKeeper> _keeper;
     osg::ref_ptr<osg::NotifyHandler> _before;
     osg::ref_ptr<osg::Group> _root;
     std::vector<Scene> _scenes;
-    std::vector<std::pair<std::string, int>> _names; ///< names of nodes and their lines
+    std::vector<std::pair<std::string, int>> _names; ///< node names and their lines
 };
 
 } // namespace midair::samples

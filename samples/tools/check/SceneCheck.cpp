@@ -1,23 +1,27 @@
-// What of the numbers of a check is a fault.
+// Plays a scene frame by frame and judges the results.
 #include "samples/tools/check/SceneCheck.h"
 
 #include "haptics/base/text/Words.h"
 #include "haptics/probe/Feeling.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/tools/check/LoadedScene.h"
+#include "samples/tools/check/Remedy.h"
 
+#include <osgMidair/FileFormats>
 #include <osgMidair/HapticPoints>
 
 #include <osg/BoundingBox>
-#include <osg/ComputeBoundsVisitor>
 #include <osg/FrameStamp>
 #include <osgDB/FileNameUtils>
+#include <osgDB/Registry>
 #include <osgUtil/UpdateVisitor>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <limits>
 #include <map>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -31,19 +35,22 @@ namespace
 
 using osgMidair::HapticMessage;
 
-/// Share of the pressure asked for, in Pa, below which an object counts as too weak.
+/// An object in Pa that reaches less than this share of its target counts as too weak.
 constexpr double kWeakShare = 0.9;
-/// A relative pressure above it was perhaps meant in Pa.
-constexpr double kLargeRelative = 20.0;
+/// Codes of messages on what plays, not on how it was asked for.
+constexpr std::array<const char*, 5> kEffects = {
+    {"object.", "property.", "points.", "field.", "exposure."}};
 
 bool isOver(const HapticMessage& message)
 {
     return message.until_s > 0.0;
 }
 
+// How strong a field feels is judged for each object.
 bool isBad(const CheckedMessage& one)
 {
-    return one.message.severity != HapticMessage::NOTICE && !isOver(one.message);
+    return one.message.severity != HapticMessage::NOTICE && !isOver(one.message) &&
+           one.message.code != "field.faint";
 }
 
 std::string points(unsigned int count, const char* why)
@@ -51,8 +58,8 @@ std::string points(unsigned int count, const char* why)
     return fmt::format("{} point{} left out: {}", count, count == 1 ? " is" : "s are", why);
 }
 
-/// Returns what was told of an object, without its path: messages with one of \a codes, or if there
-/// are no codes, warnings and faults.
+/// Returns the texts of an object's messages without its path: those with one of \a codes, or all
+/// warnings and faults if \a codes is empty.
 std::vector<std::string> toldOf(const CheckedObject& object,
                                 const CheckedScene& scene,
                                 const std::vector<std::string>& codes)
@@ -86,19 +93,17 @@ bool isFeltByContact(const CheckedObject& object, const CheckedScene& scene)
                                     : own == Property::CONTACT;
 }
 
-/// Says why an object that is felt where hands touch it is felt in no frame.
+/// Adds the reason why an object with render "contact" never played.
 void judgeUntouched(CheckedObject& object, const CheckedScene& scene)
 {
     if (isRecording(scene.granted.hands))
-        object.faults.push_back("no hand of the recording touches it");
+        object.faults.push_back("no recorded hand touches it");
     else
-        object.warnings.push_back(
-            "not tried: it is felt where a hand touches it; add a hand recording: -O "
-            "hands=recorded:FILE");
+        object.warnings.push_back("not tested: it plays only where a hand touches it. Add a hand "
+                                  "recording: -O hands=recorded:FILE");
 }
 
-/// The first message that silences a scene, in the order in which one follows from another; null:
-/// there is none.
+/// Returns the message that silences a scene, the first in order of cause; null if there is none.
 const CheckedMessage* silencing(const CheckedScene& scene)
 {
     for (const char* kind :
@@ -110,7 +115,7 @@ const CheckedMessage* silencing(const CheckedScene& scene)
     return nullptr;
 }
 
-/// Says why an object is felt in no frame, in the words of the messages where there are some.
+/// Adds the reason why an object never played, taken from its messages if it has any.
 void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
 {
     const osgMidair::HapticField::Object& out = object.leftOut;
@@ -120,7 +125,7 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     if (silencing(scene))
         object.faults.push_back("nothing is played");
     else if (out.outOfReach > 0 && !out.isUnreachable)
-        object.warnings.push_back("not tried: it is felt where a hand is near");
+        object.warnings.push_back("not tested: it plays only near a hand");
     else if (!object.hasShape && !hidden.empty())
         append(object.notes, hidden);
     else if (!told.empty())
@@ -130,7 +135,7 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     else if (object.hasShape && !out.isUnreachable && isFeltByContact(object, scene))
         judgeUntouched(object, scene);
     else
-        object.faults.push_back(!object.hasShape    ? "it isn't felt: the messages say why"
+        object.faults.push_back(!object.hasShape ? "it can't be felt; the messages give the reason"
                                 : out.isUnreachable ? "it is out of the array's reach"
                                                     : "none of its points can be felt");
 }
@@ -151,23 +156,24 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
         object.faults.push_back(
             scene.statistics.capFactor < 1.0
                 ? fmt::format(
-                      "{} holds it at {:.0f} % of its pressure", cap, 100.0 * object.meanShare)
-                : fmt::format("the array reaches {:.0f} % of its pressure in the mean",
+                      "{} limits it to {:.0f} % of its pressure", cap, 100.0 * object.meanShare)
+                : fmt::format("the array reaches {:.0f} % of its pressure on average",
                               100.0 * object.meanShare));
     else if (!isPascal && !object.hasOwnPressures && object.property.pressure > kLargeRelative)
-        object.notes.push_back(
-            fmt::format("its pressure of {:g} is relative to that of other objects; in Pa it needs "
-                        "a unit: 500 Pa in a tag or an option, PressureUnit PASCAL in a node",
+        object.warnings.push_back(
+            fmt::format("its pressure of {0:g} has no unit, so it only compares objects: they play "
+                        "as strongly as the array can. For pascals write {0:g} Pa (in a node: "
+                        "PressureUnit PASCAL)",
                         object.property.pressure));
     else if (!isPascal && scene.statistics.capFactor < 1.0)
-        object.notes.push_back(cap + " makes it quieter");
+        object.notes.push_back(cap + " lowers its pressure");
 }
 
 using osgMidair::HapticField;
 using osgMidair::HapticScene;
 
 constexpr double kFrameTime_s = 1.0 / 60.0;
-constexpr int kMostMoreFrames = 200; ///< that large meshes may take to be read
+constexpr int kMostMoreFrames = 200; ///< extra frames for large meshes that are still being read
 
 /// Plays the frames of one file.
 class Rehearsal
@@ -196,11 +202,11 @@ public:
                     start + std::chrono::duration<double>((frame + 1) * kFrameTime_s));
             gather();
         }
-        update(frame, frame - 1); // takes what was told of the last field
+        update(frame, frame - 1); // collects the messages of the last field
         return frame;
     }
 
-    /// Frames in which each object was felt and touched, by path.
+    /// Number of frames in which each object was played and touched, by path.
     struct Frames
     {
         std::map<std::string, int> felt;
@@ -224,14 +230,14 @@ private:
         {
             if (!LoadedScene::hiddenBy(*scene.node).empty()) continue;
             const std::uint64_t before = scene.node->getStatistics().snapshots;
-            scene.node->dirtyTags(); // so that it doesn't rest: time doesn't pass as for a viewer
+            scene.node->dirtyTags(); // keeps it from resting: frames here are not in real time
             scene.node->update(_stamp, LoadedScene::worldAbove(*scene.node));
             const bool isNew = scene.node->getStatistics().snapshots > before;
             if (isNew) waitFor(*scene.node);
         }
     }
 
-    /// Waits until the field of the last frame is there, or there is none to wait for.
+    /// Waits until the field of the last frame is solved, at most wait_s.
     void waitFor(const HapticScene& scene) const
     {
         const auto end = Clock::now() + std::chrono::duration<double>(_options.wait_s);
@@ -243,7 +249,7 @@ private:
         }
     }
 
-    /// Contacts follow hands by the clock, not by frames, so that these have to last as long.
+    /// Contacts follow the wall clock, not frames, so frames with hands run in real time.
     bool hasHands() const
     {
         return std::any_of(_loaded.scenes().begin(),
@@ -287,25 +293,8 @@ private:
     std::vector<Frames> _scenes;
 };
 
-/// The first of \a options that only MODEL.haptic takes; empty: there is none.
-std::string placingOption(const std::string& options)
-{
-    for (const char* name : {"size=", "position=", "rotation="})
-        if (const std::size_t found = options.find(name);
-            found != std::string::npos && (found == 0 || options[found - 1] == ' '))
-            return options.substr(found, options.find(' ', found) - found);
-    return {};
-}
-
-haptics::PlayedAs playedAs(const CheckedObject& object, const CheckedScene& scene)
-{
-    if (isFeltByContact(object, scene)) return haptics::PlayedAs::CIRCLING;
-    return object.property.modulationFrequency > 0.0 ? haptics::PlayedAs::VIBRATING
-                                                     : haptics::PlayedAs::HELD;
-}
-
 /// Tries what a fingertip gets at some of the points of an object.
-void touch(const HapticField& field, const CheckedScene& scene, CheckedObject& object)
+void touch(const HapticField& field, CheckedObject& object)
 {
     constexpr std::size_t kTried = 12;
     std::vector<const HapticField::ControlPoint*> points;
@@ -316,14 +305,14 @@ void touch(const HapticField& field, const CheckedScene& scene, CheckedObject& o
     for (std::size_t i = 0; i < std::min(kTried, points.size()); ++i)
     {
         const auto& point = *points[i * points.size() / std::min(kTried, points.size())];
-        object.force_N =
-            std::max(object.force_N, field.getFingertipForce(point.position, point.normal));
+        const double force_N = field.getFingertipForce(point.position, point.normal);
+        if (force_N < object.force_N) continue;
+        object.force_N = force_N;
+        object.feeling = field.getFeeling(point.position, point.normal);
     }
-    if (!points.empty())
-        object.feeling = haptics::feelingOf(object.force_N, playedAs(object, scene));
 }
 
-/// Adds the parts of one object that \a field has under its path.
+/// Sums up the parts of \a field that belong to the object's path.
 void measure(const HapticField& field, CheckedObject& object)
 {
     osg::BoundingBoxd box;
@@ -357,7 +346,7 @@ void measure(const HapticField& field, CheckedObject& object)
     }
     if (object.points == 0) object.lowest_Pa = 0.0;
     if (object.points == 0) return;
-    if (object.highest_Pa <= 0.0) shares = object.lowestShare = 0.0; // nothing is wanted any more
+    if (object.highest_Pa <= 0.0) shares = object.lowestShare = 0.0; // only silent points are left
     object.mean_Pa /= object.points;
     object.meanShare = shares / object.points;
     object.centre_m = box.center();
@@ -378,13 +367,9 @@ void describeArray(const HapticField& field, CheckedScene& checked)
 
 double largestExtent(osg::Node& node)
 {
-    osg::ComputeBoundsVisitor bounds;
-    node.accept(bounds);
-    const osg::BoundingBox& box = bounds.getBoundingBox();
-    return box.valid()
-               ? std::max(
-                     {box.xMax() - box.xMin(), box.yMax() - box.yMin(), box.zMax() - box.zMin()})
-               : 0.0;
+    const osg::BoundingBoxd box = osgMidair::boundsOf(node);
+    const osg::Vec3d size = box._max - box._min;
+    return box.valid() ? std::max({size.x(), size.y(), size.z()}) : 0.0;
 }
 
 int at(const std::map<std::string, int>& counts, const std::string& path)
@@ -419,7 +404,7 @@ CheckedScene checked(const LoadedScene::Scene& scene,
               { return a.path < b.path; });
     for (const osgMidair::FoundObject& one : found)
     {
-        // Places of one node have one path, and are told together.
+        // All instances of a node share one path and are reported once.
         if (!result.objects.empty() && result.objects.back().path == one.path) continue;
         CheckedObject& object = result.objects.emplace_back();
         object.path = one.path;
@@ -431,9 +416,8 @@ CheckedScene checked(const LoadedScene::Scene& scene,
         object.hasShape = one.hasShape;
         object.feltFrames = at(frames.felt, one.path);
         object.touchFrames = at(frames.touched, one.path);
-        if (node) object.size_units = largestExtent(*node);
         if (field) measure(*field, object);
-        if (field) touch(*field, result, object);
+        if (field) touch(*field, object);
         judge(object, result, played);
     }
     return result;
@@ -444,11 +428,11 @@ CheckedScene checked(const LoadedScene::Scene& scene,
 std::string pressureText(const CheckedObject& object)
 {
     const osgMidair::HapticProperty& property = object.property;
-    if (!property.whySilenced.empty()) return "what isn't understood";
+    if (!property.whySilenced.empty()) return "an invalid value";
     if (object.hasOwnPressures) return "a pressure for each point";
     return property.pressureUnit == osgMidair::HapticProperty::PASCAL
                ? fmt::format("{:g} Pa", property.pressure)
-               : fmt::format("{:g} (relative)", property.pressure);
+               : fmt::format("{:g}, relative to the other objects", property.pressure);
 }
 
 std::string whyNothing(const CheckedScene& scene)
@@ -457,7 +441,7 @@ std::string whyNothing(const CheckedScene& scene)
     if (!scene.hiddenBy.empty()) return "the scene is hidden by " + scene.hiddenBy;
     for (const CheckedMessage& one : scene.messages)
         if (!isOver(one.message)) return one.message.text;
-    return "nothing in it is marked as haptic";
+    return "nothing in it is tagged as haptic";
 }
 
 void judge(CheckedObject& object, const CheckedScene& scene, int frames)
@@ -470,25 +454,27 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
     const osgMidair::HapticField::Object& out = object.leftOut;
     const std::vector<std::string> large =
         toldOf(object, scene, {"object.large", "object.units", "object.small"});
-    // Hands that come and go, and animation, make an object felt in some frames only.
+    object.isSizeWrong = !large.empty();
+    // With hands or animation, an object may play in some frames only.
     if (object.points == 0 && object.feltFrames == 0)
         judgeUnfelt(object, scene);
     else if (object.feltFrames > 0 && object.feltFrames < frames)
         object.notes.push_back(
             fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
-    // Of what is simply too large or too small, that is the one cause.
+    // For an object of the wrong size, the size is the only fault worth reporting.
     if (object.points > 0) append(object.faults, large);
     if (out.outOfWorkspace > 0 && large.empty())
         object.faults.push_back(points(out.outOfWorkspace, "they are out of the workspace"));
     if (out.overBudget > 0 && large.empty())
-        object.faults.push_back(points(out.overBudget, "there are more than maxPoints"));
+        object.faults.push_back(points(out.overBudget, "the limit maxPoints is reached"));
     if (out.invalid > 0) object.faults.push_back(points(out.invalid, "they are not finite"));
     if (out.crowded > 0) object.notes.push_back(points(out.crowded, "others are too near"));
     if (out.unpainted > 0) object.notes.push_back(points(out.unpainted, "intensity 0"));
     if (out.outOfReach > 0) object.notes.push_back(points(out.outOfReach, "no hand is near"));
     if (object.points == 0) return;
     judgePressure(object, scene);
-    if (object.faults.empty() && object.feeling == haptics::kTooWeak)
+    object.isWeak = object.feeling == haptics::strengthName(haptics::Strength::TOO_WEAK);
+    if (object.faults.empty() && object.isWeak)
         object.warnings.push_back(fmt::format(
             "it is {}: {:.2g} mN on a fingertip", object.feeling, 1e3 * object.force_N));
 }
@@ -508,7 +494,7 @@ const char* verdictName(Verdict verdict)
 namespace
 {
 
-/// How many objects of all scenes have that verdict.
+/// Returns the number of objects with that verdict, and of all objects.
 std::pair<int, int> countOf(const CheckResult& result, Verdict verdict)
 {
     std::pair<int, int> count = {0, 0};
@@ -521,7 +507,8 @@ std::pair<int, int> countOf(const CheckResult& result, Verdict verdict)
     return count;
 }
 
-/// What is wrong with a scene as a whole; empty: nothing. Another scene plays what is inside it.
+/// Returns what is wrong with a scene as a whole, or an empty string. A scene inside another has no
+/// fault of its own.
 std::string faultOf(const CheckedScene& scene)
 {
     if (scene.isInside) return {};
@@ -529,26 +516,63 @@ std::string faultOf(const CheckedScene& scene)
     return scene.objects.empty() ? whyNothing(scene) : "";
 }
 
-/// The first sentence of the objects with that verdict, with the object's path.
+/// Returns the path and first sentence of the first object with that verdict. A wrong size is the
+/// cause of what its neighbours lack.
 std::string firstOf(const CheckResult& result, Verdict verdict)
 {
+    const CheckedObject* first = nullptr;
     for (const CheckedScene& scene : result.scenes)
         for (const CheckedObject& object : scene.objects)
-            if (object.verdict() == verdict)
-                return object.path + ": " +
-                       (verdict == Verdict::PROBLEM ? object.faults : object.warnings).front();
-    return {};
+            if (object.verdict() == verdict &&
+                (!first || (object.isSizeWrong && !first->isSizeWrong)))
+                first = &object;
+    if (!first) return {};
+    return first->path + ": " +
+           (verdict == Verdict::PROBLEM ? first->faults : first->warnings).front();
 }
 
-/// A warning or fault of no object in particular; null: there is none.
-const CheckedMessage* firstBad(const CheckResult& result)
+/// What OSG's readers warn of, such as a camera that is missing, and single faces that are left out
+/// may not matter to any object.
+bool isDoubt(const CheckedMessage& one)
+{
+    if (one.message.severity == HapticMessage::FAULT) return false;
+    return one.message.code == "osg" || (one.message.code == "reading" &&
+                                         one.message.text.find("left out") != std::string::npos);
+}
+
+/// Wrong options and settings are the cause of what objects lack.
+bool isCause(const CheckedMessage& one)
+{
+    const std::string& code = one.message.code;
+    return std::none_of(kEffects.begin(),
+                        kEffects.end(),
+                        [&code](const char* kind) { return code.rfind(kind, 0) == 0; });
+}
+
+/// Returns the first warning or fault for which \a is returns true, of the file before those of its
+/// scenes; null: there is none.
+template<typename Is>
+const CheckedMessage* firstBad(const CheckResult& result, Is is)
 {
     for (const CheckedMessage& message : result.reading)
-        if (isBad(message)) return &message;
+        if (isBad(message) && is(message)) return &message;
     for (const CheckedScene& scene : result.scenes)
         for (const CheckedMessage& message : scene.messages)
-            if (isBad(message)) return &message;
+            if (isBad(message) && is(message)) return &message;
     return nullptr;
+}
+
+/// Returns true if there are objects and all of them are switched off.
+bool areAllOff(const CheckResult& result)
+{
+    bool isAny = false;
+    for (const CheckedScene& scene : result.scenes)
+        for (const CheckedObject& object : scene.objects)
+        {
+            if (object.property.enabled) return false;
+            isAny = true;
+        }
+    return isAny;
 }
 
 } // namespace
@@ -556,66 +580,51 @@ const CheckedMessage* firstBad(const CheckResult& result)
 Verdict CheckResult::verdict() const
 {
     bool isAny = false;
-    bool isWrong = firstBad(*this) != nullptr;
+    bool isWrong = firstBad(*this, [](const CheckedMessage& one) { return !isDoubt(one); });
     for (const CheckedScene& scene : scenes)
     {
         isAny = isAny || !scene.objects.empty();
         isWrong = isWrong || !faultOf(scene).empty();
     }
     if (isWrong || !isAny || countOf(*this, Verdict::PROBLEM).first > 0) return Verdict::PROBLEM;
-    return countOf(*this, Verdict::WARNING).first > 0 ? Verdict::WARNING : Verdict::OK;
+    const bool isWarned =
+        firstBad(*this, isDoubt) || countOf(*this, Verdict::WARNING).first > 0 || areAllOff(*this);
+    return isWarned ? Verdict::WARNING : Verdict::OK;
 }
 
 std::string CheckResult::because() const
 {
-    for (const CheckedScene& scene : scenes)
-        if (std::string fault = faultOf(scene); !fault.empty()) return fault;
-    for (const Verdict verdict : {Verdict::PROBLEM, Verdict::WARNING})
+    const auto isRoot = [](const CheckedMessage& one) { return !isDoubt(one) && isCause(one); };
+    const auto ofObjects = [this](Verdict verdict, const char* what) -> std::string
     {
         const auto [count, all] = countOf(*this, verdict);
-        const char* what =
-            verdict == Verdict::PROBLEM ? "can't be felt as asked for" : "may not be felt";
-        const CheckedMessage* bad = verdict == Verdict::WARNING ? firstBad(*this) : nullptr;
-        if (bad) return bad->message.text;
-        if (count > 0)
-            return fmt::format(
-                "{} of {} objects {}: {}", count, all, what, firstOf(*this, verdict));
-    }
+        if (count == 0) return {};
+        if (all == 1) return firstOf(*this, verdict);
+        return fmt::format("{} of {} objects {}: {}", count, all, what, firstOf(*this, verdict));
+    };
+    // The first cause that there is.
+    for (const CheckedMessage& message : reading)
+        if (isBad(message) && !isDoubt(message)) return message.message.text;
+    for (const CheckedScene& scene : scenes)
+        if (std::string fault = faultOf(scene); !fault.empty()) return fault;
+    if (const CheckedMessage* root = firstBad(*this, isRoot)) return root->message.text;
+    if (std::string why = ofObjects(Verdict::PROBLEM, "can't be felt as asked for"); !why.empty())
+        return why;
+    const auto isAnother = [](const CheckedMessage& one) { return !isDoubt(one); };
+    if (const CheckedMessage* bad = firstBad(*this, isAnother)) return bad->message.text;
+    if (std::string why = ofObjects(Verdict::WARNING, "may not be felt"); !why.empty()) return why;
+    if (const CheckedMessage* doubt = firstBad(*this, isDoubt)) return doubt->message.text;
+    if (areAllOff(*this)) return "nothing plays: all objects are switched off (haptic=false)";
     const int all = countOf(*this, Verdict::OK).second;
-    if (scenes.empty() || all == 0) return "nothing in it is marked as haptic";
+    if (scenes.empty() || all == 0) return "nothing in it is tagged as haptic";
     return all == 1 ? "it can be felt" : fmt::format("all {} objects can be felt", all);
 }
 
-std::string CheckResult::remedy() const
+namespace
 {
-    const std::string ending = ".haptic";
-    const bool isPlaced = file.size() > ending.size() &&
-                          file.compare(file.size() - ending.size(), ending.size(), ending) == 0;
-    std::string size;
-    for (const CheckedScene& scene : scenes)
-        for (const CheckedObject& object : scene.objects)
-        {
-            if (!size.empty() || object.faults.empty()) continue;
-            const std::string& fault = object.faults.front();
-            const std::size_t found = fault.find("size=");
-            if (found != std::string::npos)
-                size = fault.substr(found, fault.find(' ', found) - found);
-            // What lies elsewhere comes into the middle by a size of its own.
-            else if (object.leftOut.isUnreachable && object.size_units > 0.0 && !wrapped.empty())
-                size = fmt::format("size={:.3g}", object.size_units * scene.granted.metresPerUnit);
-        }
-    if (size.empty() && !isPlaced) size = placingOption(options);
-    if (size.empty() || (isPlaced && options.find("size=") != std::string::npos)) return {};
-    std::string others = options; // without a size that is another's
-    if (const std::size_t old = others.find("size="); old != std::string::npos)
-        others.erase(old, others.find(' ', old) - old);
-    return fmt::format("midair-check {}{} -O \"{}\"",
-                       file,
-                       isPlaced ? "" : ending,
-                       base::trimmed(base::trimmed(others) + " " + size));
-}
 
-CheckResult checkScene(const CheckOptions& options)
+/// Checks the file without looking for a remedy.
+CheckResult checkedOnce(const CheckOptions& options)
 {
     LoadedScene loaded(options);
     Rehearsal rehearsal(loaded, options);
@@ -627,16 +636,67 @@ CheckResult checkScene(const CheckOptions& options)
     for (std::size_t i = 0; i < loaded.scenes().size(); ++i)
         result.scenes.push_back(
             checked(loaded.scenes()[i], rehearsal.framesOf(i), result.frames, loaded));
+    result.width_m = largestExtent(loaded.root()) *
+                     (result.scenes.empty() ? 1.0 : result.scenes.front().granted.metresPerUnit);
     result.reading = loaded.notices(result.scenes);
-    const std::string unused = placingOption(options.options);
+    const GivenOptions given = optionsIn(options.options);
+    std::vector<std::string> ignored = unknownOptions(given);
+    const std::string unused = modelOption(given);
     if (!unused.empty() && osgDB::getLowerCaseFileExtension(options.file) != "haptic")
+        ignored.push_back("-O " + unused + " works only with FILE.haptic and is ignored here");
+    for (const std::string& text : ignored)
     {
+        const auto isTold = [&text](const CheckedMessage& one)
+        { return one.message.text.find(text) != std::string::npos; };
+        if (std::any_of(result.reading.begin(), result.reading.end(), isTold)) continue;
         CheckedMessage& told = result.reading.emplace_back();
         told.message.severity = HapticMessage::WARNING;
         told.message.code = "reading";
-        told.message.text =
-            "-O " + unused + " is for names that end in .haptic, and is ignored here";
+        told.message.text = text;
     }
+    return result;
+}
+
+/// Tries the remedies. Returns the command of the first with the verdict OK, or else of the best;
+/// empty: none is better.
+std::string triedRemedy(const CheckResult& result, const CheckOptions& options)
+{
+    constexpr std::size_t kMostTried = 8;
+    constexpr int kFrames = 3;
+    std::string command;
+    Verdict best = result.verdict();
+    std::vector<CheckOptions> all = remedies(result, options);
+    all.resize(std::min(all.size(), kMostTried));
+    for (CheckOptions& one : all)
+    {
+        const bool isByHand =
+            std::any_of(result.scenes.begin(),
+                        result.scenes.end(),
+                        [](const CheckedScene& scene) { return isRecording(scene.granted.hands); });
+        if (!isByHand) one.frames = std::min(one.frames, kFrames);
+        try
+        {
+            osgDB::Registry::instance()->setOptions(nullptr);
+            const Verdict verdict = checkedOnce(one).verdict();
+            if (verdict >= best) continue;
+            best = verdict;
+            command = commandOf(one);
+        }
+        catch (const std::runtime_error&) // it can't be read so
+        {
+            continue;
+        }
+        if (best == Verdict::OK) break;
+    }
+    return command;
+}
+
+} // namespace
+
+CheckResult checkScene(const CheckOptions& options)
+{
+    CheckResult result = checkedOnce(options);
+    if (result.verdict() != Verdict::OK) result.remedy = triedRemedy(result, options);
     return result;
 }
 

@@ -10,25 +10,28 @@
 namespace midair::samples
 {
 
-/// In the order in which it is worse.
+/// A relative pressure above this was perhaps meant in Pa.
+constexpr double kLargeRelative = 20.0;
+
+/// In order of severity.
 enum class Verdict
 {
     OK,
-    WARNING, ///< it is played, but hardly felt, or it could not be tried
-    PROBLEM  ///< it isn't felt, or not as it was asked for
+    WARNING, ///< it is played, but is weak or could not be tested
+    PROBLEM  ///< it can't be felt, or not as requested
 };
 
-/// What midair-check was asked for.
+/// Options of midair-check.
 struct CheckOptions
 {
-    std::string file;     ///< scene or model, as osgviewer would read it
+    std::string file;     ///< scene or model, any file that osgviewer reads
     std::string settings; ///< file of settings, as for osgviewer's --device; empty: none
     std::string options;  ///< option string, as for osgviewer's -O
     int frames = 30;      ///< 1 .. 100000, at 60 a second of the scene's time
     double wait_s = 20.0; ///< > 0; longest wait for the field of one frame
 };
 
-/// An object at one of its places, as it was in the last frame.
+/// An object at one of its places, as of the last frame.
 struct CheckedObject
 {
     std::string path;
@@ -36,23 +39,24 @@ struct CheckedObject
     osgMidair::HapticProperty property;
     bool hasShape = false;
     bool hasOwnPressures = false;           ///< a HapticPoints with a pressure for each point
-    osgMidair::HapticField::Object leftOut; ///< numbers of points that are not felt
+    osgMidair::HapticField::Object leftOut; ///< number of points left out, by reason
     int points = 0;                         ///< control points
     osg::Vec3d centre_m;                    ///< of the points' box, array frame; 0 without points
     osg::Vec3d size_m;                      ///< of that box
-    double wanted_Pa = 0.0;                 ///< largest
-    double lowestShare = 1.0; ///< smallest and mean of what is played over what is wanted
+    double wanted_Pa = 0.0;                 ///< largest target
+    double lowestShare = 1.0; ///< smallest and mean ratio of played to wanted pressure
     double meanShare = 1.0;
     double lowest_Pa = 0.0; ///< weakest point, as played
     double mean_Pa = 0.0;
     double highest_Pa = 0.0;
-    int feltFrames = 0; ///< frames in which it had control points
+    int feltFrames = 0; ///< frames in which it had a playing control point
     int touchFrames = 0;
-    double size_units = 0.0; ///< its largest extent, in its own units
-    double force_N = 0.0;    ///< on a fingertip, the most at those of its points that were tried
-    std::string feeling;     ///< of that: "faint" ..; empty: it has no points
-    /// Sentences: what keeps it from being felt as it is asked for, what makes it hard to feel or
-    /// could not be tried, and what is told besides.
+    bool isSizeWrong = false; ///< it is too large, too small or in another unit
+    bool isWeak = false;      ///< most people would not feel it
+    double force_N = 0.0;     ///< largest force on a fingertip among the tested points
+    std::string feeling;      ///< word for force_N: "faint" ..; empty: it has no points
+    /// Sentences: faults (it can't be felt as requested), warnings (it is weak or could not be
+    /// tested) and other notes.
     std::vector<std::string> faults;
     std::vector<std::string> warnings;
     std::vector<std::string> notes;
@@ -60,7 +64,7 @@ struct CheckedObject
     Verdict verdict() const;
 };
 
-/// A message of a scene, of the reader of its file or of OSG.
+/// A message of a scene, of its file's reader or of OSG.
 struct CheckedMessage
 {
     osgMidair::HapticMessage message;
@@ -68,15 +72,15 @@ struct CheckedMessage
     int line = 0;     ///< from 1; 0: not known
 };
 
-/// A HapticScene after its frames. Scenes inside another one are played by that.
+/// A HapticScene after the last frame. A scene inside another one is played by the outer scene.
 struct CheckedScene
 {
     std::string name;
-    osgMidair::HapticSettings asked;   ///< by the file, options and program
-    osgMidair::HapticSettings granted; ///< what would be played
+    osgMidair::HapticSettings asked;   ///< settings from file, options and program
+    osgMidair::HapticSettings granted; ///< settings that would be used
     osgMidair::HapticStatistics statistics;
-    bool isInside = false; ///< another scene plays it
-    std::string hiddenBy;  ///< what keeps a viewer from coming to it; empty: nothing
+    bool isInside = false; ///< it is inside another scene, which plays it
+    std::string hiddenBy;  ///< what hides it from a viewer; empty: nothing
     int transducers = 0;
     osg::Vec3d arraySize_m;
     double reach_m = 0.0;
@@ -88,34 +92,35 @@ struct CheckResult
 {
     std::string file;
     std::string options; ///< as CheckOptions has them
-    std::string wrapped; ///< what was added to the file's scene so that it plays; empty: nothing
+    std::string wrapped; ///< what was added to the file's scene to make it play; empty: nothing
     int frames = 0;
     std::vector<CheckedScene> scenes;
-    std::vector<CheckedMessage> reading; ///< from OSG and its readers
+    std::vector<CheckedMessage> reading; ///< from OSG, its readers and about options
+    double width_m = 0.0;                ///< of the whole file
+    std::string remedy; ///< complete command that fixes the problem, tried; empty: none is known
 
     Verdict verdict() const;
-    /// A sentence: what the verdict is for, the root cause first.
+    /// Returns the reason for the verdict as a sentence, the root cause first.
     std::string because() const;
-    /// The whole command that mends it; empty: none is known.
-    std::string remedy() const;
     /// 1 for a PROBLEM, else 0.
     int exitCode() const { return verdict() == Verdict::PROBLEM ? 1 : 0; }
 };
 
-/// Plays a scene file without a window and without hardware, and collects what is felt. Throws
+/// Plays a scene file without a window and without hardware and collects the results. Throws
 /// std::runtime_error if the file can't be read.
 CheckResult checkScene(const CheckOptions& options);
 
 /// "OK", "WARNING" or "PROBLEM".
 const char* verdictName(Verdict verdict);
 
-/// Adds faults, warnings and notes to an object of \a scene from its numbers.
+/// Derives faults, warnings and notes of an object of \a scene from its numbers.
 void judge(CheckedObject& object, const CheckedScene& scene, int frames);
 
-/// Says why a scene without any object is not felt.
+/// Returns why a scene without objects plays nothing.
 std::string whyNothing(const CheckedScene& scene);
 
-/// "500 Pa", "1 (relative)" "a pressure for each point" or "what isn't understood".
+/// Returns "500 Pa", "1, relative to the other objects", "a pressure for each point" or "an invalid
+/// value".
 std::string pressureText(const CheckedObject& object);
 
 } // namespace midair::samples

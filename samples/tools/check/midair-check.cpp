@@ -1,5 +1,7 @@
 // Lists each touchable object of a scene file or a model with its place and strength, and explains
 // what is wrong with the others, without a window and without hardware.
+#include "samples/shared/ModelAxes.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/tools/check/SceneCheck.h"
 
 #include <osgMidair/FileFormats>
@@ -39,7 +41,7 @@ std::string orNone(const std::string& text)
     return text.empty() ? "none" : text;
 }
 
-/// "usb: (not granted: sim:)", or one of both if they are the same.
+/// Returns "asks for usb:, would get sim:", or just one of them if they are equal.
 std::string wish(const std::string& asked, const std::string& granted)
 {
     return asked == granted
@@ -55,14 +57,13 @@ void printObject(Out out, const CheckedObject& object, int frames)
                    object.points,
                    object.feltFrames,
                    frames);
-    fmt::format_to(out, "    asked     {}\n", pressureText(object));
+    fmt::format_to(out, "    pressure  {}\n", pressureText(object));
     if (object.points > 0 && object.highest_Pa <= 0.0)
         fmt::format_to(out, "    plays     nothing\n");
     else if (object.points > 0)
         fmt::format_to(out,
-                       "    plays     {:.0f} Pa in the mean, {:.0f} .. {:.0f} Pa: {:.1f} % of what "
-                       "is wanted, at "
-                       "least {:.1f} %\n",
+                       "    plays     {:.0f} Pa on average, {:.0f} .. {:.0f} Pa: {:.1f} % of what "
+                       "was asked for (at the weakest point {:.1f} %)\n",
                        object.mean_Pa,
                        object.lowest_Pa,
                        object.highest_Pa,
@@ -121,7 +122,7 @@ void printScene(Out out, const CheckedScene& scene, int frames)
     if (scene.transducers > 0)
         fmt::format_to(
             out,
-            "            {} transducers, {:.0f} x {:.0f} x {:.0f} mm; it reaches {:.0f} mm\n",
+            "            {} transducers, {:.0f} x {:.0f} x {:.0f} mm, felt up to {:.0f} mm away\n",
             scene.transducers,
             1e3 * scene.arraySize_m.x(),
             1e3 * scene.arraySize_m.y(),
@@ -131,7 +132,7 @@ void printScene(Out out, const CheckedScene& scene, int frames)
     fmt::format_to(out, "            here: {}\n", orNone(s.device));
     fmt::format_to(out, "  hands     {}\n", wish(scene.asked.hands, scene.granted.hands));
     fmt::format_to(out,
-                   "  field     {}: {} points, {:.0f} Pa, rms {:.3f} %, cap {}{}\n",
+                   "  field     {}: {} points, {:.0f} Pa, rms error {:.3f} %, cap {}{}\n",
                    stateName(s.state),
                    s.points,
                    s.level_Pa,
@@ -142,8 +143,8 @@ void printScene(Out out, const CheckedScene& scene, int frames)
                        : "");
     if (s.exposure.places > 0)
         fmt::format_to(out,
-                       "  ears      {:.0f} dB at the loudest place around the array, {:g} dB of it "
-                       "for a head\n",
+                       "  ears      {:.0f} dB at the loudest place around the array, including "
+                       "{:g} dB for a head\n",
                        s.exposure.level_dB,
                        s.exposure.head_dB);
     if (scene.objects.empty())
@@ -254,7 +255,7 @@ Json sceneJson(const CheckedScene& scene)
     return json;
 }
 
-/// What an object's line says after its name.
+/// Returns the text after an object's name in the list of verdicts.
 std::string lineOf(const CheckedObject& object)
 {
     if (!object.faults.empty()) return object.faults.front();
@@ -268,15 +269,14 @@ std::string lineOf(const CheckedObject& object)
                        object.feeling);
 }
 
-/// Returns the result for people: the verdict, a line for each object, and all else.
+/// Returns the report as text: the verdict, a line for each object, then the details.
 std::string checkText(const CheckResult& result)
 {
     std::string text;
     const Out out = std::back_inserter(text);
     fmt::format_to(
         out, "{}: {}: {}\n", verdictName(result.verdict()), result.file, result.because());
-    if (const std::string remedy = result.remedy(); !remedy.empty())
-        fmt::format_to(out, "  try: {}\n", remedy);
+    if (!result.remedy.empty()) fmt::format_to(out, "  try: {}\n", result.remedy);
     for (const CheckedScene& scene : result.scenes)
         for (const CheckedObject& object : scene.objects)
             fmt::format_to(out,
@@ -286,6 +286,8 @@ std::string checkText(const CheckResult& result)
                            lineOf(object));
     fmt::format_to(out, "\n");
     if (!result.wrapped.empty()) fmt::format_to(out, "  {}\n", result.wrapped);
+    if (const std::string axes = turnedAxes(result.file, result.options); !axes.empty())
+        fmt::format_to(out, "  {}\n", axes);
     for (const CheckedMessage& message : result.reading)
         printMessage(out, message);
     for (const CheckedScene& scene : result.scenes)
@@ -293,7 +295,7 @@ std::string checkText(const CheckResult& result)
     return text;
 }
 
-/// Returns the same as JSON.
+/// Returns the report as JSON.
 std::string checkJson(const CheckResult& result)
 {
     Json scenes = Json::array();
@@ -302,17 +304,17 @@ std::string checkJson(const CheckResult& result)
     const Json json = {{"file", result.file},
                        {"verdict", verdictName(result.verdict())},
                        {"because", result.because()},
-                       {"remedy", result.remedy()},
+                       {"remedy", result.remedy},
                        {"exitCode", result.exitCode()},
                        {"frames", result.frames},
                        {"wrapped", result.wrapped},
                        {"reading", messagesJson(result.reading)},
                        {"scenes", std::move(scenes)}};
-    // What a file names may be no UTF-8.
+    // Names in a file may not be valid UTF-8.
     return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Sends what plugins print to stderr, so that what is printed here is the program's alone.
+/// Redirects stdout to stderr, so that output of plugins does not mix with the report.
 class OwnOutput
 {
 public:
@@ -335,9 +337,8 @@ private:
     int _before;
 };
 
-/// Reads the file as the kit asks for before it does so itself (osgMidair::readModel()): that this
-/// process lives is the answer, at the socket that it was given. What the reader throws ends it as
-/// a signal does.
+/// Reads the file in a trial process for osgMidair::readModel(). On success sends one byte to the
+/// inherited socket; a crash or an exception of the reader ends only this process.
 [[noreturn]] void tryToRead(const midair::samples::CheckOptions& options)
 try
 {
@@ -356,19 +357,17 @@ catch (...)
     std::abort();
 }
 
-constexpr int kUnreadable = 2; // exit code
-
 int run(int argc, char** argv)
 {
     CheckOptions options;
     bool json = false;
     bool isTrial = false;
     CLI::App app(
-        "midair-check: lists each touchable object of a scene or a model with its place and "
-        "strength, and explains what is wrong with the others. It never opens hardware: "
-        "the simulator plays, and only recorded hands are read.\n"
-        "Exit code: 0 OK or WARNING, 1 PROBLEM, 2 the file can't be read or an option is "
-        "wrong.",
+        "Lists each touchable object of a scene or a model with its place and strength, and "
+        "explains what is wrong with the others.\n"
+        "Example: midair-check model.obj.haptic -O size=0.08\n"
+        "It never opens hardware: fields are simulated, and only recorded hands are read.\n"
+        "Exit code: 0 OK or WARNING, 1 PROBLEM, 2 the file can't be read or an option is wrong.",
         "midair-check");
     app.add_option(
            "scene", options.file, "scene or model, as osgviewer reads it (MODEL.haptic too)")
@@ -376,14 +375,15 @@ int run(int argc, char** argv)
     app.add_option(
         "--device", options.settings, "file of settings, as for osgviewer's --device FILE.haptic");
     app.add_option("-O,--options", options.options, "options, as for osgviewer's -O");
-    app.add_option("--frames", options.frames, "frames to play, 60 for each second of the scene")
+    app.add_option("--frames", options.frames, "frames to play, at 60 per second")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app.add_option("--wait", options.wait_s, "longest wait for the field of one frame, s")
+    app.add_option("--wait", options.wait_s, "timeout for the field of one frame, s")
         ->check(CLI::Range(0.001, 3600.0))
         ->capture_default_str();
-    app.add_flag("--json", json, "print the same as JSON");
+    app.add_flag("--json", json, "print the report as JSON");
     app.add_flag("--try", isTrial)->group("");
+    useToolHelp(app);
     try
     {
         app.parse(argc, argv);
@@ -398,7 +398,7 @@ int run(int argc, char** argv)
     }
     catch (const CLI::ParseError& error)
     {
-        return app.exit(error) == 0 ? 0 : kUnreadable;
+        return exitOf(app, error);
     }
 }
 
@@ -413,6 +413,6 @@ int main(int argc, char** argv)
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-check: %s\n", error.what());
-        return kUnreadable;
+        return EXIT_WRONG;
     }
 }

@@ -36,7 +36,7 @@ bool isNumber(const std::string& tag)
            tag == "byte";
 }
 
-/// Calls \a take with the content of \a bytes, inflated if need be, piece by piece.
+/// Calls \a take with each piece of \a bytes, decompressed if it is gzip.
 template<class Take>
 void inflated(const std::string& bytes,
               const std::string& source,
@@ -56,7 +56,7 @@ void inflated(const std::string& bytes,
     }
     z_stream stream{};
     if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK)
-        throw InputError(source + ": there is no memory to inflate it");
+        throw InputError(source + ": not enough memory to decompress it");
     const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
     stream.avail_in = static_cast<uInt>(bytes.size());
@@ -71,17 +71,18 @@ void inflated(const std::string& bytes,
         take(out.data(), out.size() - stream.avail_out);
     }
     if (result != Z_STREAM_END)
-        throw InputError(source + ": its compression is damaged, or it is cut off");
+        throw InputError(source + ": the compressed data is damaged or incomplete");
 }
 
-/// Objects that Java's XMLEncoder has written (java.beans), as data: objects with named members and
-/// lists. Elements say what a decoder would call; of these the few are followed that give values to
-/// members (`property`, `getField` with `set` and `get`) and to lists (`add`), and none is called.
+/// Reads objects that Java's XMLEncoder (java.beans) has written, as data: objects with named
+/// members and lists. Elements describe calls of a decoder. Only those that set members
+/// (`property`, `getField` with `set` and `get`) or fill lists (`add`) are interpreted; nothing is
+/// executed.
 class BeanXml
 {
 public:
-    /// Reads \a bytes, gzip or plain; at most \a mostBytes of XML. Throws base::InputError, which
-    /// names \a source.
+    /// Parses \a bytes, gzip or plain, at most \a mostBytes of XML. \a source is the name in
+    /// messages. Throws base::InputError.
     BeanXml(const std::string& bytes, const std::string& source, std::size_t mostBytes) :
         _source(source)
     {
@@ -93,12 +94,13 @@ public:
         parser.take("", 0, true);
         const Element& java = parser.root().children.front();
         if (java.tag != "java" || java.attribute("class") != "java.beans.XMLDecoder")
-            throw InputError(source + ": it isn't a simulation that Ultraino has saved (an element "
-                                      "java of class java.beans.XMLDecoder)");
+            throw InputError(source + ": it isn't a simulation saved by Ultraino (an element java "
+                                      "of class java.beans.XMLDecoder)");
         evaluateAll(java, make("java"));
     }
 
-    /// The object of class \a kind (without its package). Throws if there is none, or several.
+    /// Returns the object of class \a kind (without its package). Throws unless there is exactly
+    /// one.
     int only(const std::string& kind) const
     {
         int found = -1;
@@ -113,7 +115,7 @@ public:
         return found;
     }
 
-    /// Member \a name of an object; -1: it has none, or \a object is -1.
+    /// Returns member \a name of \a object, or -1 if it has none or \a object is -1.
     int member(int object, const std::string& name) const
     {
         if (object < 0) return -1;
@@ -123,7 +125,7 @@ public:
         return found == members.end() ? -1 : found->second;
     }
 
-    /// NaN if it isn't one.
+    /// Returns NaN if \a object is not a number.
     double number(int object) const
     {
         return object < 0 ? std::numeric_limits<double>::quiet_NaN()
@@ -160,7 +162,7 @@ private:
         std::vector<int> list;
     };
 
-    /// Makes a tree of elements; deep ones, many ones and document types are refused.
+    /// Builds a tree of elements. Refuses document types, too deep nesting and too many elements.
     class Parser
     {
     public:
@@ -184,7 +186,7 @@ private:
                 _parser.get(),
                 [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
                     static_cast<Parser*>(self)->refuse(
-                        "it has a document type, which has no use here");
+                        "it has a document type, which is not allowed");
                 });
         }
 
@@ -206,8 +208,7 @@ private:
             XML_StopParser(_parser.get(), XML_FALSE);
         }
 
-        // Children are added while their parent is open alone, so pointers to those that are stay
-        // right.
+        // Only the innermost open element gets children, so pointers to open elements stay valid.
         void begin(const XML_Char* name, const XML_Char** attributes)
         {
             Element& element = _open.back()->children.emplace_back();
@@ -215,7 +216,8 @@ private:
             for (; *attributes != nullptr; attributes += 2)
                 element.attributes[attributes[0]] = attributes[1];
             _open.push_back(&element);
-            if (_open.size() > kDeepest) refuse(fmt::format("it is more than {} deep", kDeepest));
+            if (_open.size() > kDeepest)
+                refuse(fmt::format("it is nested more than {} deep", kDeepest));
             if (++_count > kMostElements)
                 refuse(fmt::format("it has more than {} elements", kMostElements));
         }
@@ -237,9 +239,8 @@ private:
         return static_cast<int>(_objects.size()) - 1;
     }
 
-    // What a getter gives that nothing has set is the class's default; of whole numbers that are
-    // named by it the shader of a transducer is one (Resources.SHADER_SOLID_SPEC), and others refer
-    // to it.
+    // A getter of a member that was never set returns the class's default. The only named whole
+    // number is a transducer's shader (Resources.SHADER_SOLID_SPEC), which others refer to.
     int makeMember(int owner, const std::string& name)
     {
         constexpr double kSolidSpec = 2.0;
@@ -264,11 +265,11 @@ private:
         const auto found = _ids.find(id);
         if (found == _ids.end())
             throw InputError(
-                fmt::format("{}: it refers to \"{}\" before that is there", _source, id));
+                fmt::format("{}: it refers to \"{}\" before its definition", _source, id));
         return found->second;
     }
 
-    // Returns the object that the element stands for.
+    // Returns the object that the element denotes.
     int evaluate(const Element& element, int target)
     {
         if (isNumber(element.tag))
@@ -311,7 +312,8 @@ private:
             evaluate(child, target);
     }
 
-    // With a value it is set; without one it is got, and what is in the element concerns it.
+    // With a value it is a setter; without one it is a getter, and the child elements apply to its
+    // result.
     int evaluateProperty(const Element& element, int target)
     {
         const std::string& name = element.attribute("property");
@@ -331,7 +333,7 @@ private:
         return target;
     }
 
-    // A field's name, and what is done with it: set(object, value), or get(object) and then more.
+    // A field's name, then set(object, value), or get(object) with further statements.
     void evaluateField(const Element& element)
     {
         std::string name;
@@ -360,14 +362,14 @@ private:
     std::map<std::string, int> _ids;
 };
 
-// Defaults of the simulator's classes (Transducer.java): what has them isn't in the file.
+// Defaults of the simulator's classes (Transducer.java). The file omits members with these values.
 constexpr double kPower = 2.53;
 constexpr double kAperture_m = 0.009;
 constexpr double kFrequency_Hz = 40e3;
 
 constexpr double kMostMetres = 10.0;
 constexpr int kMostTransducers = 4096;
-constexpr int kChannels = 64; ///< of a driver board
+constexpr int kChannels = 64; ///< per driver board
 
 struct Emitter
 {
@@ -379,7 +381,7 @@ struct Emitter
     int order = 0;
 };
 
-/// The simulator has y upwards, where a flat array emits; array files have z there.
+/// The simulator's y axis points up, along a flat array's emission; in array files this is z.
 Eigen::Vector3d upright(const Eigen::Vector3d& v)
 {
     return {v.x(), -v.z(), v.y()};
@@ -428,7 +430,7 @@ public:
                                       number(rotation, "y", 0.0, -1e6, 1e6),
                                       number(rotation, "z", 0.0, -1e6, 1e6));
         if (!(turn.norm() > 1e-3))
-            fail(fmt::format("rot of transducer {} is no rotation", _current));
+            fail(fmt::format("rot of transducer {} is not a rotation", _current));
         one.normal = upright(turn.normalized() * Eigen::Vector3d::UnitY()).normalized();
         one.power = number(object, "power", kPower, 1e-6, 1e4);
         one.correction_rad = base::kPi * number(object, "phaseCorrection", 0.0, -1e3, 1e3);
@@ -450,18 +452,19 @@ private:
     {
         const double value = number(object, name, 0.0, -1e6, 1e6);
         if (value != std::floor(value))
-            fail(
-                fmt::format("{} of transducer {} is {:g}, no whole number", name, _current, value));
+            fail(fmt::format(
+                "{} of transducer {} is {:g}, which is not a whole number", name, _current, value));
         return static_cast<int>(value);
     }
 
     void sameFrequency(double frequency_Hz)
     {
         if (_current > 0 && frequency_Hz != _frequency_Hz)
-            fail(fmt::format("transducer {} has {:g} Hz, those before it {:g}; an array has one",
-                             _current,
-                             frequency_Hz,
-                             _frequency_Hz));
+            fail(fmt::format(
+                "transducer {} has {:g} Hz, those before it {:g}; all must have the same frequency",
+                _current,
+                frequency_Hz,
+                _frequency_Hz));
         _frequency_Hz = frequency_Hz;
     }
 
@@ -472,7 +475,7 @@ private:
     bool _hasOtherAperture = false;
 };
 
-/// Whether \a number tells the emitters apart.
+/// Returns true if all values of \a number are distinct and not negative.
 bool areDistinct(const std::vector<Emitter>& all, int Emitter::*number)
 {
     std::set<int> seen;
@@ -482,7 +485,7 @@ bool areDistinct(const std::vector<Emitter>& all, int Emitter::*number)
                        { return one.*number >= 0 && seen.insert(one.*number).second; });
 }
 
-/// The wire of each emitter, and the number of wires in \a count.
+/// Returns the wire of each emitter; \a count becomes the number of wires.
 std::vector<int>
 wiresOf(const std::vector<Emitter>& all, int& count, std::vector<std::string>& notes)
 {
@@ -493,17 +496,18 @@ wiresOf(const std::vector<Emitter>& all, int& count, std::vector<std::string>& n
     for (const Emitter& one : all)
         wires.push_back(isByPin ? one.pin : isByOrder ? one.order : static_cast<int>(wires.size()));
     if (!isByPin)
-        notes.push_back(isByOrder ? "pins aren't given for all: transducers stand by orderNumber"
-                                  : "neither pins nor orderNumber tell the transducers apart: they "
-                                    "stand as in the file");
+        notes.push_back(
+            isByOrder
+                ? "not all transducers have pins: sorted by orderNumber"
+                : "neither pins nor orderNumber are unique: transducers keep the file's order");
     const auto size = static_cast<int>(all.size());
     count = *std::max_element(wires.begin(), wires.end()) + 1;
-    // Channels without an emitter are on boards that have them all the same.
+    // Unused channels: round up to whole boards.
     if (count > size) count = (count + kChannels - 1) / kChannels * kChannels;
     return wires;
 }
 
-/// Puts \a emitters at their \a wires of \a count.
+/// Assigns \a emitters to their \a wires; \a count is the number of wires.
 void place(const std::vector<Emitter>& emitters,
            const std::vector<int>& wires,
            int count,
@@ -540,8 +544,8 @@ void place(const std::vector<Emitter>& emitters,
         if (!isThere[static_cast<std::size_t>(wire)]) dead.push_back(wire);
     array.setDead(dead);
     if (!dead.empty())
-        made.notes.push_back(fmt::format("{} of {} channels have no transducer: they are dead, and "
-                                         "stand in the middle of the others",
+        made.notes.push_back(fmt::format("{} of {} channels have no transducer: they are marked "
+                                         "dead and placed at the array's centre",
                                          dead.size(),
                                          count));
 }
@@ -573,8 +577,8 @@ UltrainoSimulation readUltraino(const std::string& bytes, const std::string& sou
     place(emitters, wires, count, made);
     made.array.frequency_Hz = reader.frequency_Hz();
     if (reader.hasOtherAperture())
-        made.notes.emplace_back("apertures other than 9 mm are not taken: all have the directivity "
-                                "of the T4010A1");
+        made.notes.emplace_back("apertures other than 9 mm are ignored: all transducers get the "
+                                "directivity of the T4010A1");
     std::string error;
     if (!made.array.isValid(&error)) reader.fail(error);
     return made;

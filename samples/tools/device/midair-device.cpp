@@ -18,6 +18,7 @@
 #include "haptics/base/Percentile.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/tools/device/UltrainoSimulation.h"
 
 #include <Eigen/Geometry>
@@ -46,20 +47,11 @@ namespace
 using namespace midair;
 using namespace midair::samples;
 
-/// Exit status of midair-device, for scripts.
-enum DeviceExit
-{
-    FINE = 0,
-    NOTHING_FOUND = 2,
-    CANNOT_OPEN = 3,
-    DEVICE_FAILED = 4
-};
-
 /// Options of midair-device.
 struct DeviceOptions
 {
     std::string array = "octagon";
-    std::string device = "usb:";
+    std::string device; ///< empty: usb:, or sim: for a recording
     double seconds = 5;
     double rate_Hz = 500;
     double amplitude = 0.2;
@@ -69,18 +61,18 @@ struct DeviceOptions
     std::string file;
     std::string out;
     bool hasSeconds = false; ///< --seconds was given
-    int units = 16;          ///< to be emulated
-    int port = 44336;        ///< of ::1, which stands for the units' group
-    std::string kind;        ///< of what is emulated
+    int units = 16;          ///< emulated units
+    int port = 44336;        ///< of ::1, in place of the units' group
+    std::string kind;        ///< what to emulate
     std::string faults;      ///< of emulated units, as in a URI
 };
 
-/// Set by Ctrl-C; all commands then end.
+/// Set by Ctrl-C; ends all commands.
 std::atomic<bool> interrupted{false};
 
 constexpr double kPoll_s = 0.05;
 constexpr double kNever_s = 1e300;
-constexpr double kSettle_s = 0.5; // for fields that are still in transit at the end
+constexpr double kSettle_s = 0.5; // for fields still in transit at the end
 constexpr std::size_t kMostPatBytes = std::size_t(1) << 20;
 
 bool isLost(const device::ArrayDevice& device)
@@ -98,23 +90,23 @@ void waitForArray(const DeviceOptions& options, const device::ArrayDevice& devic
 {
     if (!isLost(device)) return;
     const std::string why = device.report().message;
-    std::cerr << "midair-device: waits for \"" << options.device << "\", at most "
+    std::cerr << "midair-device: waiting for \"" << options.device << "\", at most "
               << options.seconds << " s" << (why.empty() ? "" : ": ") << why << std::endl;
     const double end_s = base::steadySeconds() + options.seconds;
     while (!interrupted && isLost(device) && base::steadySeconds() < end_s)
         pause(std::min(end_s, base::steadySeconds() + kPoll_s));
 }
 
-/// A device that plays by itself knows nothing of the array's dead transducers.
+/// A device that plays by itself doesn't know the array's dead transducers.
 void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerArray& array)
 {
     if (array.dead.empty() || !device::playsByItself(options.device)) return;
-    throw device::DeviceError(fmt::format(
-        "device \"{}\": plays by itself and would drive the {} dead transducers of array \"{}\"; "
-        "\"midair-device play\" leaves them out",
-        options.device,
-        array.dead.size(),
-        array.name));
+    throw device::DeviceError(
+        fmt::format("device \"{}\": plays a recording, which would drive the {} dead transducers "
+                    "of array \"{}\"; \"midair-device play\" leaves them out",
+                    options.device,
+                    array.dead.size(),
+                    array.name));
 }
 
 using device::DriveSignal;
@@ -124,7 +116,7 @@ std::uint8_t dutyOf(double amplitude)
     return static_cast<std::uint8_t>(std::lround(base::dutyLevel(std::clamp(amplitude, 0.0, 1.0))));
 }
 
-// What an array's file calls dead is not driven by tests either.
+// Test patterns don't drive dead transducers either.
 void silenceDead(const haptics::TransducerArray& array, DriveSignal& signal)
 {
     for (const int i : array.dead)
@@ -167,7 +159,7 @@ device::emulation::ChainOptions optionsOf(const DeviceOptions& options)
                               fmt::format("units={}", options.units),
                           "emulated units");
     auto defaults = device::emulation::ChainOptions::realistic(options.units);
-    // Here cables and CPUs are those of this machine, which is no faster.
+    // This machine's network and CPU add their own delays, so the emulated ones are 0.
     defaults.wirePerByte_ns = 0;
     defaults.perFrame_ns = defaults.perWord_ns = 0;
     defaults.tolerance_ns = device::emulation::kMillisecond_ns;
@@ -210,13 +202,13 @@ void printState(UdpUnits& units, const ChainReport& before, const ChainReport& n
 void printReport(const ChainReport& report)
 {
     std::cout << fmt::format(
-        "fields: {} changed on all units together, at most {:.3f} ms apart; {} torn, the longest "
-        "for {:.3f} ms\n"
-        "writes into a bank that plays or waits to: {}, into the slot that was heard: {}\n"
-        "datagrams: {} in, {} out, {} lost by faults, {} to ids that nobody has, {} too many\n"
-        "commands: {} done, {} errors, {} out of turn, {} repeats, {} more than 7 at once; {} of a "
-        "firmware update\n"
-        "failsafe tripped: {} times; clocks that came back: {}\n",
+        "fields: {} changed on all units, at most {:.3f} ms apart; {} torn, the longest for {:.3f} "
+        "ms\n"
+        "writes into a bank that is playing or queued: {}, into the playing slot: {}\n"
+        "datagrams: {} in, {} out, {} dropped by faults, {} to unknown ids, {} too many\n"
+        "commands: {} done, {} errors, {} out of order, {} repeated, {} with more than 7 pending; "
+        "{} of a firmware update\n"
+        "failsafe tripped: {} times; clocks resynchronized: {}\n",
         report.fields.whole,
         double(report.fields.worstSkew_ns) / 1e6,
         report.fields.torn,
@@ -238,8 +230,8 @@ void printReport(const ChainReport& report)
         report.telemetry.resync);
 }
 
-/// Opens the device. If it may be missing (`usb:?wait=yes`) and is, prints that once and waits for
-/// it for at most the options' seconds; after that its state is LOST.
+/// Opens the device. If it may be missing (`usb:?wait=yes`) and is, prints that once and waits at
+/// most the options' seconds; its state is LOST if it doesn't come.
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
@@ -250,8 +242,7 @@ std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
     return device;
 }
 
-/// Like open(), but refuses a pressure cap, which can't be kept as \a what ("this pattern") has no
-/// control points.
+/// Like open(), but refuses a pressure cap: \a what ("this pattern") has no control points for it.
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
                                                        const haptics::TransducerArray& array,
                                                        const std::string& what = "this pattern")
@@ -259,28 +250,28 @@ std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& opti
     auto device = open(options, array);
     if (device->ability().maxPressure_Pa > 0)
         throw device::DeviceError("device \"" + options.device +
-                                  "\": max-pressure can't be held, " + what +
-                                  " has no control points; max-amplitude caps it");
+                                  "\": max-pressure can't be enforced, because " + what +
+                                  " has no control points; use max-amplitude");
     return device;
 }
 
-/// Returns false at the end time, after Ctrl-C and when the device is lost.
-/// Each call is a sign of life for the device.
+/// Returns false at the end time, after Ctrl-C or when the device is lost. Each call keeps the
+/// device alive.
 bool goesOn(double end_s, device::ArrayDevice& device)
 {
     device.keepAlive();
     return !interrupted && base::steadySeconds() < end_s && !isLost(device);
 }
 
-/// Waits as long as it goes on.
+/// Waits while goesOn().
 void stay(double end_s, device::ArrayDevice& device)
 {
     while (goesOn(end_s, device))
         pause(std::min(end_s, base::steadySeconds() + kPoll_s));
 }
 
-/// Silences the device and prints its status. Returns DEVICE_FAILED, with a message, if it is lost
-/// or played less than half of the fields that it was sent.
+/// Silences the device and prints its status. Returns EXIT_DEVICE, with a message, if it is lost
+/// or has played less than half of its fields.
 int finish(device::ArrayDevice& device)
 {
     const double end_s = base::steadySeconds() + kSettle_s;
@@ -292,8 +283,8 @@ int finish(device::ArrayDevice& device)
     if (!report.shortfall.empty())
         std::cerr << "midair-device: only " << report.shortfall
                   << (report.message.empty() ? "" : ": ") << report.message << "\n";
-    return report.state == device::DeviceState::LOST || !report.shortfall.empty() ? DEVICE_FAILED
-                                                                                  : FINE;
+    return report.state == device::DeviceState::LOST || !report.shortfall.empty() ? EXIT_DEVICE
+                                                                                  : EXIT_DONE;
 }
 
 // The commands.
@@ -314,8 +305,8 @@ int listDevices(const DeviceOptions&)
     {
         std::cout << "autd3:?interface=" << one.interface << "\t" << one.units
                   << (one.units == 1 ? " unit answers" : " units answer") << ", "
-                  << (one.firmware.empty() ? "of another protocol" : "firmware " + one.firmware)
-                  << "; more may be behind\n";
+                  << (one.firmware.empty() ? "with another protocol" : "firmware " + one.firmware)
+                  << "; there may be more units behind it\n";
         ++found;
     }
     std::error_code error;
@@ -324,19 +315,19 @@ int listDevices(const DeviceOptions&)
         const std::string name = entry.path().filename();
         if (name.rfind("ttyUSB", 0) != 0 && name.rfind("ttyACM", 0) != 0) continue;
         std::cout << entry.path().string()
-                  << "\ta serial port, perhaps of a board: sonicsurface:" << entry.path().string()
+                  << "\ta serial port, possibly a board: sonicsurface:" << entry.path().string()
                   << " or ultraino:" << entry.path().string() << "\n";
         ++found;
     }
-    if (found == 0) std::cout << "nothing that could be an array is plugged in\n";
-    return found == 0 ? NOTHING_FOUND : FINE;
+    if (found == 0) std::cout << "no array is plugged in\n";
+    return found == 0 ? EXIT_PROBLEM : EXIT_DONE;
 }
 
 int showStatus(const DeviceOptions& options)
 {
     const auto array = haptics::TransducerArray::load(options.array);
     refuseToDriveDead(options, array);
-    // What plays by itself does so while its status is shown.
+    // A device that plays by itself does so while its status is shown.
     const auto device =
         device::playsByItself(options.device)
             ? openWithoutPoints(options, array, "a recording")
@@ -345,7 +336,7 @@ int showStatus(const DeviceOptions& options)
     const device::DeviceReport report = device->report();
     std::cout << device->status() << "\n";
     std::cout << "firmware " << (report.firmware.empty() ? "unknown" : report.firmware) << "\n";
-    return report.state == device::DeviceState::LOST ? DEVICE_FAILED : FINE;
+    return report.state == device::DeviceState::LOST ? EXIT_DEVICE : EXIT_DONE;
 }
 
 int identifyBoards(const DeviceOptions& options)
@@ -354,7 +345,7 @@ int identifyBoards(const DeviceOptions& options)
     const int last = array.board.empty() ? 0 : array.board.back();
     if (options.board > last)
         throw device::DeviceError(
-            fmt::format("board {} isn't there: the array has boards 0 to {}", options.board, last));
+            fmt::format("there is no board {}: the array has boards 0 to {}", options.board, last));
     const auto device = open(options, array);
     bool lit = false;
     const double end_s = base::steadySeconds() + options.seconds;
@@ -364,7 +355,7 @@ int identifyBoards(const DeviceOptions& options)
         if (!device->identify(options.board, lit))
         {
             std::cerr << "this device has no lamps\n";
-            return DEVICE_FAILED;
+            return EXIT_DEVICE;
         }
         pause(base::steadySeconds() + 0.25);
     }
@@ -372,7 +363,7 @@ int identifyBoards(const DeviceOptions& options)
     return finish(*device);
 }
 
-// A limit that isn't understood is no reason to let an array play on.
+// Ignores the caps of the user's environment: an invalid one must not prevent a mute.
 int muteArray(const DeviceOptions& options)
 {
     const auto array = haptics::TransducerArray::load(options.array);
@@ -381,8 +372,8 @@ int muteArray(const DeviceOptions& options)
     waitForArray(options, *device);
     device->setMuted(true);
     const int ended = finish(*device);
-    device.reset(); // waits for a board that is still starting, which is not silent before
-    if (ended == FINE) std::cout << "muted\n";
+    device.reset(); // waits for a board that is starting: it is not silent before
+    if (ended == EXIT_DONE) std::cout << "muted\n";
     return ended;
 }
 
@@ -391,7 +382,7 @@ int playRecording(const DeviceOptions& options)
     const auto array = haptics::TransducerArray::load(options.array);
     if (device::playsByItself(options.device))
         throw device::DeviceError("device \"" + options.device +
-                                  "\": a recording plays on an array, not on another recording");
+                                  "\": a recording can only be played on an array");
     // Read before any device is opened, so that none can overwrite it by recording.
     device::recording::Show recording(options.file, array.size());
     device::PlayingDevice show(std::move(recording),
@@ -401,8 +392,8 @@ int playRecording(const DeviceOptions& options)
         pause(base::steadySeconds() + kPoll_s);
     const device::DeviceReport report = show.report();
     const int code = finish(show);
-    if (code != FINE)
-        std::cerr << "midair-device: recording \"" << options.file << "\" was not played whole"
+    if (code != EXIT_DONE)
+        std::cerr << "midair-device: recording \"" << options.file << "\" was not played to its end"
                   << (show.ending().empty() ? ": the device failed" : ": " + show.ending())
                   << (show.ending().empty() && !report.message.empty() ? ": " + report.message : "")
                   << "\n";
@@ -418,7 +409,7 @@ int importPat(const DeviceOptions& options)
     std::cout << options.out << ": " << board.array.size()
               << " transducers; play on it with --array " << options.out
               << " --device openmpd:" << board.serial << "\n";
-    return FINE;
+    return EXIT_DONE;
 }
 
 int importUltraino(const DeviceOptions& options)
@@ -430,7 +421,7 @@ int importUltraino(const DeviceOptions& options)
         std::cerr << "midair-device: " << options.file << ": " << note << "\n";
     std::cout << options.out << ": " << made.array.size()
               << " transducers; play on it with --array " << options.out << "\n";
-    return FINE;
+    return EXIT_DONE;
 }
 
 // Plays each board in turn, with all its transducers in phase.
@@ -506,8 +497,8 @@ int playCircle(const DeviceOptions& options)
     return finish(*device);
 }
 
-// Sends random phases at the requested rate and prints what the device confirmed and how long
-// fields waited before they were handed over.
+// Sends random phases at the requested rate and prints the confirmed rate and the time from send()
+// to hand-over.
 int measureRates(const DeviceOptions& options)
 {
     const auto array = haptics::TransducerArray::load(options.array);
@@ -532,7 +523,7 @@ int measureRates(const DeviceOptions& options)
     const double seconds = base::steadySeconds() - start_s;
     const device::DeviceReport report = device->report();
     const auto at = [&](double share) { return base::percentile(latencies_ms, share); };
-    // Each of several devices counts its own fields.
+    // The report sums up all devices, and each one counts its own fields.
     const double devices = std::max(1.0, std::round(double(report.sent) / std::max(1, fields)));
     std::cout << "sent      " << fields / seconds << " fields/s\n"
               << "played    " << static_cast<double>(report.played) / devices / seconds
@@ -569,7 +560,7 @@ int emulateUnits(const DeviceOptions& options)
         before = now;
     }
     printReport(units.chain().report(UdpUnits::now_ns()));
-    return FINE;
+    return EXIT_DONE;
 }
 
 using Run = int (*)(const DeviceOptions&);
@@ -578,22 +569,22 @@ void addOptions(CLI::App& app, DeviceOptions& options)
 {
     app.require_subcommand(1);
     app.add_option(
-           "--array", options.array, "octagon, board, a shipped array's name or a JSON file")
+           "--array", options.array, "octagon, board, the name of a shipped array or a JSON file")
         ->capture_default_str();
-    app.add_option("--device", options.device, "which device")->capture_default_str();
-    app.add_option("--seconds", options.seconds, "how long")
+    app.add_option("--device", options.device, "the device (default: usb:, or sim: for play)");
+    app.add_option("--seconds", options.seconds, "duration, s")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e6));
-    app.add_option("--rate", options.rate_Hz, "fields a second")
+    app.add_option("--rate", options.rate_Hz, "fields per second")
         ->capture_default_str()
         ->check(CLI::Range(0.1, 1e5));
-    app.add_option("--amplitude", options.amplitude, "of full drive")
+    app.add_option("--amplitude", options.amplitude, "share of full drive")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1.0));
     app.fallthrough();
 }
 
-/// The command that is given is \a chosen.
+/// \a chosen is set to the command on the command line.
 void addCommands(CLI::App& app, DeviceOptions& options, Run& chosen)
 {
     const auto command = [&](const char* name, const char* text, Run run)
@@ -602,43 +593,47 @@ void addCommands(CLI::App& app, DeviceOptions& options, Run& chosen)
         sub->callback([&chosen, run] { chosen = run; });
         return sub;
     };
-    command("list", "what is plugged in", listDevices);
-    command("status", "how the device fares, and its firmware's version", showStatus);
-    command("identify", "blinks the lamp of a board, or of all", identifyBoards)
-        ->add_option("--board", options.board, "which board")
+    command("list", "lists the devices that are plugged in", listDevices);
+    command("status", "prints the device's status and firmware version", showStatus);
+    command("identify", "blinks the lamp of one board, or of all", identifyBoards)
+        ->add_option("--board", options.board, "number of the board (default: all)")
         ->check(CLI::Range(0, 65534));
-    command("mute", "takes all transducers off", muteArray);
-    command("boards", "one board after the other sounds", playBoards);
-    command("transducers", "one transducer after the other sounds", playTransducers);
-    CLI::App* circling = command("circle", "a focus walks on a circle", playCircle);
-    circling->add_option("--radius", options.radius_m, "m")->capture_default_str();
-    circling->add_option("--turns", options.turnsPerSecond, "a second")->capture_default_str();
-    command("measure", "fields a second and latency", measureRates);
+    command("mute", "switches all transducers off", muteArray);
+    command("boards", "plays one board after the other", playBoards);
+    command("transducers", "plays one transducer after the other", playTransducers);
+    CLI::App* circling = command("circle", "moves a focus on a circle", playCircle);
+    circling->add_option("--radius", options.radius_m, "radius, m")->capture_default_str();
+    circling->add_option("--turns", options.turnsPerSecond, "turns per second")
+        ->capture_default_str();
+    command("measure", "measures fields per second and latency", measureRates);
     command("play", "plays a recording (made with record:FILE) on the device", playRecording)
         ->add_option("FILE", options.file, "the recording")
         ->required();
     CLI::App* importing =
-        command("import-pat", "makes an array file of an OpenMPD board's .pat file", importPat);
+        command("import-pat", "converts an OpenMPD board's .pat file to an array file", importPat);
     importing->add_option("FILE", options.file, "the .pat file")->required();
     importing->add_option("--out", options.out, "the array file")->required();
     CLI::App* simulated = command("import-ultraino",
-                                  "makes an array file of a simulation that Ultraino has saved",
+                                  "converts a simulation saved by Ultraino to an array file",
                                   importUltraino);
     simulated->add_option("FILE", options.file, "the .xml.gz file")->required();
     simulated->add_option("--out", options.out, "the array file")->required();
-    CLI::App* emulating =
-        command("emulate", "answers as AUTD3 units would, until --seconds or Ctrl-C", emulateUnits);
+    CLI::App* emulating = command(
+        "emulate", "emulates AUTD3 units on the network, until --seconds or Ctrl-C", emulateUnits);
     emulating->add_option("KIND", options.kind, "autd3")
         ->required()
         ->check(CLI::IsMember({"autd3"}));
-    emulating->add_option("--units", options.units, "how many")
+    emulating->add_option("--units", options.units, "number of units")
         ->capture_default_str()
         ->check(CLI::Range(1, 64));
     emulating
-        ->add_option("--port", options.port, "of ::1, for the group; 0: any; ids get their own")
+        ->add_option("--port",
+                     options.port,
+                     "port of ::1 for the group; 0: any. Unit ids get their own ports")
         ->capture_default_str()
         ->check(CLI::Range(0, 65535));
-    emulating->add_option("--faults", options.faults, "such as \"drop=0.01&reboot_at=5s\"");
+    emulating->add_option(
+        "--faults", options.faults, "faults to emulate, such as \"drop=0.01&reboot_at=5s\"");
 }
 
 int run(int argc, char** argv)
@@ -646,24 +641,33 @@ int run(int argc, char** argv)
     device::registerRehearsedAutd3();
     DeviceOptions options;
     CLI::App app(
-        "Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
-        "A list with commas opens several as one; "
-        "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
-        "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed or played "
-        "less than half, over 100 "
-        "called wrongly.");
+        "Lists and tests ultrasound arrays, and plays on them.\n"
+        "Example: midair-device circle --device usb: --amplitude 0.2 --seconds 5\n"
+        "Devices:\n" +
+            device::deviceKinds() +
+            "A comma-separated list opens several devices as one. "
+            "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limits any of them.\n"
+            "Exit code: 0 done, 1 no array is plugged in, 2 a wrong option or file, 3 the device "
+            "can't be "
+            "opened, failed, or played less than half of the fields.",
+        "midair-device");
     addOptions(app, options);
     Run chosen = nullptr;
     addCommands(app, options, chosen);
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     options.hasSeconds = app.count("--seconds") > 0;
+    const bool isSimulated = options.device.empty() && chosen == playRecording;
+    if (isSimulated)
+        std::cerr << "midair-device: playing on the simulator; choose an array with --device\n";
+    if (options.device.empty()) options.device = isSimulated ? "sim:" : "usb:";
     for (const double number : {options.seconds,
                                 options.rate_Hz,
                                 options.amplitude,
                                 options.radius_m,
                                 options.turnsPerSecond})
-        if (!std::isfinite(number)) // ranges don't refuse nan
-            return app.exit(CLI::ValidationError("options", "nan and inf are no numbers here"));
+        if (!std::isfinite(number)) // ranges accept nan
+            return exitOf(app, CLI::ValidationError("options", "nan and inf are not allowed"));
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
     return chosen(options);
@@ -677,9 +681,14 @@ int main(int argc, char** argv)
     {
         return run(argc, argv);
     }
+    catch (const device::DeviceError& error)
+    {
+        std::cerr << error.what() << "\n";
+        return EXIT_DEVICE;
+    }
     catch (const std::exception& error)
     {
         std::cerr << error.what() << "\n";
-        return CANNOT_OPEN;
+        return EXIT_WRONG;
     }
 }

@@ -24,8 +24,8 @@ Curve curveOf(const std::string& name, double step, const Eigen::VectorXd& y)
             name};
 }
 
-// The pressure over time, and its spectrum as far as skin feels it: of a few points each, of more
-// their mean.
+// Draws the pressure over time and its spectrum up to the frequency limit of touch: one curve per
+// point for few points, else the mean.
 std::string drawProbes(const Solution& solution, const std::string& title, const std::string& path)
 {
     constexpr double kFelt_Hz = 1000.0;
@@ -58,17 +58,17 @@ std::string drawProbes(const Solution& solution, const std::string& title, const
     if (count > kMostCurves) add(fmt::format("mean of {} points", count), all_Pa);
     CurvePlot plot;
     plot.title = title + ": pressure over time";
-    plot.caption = fmt::format("transducers ring with {:.0f} us; mean {:.1f} Pa, of the steady "
-                               "fields {:.1f} Pa",
-                               1e6 * traces.ringing_s,
-                               all_Pa.mean(),
-                               traces.steadyMean_Pa.mean());
+    plot.caption =
+        fmt::format("ringing time constant {:.0f} us; mean {:.1f} Pa, steady fields {:.1f} Pa",
+                    1e6 * traces.ringing_s,
+                    all_Pa.mean(),
+                    traces.steadyMean_Pa.mean());
     plot.panels.push_back(time);
     if (!frequency.curves.empty()) plot.panels.push_back(frequency);
     return drawCurves(path, plot);
 }
 
-/// The rows of \a deviation as curves of percent over its values, \a scale of them; with the
+/// Returns the rows of \a deviation as curves of percent over its values times \a scale, with the
 /// nominal array at 0.
 CurvePanel tolerancePanel(const haptics::ToleranceStudy& study,
                           haptics::Deviation deviation,
@@ -97,18 +97,18 @@ CurvePanel tolerancePanel(const haptics::ToleranceStudy& study,
     return panel;
 }
 
-// What is lost, in percent, a panel for each deviation.
+// Draws the losses in percent, a panel for each deviation.
 std::string
 drawTolerance(const Solution& solution, const std::string& title, const std::string& path)
 {
     const haptics::ToleranceStudy& study = *solution.tolerance;
     CurvePlot plot;
-    plot.title = title + ": what tolerances cost";
-    plot.caption = fmt::format("medians of {} random arrays a value; as meant: rms {:.2f} %, E "
-                               "{:.3f}",
-                               study.draws,
-                               100.0 * study.nominal.rms,
-                               study.nominal.loudness);
+    plot.title = title + ": effect of tolerances";
+    plot.caption =
+        fmt::format("medians of {} random arrays per value; nominal: rms {:.2f} %, E {:.3f}",
+                    study.draws,
+                    100.0 * study.nominal.rms,
+                    study.nominal.loudness);
     using haptics::Deviation;
     struct Axis
     {
@@ -118,7 +118,7 @@ drawTolerance(const Solution& solution, const std::string& title, const std::str
     };
     for (const Axis& axis : {Axis{Deviation::POSITION, "boards displaced (mm rms)", 1e3},
                              Axis{Deviation::TILT, "boards turned (degrees rms)", 1.0},
-                             Axis{Deviation::PHASE, "phases off (degrees rms)", 1.0},
+                             Axis{Deviation::PHASE, "phase errors (degrees rms)", 1.0},
                              Axis{Deviation::TEMPERATURE, "air warmer (K)", 1.0},
                              Axis{Deviation::DEAD, "transducers dead (%)", 100.0}})
         if (std::any_of(study.rows.begin(),

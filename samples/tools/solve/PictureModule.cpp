@@ -19,7 +19,7 @@ std::string draw(const Solution& solution, const std::string& title, const std::
     const SolveScene& scene = solution.scene;
     const std::vector<Eigen::VectorXcf>& fields = solution.sequence.fields;
     const haptics::FieldGrid grid = bestSlice(solution.points, 0.02, 4e-4);
-    // Of several fields the root mean square, as the skin averages them.
+    // Several fields: draw the root mean square, because skin averages them.
     Eigen::VectorXf square = Eigen::VectorXf::Zero(grid.columns * grid.rows);
     for (const Eigen::VectorXcf& q : fields)
         square += haptics::pressureAt(grid.points(), scene.array, scene.medium, q, 2).cwiseAbs2() /

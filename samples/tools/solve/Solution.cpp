@@ -3,6 +3,7 @@
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/points/FittingSize.h"
@@ -21,6 +22,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <numeric>
 #include <utility>
 
@@ -62,8 +64,8 @@ samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spaci
     return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
 }
 
-/// Returns the model's samples in the array frame, a set for each field; all targets are 1, or the
-/// wanted pressure.
+/// Returns the model's samples in the array frame, a set for each field. All targets are 1, or the
+/// requested pressure.
 std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
                                               const SolveScene& scene)
 {
@@ -82,8 +84,8 @@ std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
     return objects;
 }
 
-/// Points from the user's file are kept unchanged, without doubles, unless the user says what is
-/// done with crowded ones.
+/// Keeps points from the user's file unchanged, except duplicates, unless an option says how to
+/// treat crowded points.
 haptics::PosedObject
 asObject(const haptics::ControlPoints& points, bool crowdingGiven, double wavelength_m)
 {
@@ -95,8 +97,8 @@ asObject(const haptics::ControlPoints& points, bool crowdingGiven, double wavele
     return object;
 }
 
-/// Asks about a model that is one focus, and returns how many points it would have at the size that
-/// fits; 0: it is more than a focus.
+/// If the model is as small as one focus, warns and returns how many points it would have at a size
+/// that fits; otherwise returns 0.
 int pointsIfSmall(const SolveArguments& arguments, const SolveScene& scene)
 {
     if (!haptics::isOneFocus(scene.mesh, scene.wavelength_m())) return 0;
@@ -114,16 +116,18 @@ int pointsIfSmall(const SolveArguments& arguments, const SolveScene& scene)
                                workspace,
                                haptics::ArrayFront(scene.array.positions, scene.array.normals),
                                options.maxPoints);
-    std::fprintf(stderr,
-                 "midair-solve: object.small: the model is %.3g m wide, under half a wavelength "
-                 "(%.2g m): it is one focus, and no louder than one point of something larger",
-                 model.width_m,
-                 0.5 * scene.wavelength_m());
-    std::fprintf(stderr, size_m > 0.0 ? "; --size %g fits\n" : "\n", size_m);
+    std::fprintf(
+        stderr,
+        "midair-solve: object.small: the model is %.3g m wide, under half a wavelength (%.2g m): "
+        "it becomes a single focus, no stronger than one point of a larger model",
+        model.width_m,
+        0.5 * scene.wavelength_m());
+    std::fprintf(
+        stderr, size_m > 0.0 ? "; --size %g fits\n" : "\n", haptics::proposedSize_m(size_m));
     return haptics::pointsAtSize(scene.mesh, sampling, size_m, options.maxPoints);
 }
 
-/// Leaves out points that the array can't reach, with a message.
+/// Selects the points that the array can reach, with a message if some are left out.
 haptics::ControlPoints selectPoints(const SolveArguments& arguments,
                                     const haptics::PosedObject& object,
                                     bool absolute,
@@ -135,21 +139,31 @@ haptics::ControlPoints selectPoints(const SolveArguments& arguments,
     const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
     haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
     const std::string left = selection.report.summary();
-    if (!left.empty()) std::fprintf(stderr, "midair-solve: solves for %s\n", left.c_str());
+    if (!left.empty()) std::fprintf(stderr, "midair-solve: uses %s\n", left.c_str());
     selection.points.absolute = absolute;
     return std::move(selection.points);
 }
 
-/// Loads the array, air and model that \a arguments name. Throws base::InputError.
+/// Throws base::InputError if \a file is in another format by its name.
+void requireObj(const std::string& file)
+{
+    const std::string ending = base::lowerCase(std::filesystem::path(file).extension().string());
+    if (ending.empty() || ending == ".obj") return;
+    throw base::InputError(file + ": midair-solve reads OBJ files (.obj) only, not " + ending +
+                           ". Convert it, or use midair-check or midair-demo, which read what "
+                           "OpenSceneGraph reads");
+}
+
+/// Loads the array, air and model of \a arguments. Throws base::InputError.
 SolveScene loadScene(const SolveArguments& arguments)
 {
     SolveScene scene;
     scene.array = haptics::TransducerArray::load(arguments.array);
     scene.array.mark(arguments.settings.dead, arguments.settings.weak);
     if (bridge::keepToSignal(scene.array.drive))
-        std::fprintf(stderr,
-                     "midair-solve: the array has finer phases than the 256 levels of a drive: "
-                     "solves for 256\n");
+        std::fprintf(
+            stderr,
+            "midair-solve: the array has more phase levels than the 256 of a drive; using 256\n");
     if (!arguments.directivity.empty())
         scene.array.directivity = haptics::directivityFromName(arguments.directivity);
     if (arguments.ringing_s >= 0.0) scene.array.ringing_s = arguments.ringing_s;
@@ -157,6 +171,7 @@ SolveScene loadScene(const SolveArguments& arguments)
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);
     if (!arguments.pointsFile.empty()) return scene;
+    requireObj(arguments.model);
     std::vector<std::string> warnings;
     scene.mesh = haptics::readObj(arguments.model, &warnings);
     for (const std::string& warning : warnings)
@@ -193,14 +208,14 @@ std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
     return sets;
 }
 
-/// Returns the model's feature edges in the array frame, with the wanted pressure or 1 as targets.
-/// Edges that are not entirely within the array's reach are left out, with a message; \a any is
-/// true if the model has edges. Throws base::InputError.
+/// Returns the model's feature edges in the array frame, with the requested pressure or 1 as
+/// targets. Edges that are not entirely within the array's reach are left out, with a message.
+/// \a any is set to true if the model has edges. Throws base::InputError.
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any)
 {
     if (pointsIfSmall(arguments, scene) > 0)
-        throw base::InputError("a model that is one focus has no outline that can be felt");
+        throw base::InputError("the model is too small for an outline: it is a single focus");
     const haptics::Workspace workspace(
         scene.array, scene.wavelength_m(), haptics::SelectorOptions());
     const double target =
@@ -211,20 +226,20 @@ modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& an
     any = all > 0;
     if (reached.outside > 0)
         std::fprintf(stderr,
-                     "midair-solve: solves for %zu of %zu outlines: %d are not whole within the "
+                     "midair-solve: uses %zu of %zu outlines: %d are not entirely within the "
                      "array's reach\n",
                      reached.inside.size(),
                      all,
                      reached.outside);
     if (reached.apart > 0)
         std::fprintf(stderr,
-                     "midair-solve: %d points of the model are on no outline: left out (without "
-                     "--outline they are solved for)\n",
+                     "midair-solve: %d points of the model are on no outline and are left out; "
+                     "without --outline they are used\n",
                      reached.apart);
     return std::move(reached.inside);
 }
 
-/// Returns the places near \a points where fields in turn are evened out, with their targets; none,
+/// Returns places near \a points, with targets, where fields in turn are evened out. Returns none,
 /// with a message, if the surface is too large.
 haptics::ControlPoints placesToEven(const SolveArguments& arguments,
                                     const haptics::ControlPoints& points,
@@ -240,7 +255,7 @@ haptics::ControlPoints placesToEven(const SolveArguments& arguments,
         if (places.size() <= haptics::kMostPlaces) return places;
     }
     std::fprintf(stderr,
-                 "midair-solve: the fields are not evened out: the surface has more than %d "
+                 "midair-solve: the fields are not evened out: the surface is too large for %d "
                  "places %g wavelengths apart\n",
                  haptics::kMostPlaces,
                  haptics::kPlaceSpacings.back());
@@ -253,9 +268,9 @@ Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
                              const Eigen::Matrix3Xd& points,
                              const SolveScene& scene)
 {
-    // No place is farther than kFeltReach times this from a sample.
+    // No place is farther from a sample than this times kFeltReach.
     const double sampled_m = 0.18 * scene.wavelength_m();
-    // Not less than the samples' spacing, or a point might have no samples.
+    // At least the spacing of the samples, or a point might have none nearby.
     const double spacing_m = std::max(spacingOf(arguments, scene), sampled_m);
     return haptics::samplesNear(
         samplesOf(arguments, scene, sampled_m), points, haptics::kFeltReach * spacing_m);
@@ -283,7 +298,8 @@ void append(const Eigen::Matrix3Xd& more, Eigen::Matrix3Xd& places)
     places.rightCols(more.cols()) = more;
 }
 
-/// The mean radiation pressure at a point over the steps of \a schedule, each as its steady field.
+/// Returns the mean radiation pressure at a point over the steps of \a schedule, each as its steady
+/// field.
 double steadyMean_Pa(const haptics::PressureProbe& probe,
                      const haptics::DriveSchedule& schedule,
                      const Eigen::Vector3d& point,
@@ -296,7 +312,7 @@ double steadyMean_Pa(const haptics::PressureProbe& probe,
     return sum / schedule.duration_s() * haptics::radiationPressure(1.0, medium);
 }
 
-/// Returns what is to be solved for; of outlines or of sets of points. \a scene outlives it.
+/// Returns the task: outlines or sets of points. \a scene must outlive it.
 bridge::SolveTask taskOf(const SolveArguments& arguments, const SolveScene& scene)
 {
     bridge::SolveTask task{scene.array, scene.medium, arguments.settings};
@@ -332,8 +348,7 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
         options);
 }
 
-/// Rates what ringing makes of the fields as the drives play them, and of their level at the
-/// points.
+/// Rates the effect of ringing on the fields as played, and on their level at the points.
 void rateRinging(const SolveArguments& arguments, Solution& solution)
 {
     haptics::FieldSequence& sequence = solution.sequence;
@@ -358,7 +373,7 @@ void rateRinging(const SolveArguments& arguments, Solution& solution)
                        *solution.parts.ringing);
 }
 
-/// Rates what 1 K costs the field, or the first of the fields in turn that has points.
+/// Rates the effect of 1 K on the field, or on the first of the fields in turn that has points.
 void rateKelvin(const SolveArguments& arguments, Solution& solution)
 {
     const haptics::FieldSequence& sequence = solution.sequence;
@@ -377,8 +392,8 @@ void rateKelvin(const SolveArguments& arguments, Solution& solution)
     }
 }
 
-/// Certifies with the regularisation that the solver is given; throws InputError for one that is
-/// too weak for a bound.
+/// Returns a certifier with the solver's regularisation. Throws InputError if it is too weak for a
+/// bound.
 haptics::Certifier certifierOf(const SolveArguments& arguments)
 {
     haptics::CertificateOptions options;
@@ -400,9 +415,9 @@ void certify(const SolveArguments& arguments, Solution& solution)
     }
 }
 
-/// Returns the places that \a arguments name: those of --probe, then the control points, or the
-/// surface's places within --probe-patch of a --probe. Throws base::InputError if there are none,
-/// or more than 10^7 samples of all together.
+/// Returns the places to probe: those of --probe, then the control points or the surface's places
+/// within --probe-patch of a --probe. Throws base::InputError if there are none, or more than 10^7
+/// samples in total.
 Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
                              const Eigen::Matrix3Xd& controlPoints,
                              const SolveScene& scene)
@@ -416,20 +431,19 @@ Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
         places = haptics::samplesNear(
             feltSurface(arguments, controlPoints, scene), places, arguments.probePatch_m);
         if (places.cols() == 0)
-            throw base::InputError(fmt::format(
-                "--probe-patch: no place of the felt surface is within {:g} m of a --probe",
-                arguments.probePatch_m));
+            throw base::InputError(
+                fmt::format("--probe-patch: no point of the surface is within {:g} m of a --probe",
+                            arguments.probePatch_m));
     }
     if (arguments.probePoints) append(controlPoints, places);
     if (places.cols() == 0) throw base::InputError("--probe-points: there are no control points");
     const double samples = static_cast<double>(places.cols()) * options.samples();
     if (samples > kMostSamples)
-        throw base::InputError(fmt::format(
-            "{} probes of {} samples are more than {:g} in all: shorten --duration, or lower "
-            "--probe-rate",
-            places.cols(),
-            options.samples(),
-            kMostSamples));
+        throw base::InputError(fmt::format("{} probes of {} samples exceed the limit of {:g} "
+                                           "samples: shorten --duration, or lower --probe-rate",
+                                           places.cols(),
+                                           options.samples(),
+                                           kMostSamples));
     return places;
 }
 
@@ -542,7 +556,7 @@ void writeProbe(const std::string& folder, const ProbeTraces& traces, const hapt
 Solution solveAll(const SolveArguments& arguments)
 {
     Solution solution;
-    if (arguments.certify) certifierOf(arguments); // or a long solve would end without a result
+    if (arguments.certify) certifierOf(arguments); // fail now rather than after a long solve
     solution.scene = loadScene(arguments);
     bridge::SolveTask task = taskOf(arguments, solution.scene);
     solution.ears = std::make_shared<SolveEars>(
@@ -554,6 +568,12 @@ Solution solveAll(const SolveArguments& arguments)
     static_cast<bridge::SolvedFields&>(solution) = bridge::solveOnce(task);
     const haptics::SolveReport& report = solution.sequence.report;
     solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
+    solution.parts.fingertip = haptics::strongestForce(solution.points,
+                                                       solution.achieved_Pa,
+                                                       solution.scene.array,
+                                                       solution.scene.medium,
+                                                       solution.sequence);
+    solution.parts.fingertip.threshold_N = arguments.settings.feelThreshold;
     solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
     solution.parts.evened = solution.sequence.evened;
     solution.parts.fieldRate_Hz = arguments.settings.fieldRate;
@@ -571,8 +591,8 @@ Solution solveAll(const SolveArguments& arguments)
             solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);
     if (arguments.certify && solution.parts.evened)
         std::fprintf(stderr,
-                     "midair-solve: no certificate: no field of a cycle that is evened out is for "
-                     "its points alone; --even 0 leaves them as they are\n");
+                     "midair-solve: no certificate, because the fields of the cycle are evened out "
+                     "together; --even 0 turns that off\n");
     else if (arguments.certify && report.level_Pa > 0.0)
         certify(arguments, solution);
     return solution;

@@ -36,7 +36,7 @@ struct SolveScene
     double wavelength_m() const { return medium.wavelength(array.frequency_Hz); }
 };
 
-/// The places that hear a solved field: those around the array, then those of a file.
+/// Listening places of a solved field: those around the array, then those of a file.
 class SolveEars
 {
 public:
@@ -46,34 +46,34 @@ public:
               const Eigen::Matrix3Xd& given,
               double limit_dB);
 
-    /// Null: there is no limit.
+    /// Returns null if there is no limit.
     const bridge::EarBound* bound() const { return _bound.get(); }
 
-    /// Returns how loud \a fields (K times m), played in turn without end, are at the loudest
-    /// place.
+    /// Returns the exposure at the loudest place while \a fields (K times m) play in turn without
+    /// end.
     haptics::ExposureFigures figures(const std::vector<Eigen::VectorXcf>& fields) const;
 
-    /// Writes x_m,y_m,z_m,L_dB,incoherent_dB: a row for each place of the file. L_dB is of the
-    /// field as played, in the place itself, averaged over \a fields; incoherent_dB is the mean
-    /// over all phases of the same amplitudes. Throws base::InputError.
+    /// Writes x_m,y_m,z_m,L_dB,incoherent_dB: a row for each place of the file. L_dB is the level
+    /// of the field as played, averaged over \a fields; incoherent_dB is the mean over all phases
+    /// with the same amplitudes. Throws base::InputError.
     void write(const std::string& path, const std::vector<Eigen::VectorXcf>& fields) const;
 
 private:
-    Eigen::Index _given; ///< number of the file's places, the last ones
+    Eigen::Index _given; ///< number of the file's places, which come last
     double _limit_dB;
     std::shared_ptr<haptics::Exposure> _exposure;
     std::unique_ptr<bridge::EarBound> _bound;
 };
 
-/// What probes have heard of a sequence that is played again and again.
+/// Signals of probes while a sequence repeats.
 struct ProbeTraces
 {
     double rate_Hz = 0.0;    ///< samples per second; the first is at time 0
     double ringing_s = 0.0;  ///< time constant of the transducers
     Eigen::Matrix3Xd points; ///< m, array frame
-    /// For each point the complex envelope at the array's frequency, peak
+    /// complex envelope (peak) at the array's frequency for each point
     std::vector<Eigen::VectorXcd> pressure_Pa;
-    Eigen::VectorXd steadyMean_Pa; ///< of each point: mean radiation pressure of the steady fields
+    Eigen::VectorXd steadyMean_Pa; ///< mean radiation pressure of the steady fields at each point
 };
 
 /// Writes into \a folder
@@ -91,8 +91,8 @@ struct Solution : bridge::SolvedFields
 {
     SolveScene scene;
     SummaryParts parts;
-    std::optional<ProbeTraces> probe;                 ///< if it was asked for
-    std::optional<haptics::ToleranceStudy> tolerance; ///< likewise
+    std::optional<ProbeTraces> probe;                 ///< if requested
+    std::optional<haptics::ToleranceStudy> tolerance; ///< if requested
     std::shared_ptr<const SolveEars> ears;
 };
 

@@ -24,7 +24,7 @@ using base::InputError;
 constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostPoints = 100000;
 
-/// Cells between commas; none of a blank line.
+/// Splits a line at commas; a blank line has no cells.
 std::vector<std::string> splitLine(const std::string& line)
 {
     std::vector<std::string> cells;
@@ -34,17 +34,17 @@ std::vector<std::string> splitLine(const std::string& line)
     return cells;
 }
 
-/// A table of numbers to read: what its columns are called, and what messages say of it.
+/// Describes a table of numbers: its columns and the words for messages.
 struct NumberTable
 {
     std::vector<std::string> columns;
-    const char* header;      ///< "x_m,y_m,z_m": what the header must hold
+    const char* header;      ///< "x_m,y_m,z_m": required columns
     const char* rows;        ///< "places"
-    bool hasNormals = false; ///< columns 3 to 5, which may not be 0
+    bool hasNormals = false; ///< columns 3 to 5 are a normal, which must not be 0
 };
 
-/// Reads the columns of \a table from a CSV file, at most kMostPoints rows, a column of the result
-/// for each. \a split takes a line apart.
+/// Reads the columns of \a table from a CSV file, at most kMostPoints rows; each row becomes a
+/// column of the result. \a split splits a line into cells.
 Eigen::MatrixXd readTable(const std::string& path,
                           const std::string& text,
                           const NumberTable& table,
@@ -59,7 +59,7 @@ Eigen::MatrixXd readTable(const std::string& path,
     {
         const auto found = std::find(names.begin(), names.end(), column);
         if (found == names.end())
-            throw InputError(fmt::format("{}:1: there is no column {}; the header must hold {}",
+            throw InputError(fmt::format("{}:1: there is no column {}; the header must have {}",
                                          path,
                                          column,
                                          table.header));
@@ -85,12 +85,8 @@ Eigen::MatrixXd readTable(const std::string& path,
         if (table.hasNormals && std::hypot(last[3], last[4], last[5]) == 0.0)
             throw InputError(fmt::format("{}:{}: the normal nx,ny,nz is zero", path, number));
         if (values.size() > kMostPoints * cells.size())
-            throw InputError(fmt::format("{}:{}: there are more than {} {}, which is the most "
-                                         "possible",
-                                         path,
-                                         number,
-                                         kMostPoints,
-                                         table.rows));
+            throw InputError(fmt::format(
+                "{}:{}: there are more than {} {}", path, number, kMostPoints, table.rows));
     }
     if (values.empty())
         throw InputError(fmt::format("{}: there are no {} below the header", path, table.rows));
@@ -200,6 +196,8 @@ void writeSummary(const std::string& path,
     json["relativeHumidity"] = medium.relativeHumidity;
     json["pressure_Pa"] = medium.pressure_Pa;
     json["report"] = haptics::toJson(report);
+    json["fingertipForce_N"] = parts.fingertip.force_N;
+    json["feeling"] = parts.fingertip.feeling();
     json["fields"] = parts.fields;
     if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
     if (parts.evened) json["evened"] = true;

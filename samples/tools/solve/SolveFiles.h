@@ -4,6 +4,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/probe/FingertipForce.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
@@ -21,7 +22,7 @@
 namespace midair::samples
 {
 
-/// Returns the text of a regular file of at most 64 MiB. Throws base::InputError that names it.
+/// Returns the text of a regular file of at most 64 MiB. Throws base::InputError with its name.
 std::string textOf(const std::string& path);
 
 /// Reads listening places (3 x n) from a CSV file with a header line that has x_m, y_m and z_m, in
@@ -35,7 +36,8 @@ Eigen::Matrix3Xd readEars(const std::string& path);
 /// names the file and the line.
 haptics::ControlPoints readControlPoints(const std::string& path);
 
-/// A text file that is written from its beginning. All throw base::InputError that names it.
+/// A text file that is written from its beginning. All functions throw base::InputError with its
+/// name.
 class TextFile
 {
 public:
@@ -62,28 +64,28 @@ void writeControlPoints(const std::string& path,
                         const Eigen::VectorXd& target_Pa,
                         const Eigen::VectorXd& achieved_Pa);
 
-/// Writes x_m,y_m,z_m,nx,ny,nz and the levels of the field that the array plays of \a signal: one
-/// row per transducer, in the array's order. The last two columns are those of levelColumns():
-/// phase_level L of 256 means e^{+j 2 pi L/256} and duty_level L of 256 the relative amplitude
-/// sin(pi L/510); for an array of other levels phase_level_of_N means e^{+j 2 pi L/N}, and
-/// amplitude_level_of_N the index, from 0, into its amplitudeLevels (-1: off, where these have no
-/// 0). The array's levels must have passed keepToSignal().
+/// Writes x_m,y_m,z_m,nx,ny,nz and the levels that the array plays for \a signal: one row per
+/// transducer, in the array's order. The last two columns are those of levelColumns(): phase_level
+/// L of 256 means e^{+j 2 pi L/256}, and duty_level L of 256 the relative amplitude sin(pi L/510).
+/// For an array with other levels, phase_level_of_N means e^{+j 2 pi L/N}, and amplitude_level_of_N
+/// is the index, from 0, into its amplitudeLevels (-1: off, if they have no 0). The array's levels
+/// must have passed keepToSignal().
 void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
 
-/// Values of a summary besides the report; missing ones are left out.
+/// Values of a summary besides the report; missing ones are omitted.
 struct SummaryParts
 {
-    int fields = 1; ///< number of fields played in turn, steps between them included
+    int fields = 1; ///< number of fields played in turn, including steps between them
     double fieldRate_Hz = 0.0;
-    bool evened = false; ///< the report's figures are of what is felt of all fields together
+    haptics::FingertipForce fingertip; ///< at the strongest point
+    bool evened = false;               ///< the report rates all fields together, not each one
     std::optional<haptics::Certificate> certificate;
-    /// Figures of the points in what rings: the level and errors of report, where each point has
-    /// the part of its pressure that ringing leaves of its mean over the fields. Fields in turn
-    /// only.
+    /// Figures with ringing: level and errors as in the report, with each point's pressure scaled
+    /// by the share that ringing leaves of its mean over the fields. Fields in turn only.
     std::optional<haptics::SolveReport> ringing;
-    haptics::ExposureFigures exposure; ///< of these fields, played without end
+    haptics::ExposureFigures exposure; ///< while these fields play without end
 };
 
 /// Writes what is needed to recompute the field, the SolveReport under "report", and \a parts.

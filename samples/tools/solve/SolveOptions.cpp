@@ -22,7 +22,7 @@ namespace midair::samples
 namespace
 {
 
-/// Adds the settings of a field at rest, with the values in \a arguments as the defaults.
+/// Adds the settings of a static field; the values in \a arguments are the defaults.
 void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 {
     using Setting = base::Setting<haptics::FieldSettings>;
@@ -60,40 +60,40 @@ void addProbeOptions(CLI::App& app, SolveArguments& arguments)
     auto* probe =
         app.add_option("--probe",
                        arguments.probes,
-                       "Pressure over time at X Y Z (metres, array frame) while the field "
-                       "is played, with ringing and the time that sound takes: probe.csv, "
-                       "spectrum.csv, probe_points.csv and probe.png; again for more")
+                       "Record the pressure over time at X Y Z (metres, array frame) while the "
+                       "field plays, with ringing and propagation delays: probe.csv, spectrum.csv, "
+                       "probe_points.csv and probe.png; repeatable")
             ->transform(inUnit("m", base::parseQuantity))
             ->type_size(3)
             ->type_name("X Y Z")
             ->allow_extra_args(false);
-    app.add_flag("--probe-points", arguments.probePoints, "The same at each control point");
+    app.add_flag("--probe-points", arguments.probePoints, "Also probe each control point");
     app.add_option("--probe-patch",
                    arguments.probePatch_m,
-                   "The same at the surface's places within this distance of each --probe, metres")
+                   "Probe the surface within this distance of each --probe, metres")
         ->transform(inUnit("m", base::parseQuantity))
         ->check(CLI::PositiveNumber)
         ->needs(probe)
         ->excludes("--points-file");
     app.add_option("--duration",
                    arguments.probeDuration_s,
-                   "How long probes listen, seconds; the first sample is when a cycle begins")
+                   "Duration of a probe, seconds, from the start of a cycle")
         ->transform(inUnit("s", base::parseQuantity))
         ->check(CLI::Range(1e-6, 3600.0))
         ->capture_default_str();
-    app.add_option("--probe-rate", arguments.probeRate_Hz, "Samples of a probe per second")
+    app.add_option("--probe-rate", arguments.probeRate_Hz, "Samples per second of a probe")
         ->transform(inUnit("Hz", base::parseQuantity))
         ->check(CLI::Range(1.0, 1e6))
         ->capture_default_str();
     app.add_option("--modulation",
                    arguments.modulation_Hz,
-                   "Frequency, Hz, at which all pressure goes down to 0 and up again as probes and "
-                   "figures with ringing have it; drives are at its top")
+                   "Amplitude modulation between 0 and full pressure, Hz, for probes and figures "
+                   "with ringing; drives are written unmodulated")
         ->transform(inUnit("Hz", base::parseQuantity))
         ->check(CLI::Range(0.0, base::kMostModulation_Hz));
     app.add_option("--ringing",
                    arguments.ringing_s,
-                   "Time constant of the transducers in place of the array's, seconds; 0: none")
+                   "Time constant of the transducers, seconds (default: the array's); 0: none")
         ->transform(inUnit("s", base::parseQuantity))
         ->check(CLI::Range(0.0, haptics::kMostRinging_s));
 }
@@ -130,25 +130,26 @@ void printLine(const std::string& what, const haptics::ToleranceRow& row)
                 row.focus);
 }
 
-/// What is solved for, and where it is.
+/// Adds the input and its pose.
 void addPlaces(CLI::App& app, SolveArguments& arguments)
 {
-    auto* model = app.add_option("MODEL", arguments.model, "Wavefront OBJ file");
+    auto* model =
+        app.add_option("MODEL", arguments.model, "Wavefront OBJ file (.obj); no other format");
     app.add_option("--points-file",
                    arguments.pointsFile,
-                   "CSV instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
+                   "CSV file instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
                    "target (relative)")
         ->excludes(model, app.get_option("--cycle"));
     app.add_option("--ears",
                    arguments.earsFile,
-                   "CSV of listening places, x_m,y_m,z_m: their levels go into exposure.csv, and "
-                   "the ear limit holds there, too");
+                   "CSV file of listening places, x_m,y_m,z_m: writes their levels into "
+                   "exposure.csv and applies the ear limit there, too");
     app.add_option("--size",
                    arguments.size_m,
                    "Largest extent of the model in metres, or 8cm (default: as in the file)")
         ->transform(inUnit("m", base::parseQuantity))
         ->check(CLI::PositiveNumber);
-    app.add_option("--position", arguments.position, "Where the model's centre goes, metres")
+    app.add_option("--position", arguments.position, "Position of the model's centre, metres")
         ->transform(inUnit("m", base::parseQuantity))
         ->expected(3);
     app.add_option("--rotation-deg",
@@ -158,7 +159,7 @@ void addPlaces(CLI::App& app, SolveArguments& arguments)
         ->expected(3);
 }
 
-/// The array, and the points of the model on it.
+/// Adds the array and the sampling of the model.
 void addPoints(CLI::App& app, SolveArguments& arguments)
 {
     static const std::map<std::string, haptics::Sampling> kSamplings{
@@ -170,30 +171,31 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
         ->capture_default_str();
     app.add_option("--spacing",
                    arguments.spacing_m,
-                   "Between control points, metres (default: one wavelength)")
+                   "Distance between control points, metres (default: one wavelength)")
         ->transform(inUnit("m", base::parseQuantity))
         ->check(CLI::PositiveNumber);
     app.add_option(
            "--sampling", arguments.sampling, "surface, edges or vertices (default: surface)")
         ->transform(CLI::CheckedTransformer(kSamplings).description(""));
-    app.add_option("--pressure",
-                   arguments.pressure_Pa,
-                   "Peak pressure at every point in Pa (default: as loud as it accurately can)")
+    app.add_option(
+           "--pressure",
+           arguments.pressure_Pa,
+           "Peak pressure at every point, Pa (default: as strong as the field stays accurate)")
         ->transform(inUnit("Pa", base::parseQuantity))
         ->check(CLI::PositiveNumber);
     static const std::map<std::string, haptics::Crowding> kCrowdings{
         {"thin", haptics::Crowding::THIN},
         {"merge", haptics::Crowding::MERGE},
         {"drop", haptics::Crowding::DROP}};
-    app.add_option(
-           "--crowding",
-           arguments.crowding,
-           "thin, merge or drop what is nearer than a third of a wavelength (default: thin; points "
-           "of a file are kept unless it is given)")
+    app.add_option("--crowding",
+                   arguments.crowding,
+                   "thin, merge or drop points closer than a third of a wavelength (default: thin; "
+                   "points of a file are kept)")
         ->transform(CLI::CheckedTransformer(kCrowdings).description(""))
         ->each([&arguments](const std::string&) { arguments.crowdingGiven = true; });
-    app.add_option(
-        "--directivity", arguments.directivity, "t4010a1-harmonics, t4010a1-table or point");
+    app.add_option("--directivity",
+                   arguments.directivity,
+                   "t4010a1-harmonics, t4010a1-table or point (default: the array's)");
 }
 
 } // namespace
@@ -208,37 +210,35 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     auto* outline = app.add_flag(
         "--outline",
         arguments.outline,
-        "The model's edges in one stationary field of dense points, nearly without ripples");
+        "Play the model's edges as one stationary field of dense points, nearly without ripples");
     outline->excludes(
         "--points-file", "--cycle", "--subsets", "--solver", "--max-points", "--crowding");
-    // Outlines have a solver of their own.
+    // Outlines have their own solver.
     for (const auto& row : haptics::solverSettings().rows())
         if (row.name != "loudness" && row.name != "threads")
             outline->excludes(optionName(row.name));
-    // They place or sample a model, and set its targets; a file's points have all that.
+    // These options sample, place or scale a model; a points file defines all of that.
     for (const char* name :
          {"--size", "--position", "--rotation-deg", "--spacing", "--sampling", "--pressure"})
         app.get_option("--points-file")->excludes(name);
     addProbeOptions(app, arguments);
     addToleranceOptions(app, arguments);
-    app.add_flag(
-        "--certify",
-        arguments.certify,
-        "Bound from below what any phases could reach, and tell how far this field is from it");
+    app.add_flag("--certify",
+                 arguments.certify,
+                 "Print how far this field is from a lower bound for all possible phases");
     app.add_option("--out",
                    arguments.out,
-                   "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json, "
-                   "field.png and exposure.csv")
+                   "Output folder for control_points.csv, drive.csv (or drive_01.csv ..), "
+                   "summary.json, field.png and exposure.csv")
         ->capture_default_str();
 }
 
 void addToleranceOptions(CLI::App& app, SolveArguments& arguments)
 {
-    auto* study = app.add_flag(
-        "--tolerance",
-        arguments.hasTolerance,
-        "What is left of the field where the array and the air are not as they were meant (Monte "
-        "Carlo): tolerance.csv and tolerance.png");
+    auto* study = app.add_flag("--tolerance",
+                               arguments.hasTolerance,
+                               "Compute the effect of errors of the array and the air on the field "
+                               "(Monte Carlo): tolerance.csv and tolerance.png");
     haptics::ToleranceOptions& options = arguments.tolerance;
     const auto addValues =
         [&](const char* name, std::vector<double>& values, const char* unit, const char* what)
@@ -252,21 +252,20 @@ void addToleranceOptions(CLI::App& app, SolveArguments& arguments)
     addValues("--tolerance-position",
               options.position_m,
               "m",
-              "Boards displaced as wholes, rms in each of x, y and z, metres");
+              "Displacements of whole boards, rms in each of x, y and z, metres");
     addValues("--tolerance-tilt",
               options.tilt_deg,
               "deg",
-              "Boards turned about their middles, rms about each of x, y and z, degrees");
-    addValues("--tolerance-phase", options.phase_deg, "deg", "Phases off, rms, degrees");
-    addValues("--tolerance-temperature", options.temperature_K, "", "Air warmer by, K");
-    addValues("--tolerance-dead", options.dead, "", "Share of transducers that are silent");
+              "Rotations of boards about their centres, rms about each of x, y and z, degrees");
+    addValues("--tolerance-phase", options.phase_deg, "deg", "Phase errors, rms, degrees");
+    addValues(
+        "--tolerance-temperature", options.temperature_K, "", "Temperature rise of the air, K");
+    addValues("--tolerance-dead", options.dead, "", "Share of dead transducers");
     app.add_option("--tolerance-draws", options.draws, "Random arrays for each of these values")
         ->check(CLI::Range(1, 10000))
         ->needs(study)
         ->capture_default_str();
-    app.add_option("--tolerance-seed",
-                   options.seed,
-                   "The same seed draws the same arrays; another one others")
+    app.add_option("--tolerance-seed", options.seed, "Random seed")
         ->needs(study)
         ->capture_default_str();
 }
@@ -285,11 +284,12 @@ void writeTolerance(const std::string& path, const haptics::ToleranceStudy& stud
 
 void printTolerance(const haptics::ToleranceStudy& study)
 {
-    std::printf("tolerance   %d arrays played in %.1f s of the processor; medians of %d a value:\n",
-                study.arrays,
-                study.cpu_s,
-                study.draws);
-    printLine("as meant", study.nominal);
+    std::printf(
+        "tolerance   %d arrays simulated in %.1f s of processor time; medians of %d per value:\n",
+        study.arrays,
+        study.cpu_s,
+        study.draws);
+    printLine("nominal", study.nominal);
     const auto shownValue = [](const haptics::ToleranceRow& row)
     {
         using haptics::Deviation;

@@ -20,7 +20,7 @@ namespace midair::samples
 /// Options of midair-solve; lengths in metres.
 struct SolveArguments
 {
-    /// Two threads, since nothing else runs beside it, and more points than while objects move.
+    /// Two threads, because nothing else runs, and more points than for moving objects.
     SolveArguments()
     {
         settings.threads = 2;
@@ -40,22 +40,22 @@ struct SolveArguments
     double spacing_m = 0.0;
     double pressure_Pa = 0.0;
     haptics::Crowding crowding = haptics::Crowding::THIN;
-    bool crowdingGiven = false;   ///< else points of a file are kept, however near they are
+    bool crowdingGiven = false;   ///< else points of a file are kept, even crowded ones
     std::vector<double> probes;   ///< x, y, z of each, metres, array frame
-    bool probePoints = false;     ///< at the control points, too
-    double probePatch_m = 0.0;    ///< radius round each of probes; 0: at these alone
+    bool probePoints = false;     ///< probe the control points, too
+    double probePatch_m = 0.0;    ///< radius around each of probes; 0: only these
     double probeDuration_s = 1.0; ///< above 0, at most 3600
     double probeRate_Hz = 20e3;   ///< 1 .. 1e6; samples per second
     double ringing_s = -1.0;      ///< 0 .. 0.01; in place of the array's; -1: the array's
-    double modulation_Hz = 0.0;   ///< 0 .. 500; amplitude modulation of all that is played
+    double modulation_Hz = 0.0;   ///< 0 .. 500; amplitude modulation of the whole field
     bool certify = false;
-    bool hasTolerance = false;           ///< what is left where array and air deviate
-    haptics::ToleranceOptions tolerance; ///< of one thread
+    bool hasTolerance = false;           ///< study deviations of array and air
+    haptics::ToleranceOptions tolerance; ///< runs in one thread
     bool outline = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
 };
 
-/// Adds the options to \a app. Those for settings take effect when it has parsed.
+/// Adds the options to \a app. Those for settings take effect after parsing.
 void addOptions(CLI::App& app, SolveArguments& arguments);
 
 /// Adds --tolerance and its options to \a app.
@@ -64,11 +64,11 @@ void addToleranceOptions(CLI::App& app, SolveArguments& arguments);
 /// Writes
 ///     deviation,value,unit,draws,rms,rms_p90,loudness,loudness_p10,focus,focus_p10,
 ///     expected_rms,expected_focus
-/// to \a path: first the array as it was meant (nominal), then each value; what theory has no
-/// figure for is empty. Throws base::InputError.
+/// to \a path: first the nominal array, then each value. Figures without a theory are empty. Throws
+/// base::InputError.
 void writeTolerance(const std::string& path, const haptics::ToleranceStudy& study);
 
-/// Prints what each value leaves, and the time that all took.
+/// Prints the results for each value, and the total time.
 void printTolerance(const haptics::ToleranceStudy& study);
 
 } // namespace midair::samples

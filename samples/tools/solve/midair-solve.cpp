@@ -1,8 +1,9 @@
-// midair-solve: computes the drive of the array, and the field that it makes, for a model or a list
-// of points, without a scene.
+// midair-solve: computes the drive of the array and its field for a model or a list of points,
+// without a scene.
 
 #include "haptics/base/InputError.h"
 #include "haptics/probe/PressureProbe.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/tools/solve/Picture.h"
 #include "samples/tools/solve/Solution.h"
 #include "samples/tools/solve/SolveOptions.h"
@@ -50,7 +51,7 @@ void writeAll(const Solution& solution,
     if (!problem.empty()) std::fprintf(stderr, "midair-solve: %s\n", problem.c_str());
 }
 
-// What ringing leaves of what changes; a held field is as steady as it was solved for.
+// Prints the effect of ringing. A field that doesn't change has none.
 void printRinging(const Solution& solution)
 {
     const haptics::SolveReport& report = solution.sequence.report;
@@ -88,6 +89,26 @@ void printProbes(const ProbeTraces& traces, const haptics::Medium& medium)
         traces.steadyMean_Pa.mean());
 }
 
+void printEarsAndCertificate(const Solution& solution)
+{
+    const haptics::ExposureFigures& heard = solution.parts.exposure;
+    std::printf("at ears     %.1f dB re 20 uPa (rms) at the loudest of %d places, (%.2f, %.2f, "
+                "%.2f) m, including %.0f dB for a head\n",
+                heard.level_dB,
+                heard.places,
+                heard.x_m,
+                heard.y_m,
+                heard.z_m,
+                heard.head_dB);
+    if (solution.parts.certificate)
+        std::printf("certificate misfit and power above the bound: the field %.1f %%, its phases "
+                    "%.2f %%, the best phases found %.2f %% (%.1f ms)\n",
+                    100.0 * solution.parts.certificate->gapOfField(),
+                    100.0 * solution.parts.certificate->gapOfPhases(),
+                    100.0 * solution.parts.certificate->gap(),
+                    solution.parts.certificate->total_ms);
+}
+
 void printSummary(const Solution& solution, const std::string& folder)
 {
     const haptics::SolveReport& report = solution.sequence.report;
@@ -107,7 +128,11 @@ void printSummary(const Solution& solution, const std::string& folder)
                 report.matrix_ms);
     std::printf(
         "error       rms %.3f %%, largest %.3f %%\n", 100.0 * report.rms, 100.0 * report.max);
-    std::printf("level       %.0f Pa peak, loudness E %.3f\n", report.level_Pa, report.loudness);
+    std::printf("level       %.0f Pa peak, loudness E %.3f; %s on a fingertip: %s\n",
+                report.level_Pa,
+                report.loudness,
+                haptics::forceText(solution.parts.fingertip.force_N).c_str(),
+                solution.parts.fingertip.feeling());
     if (report.kelvinLevel > 0.0)
         std::printf("air         1 K warmer: rms %.3f %%, level %.1f %%\n",
                     100.0 * report.kelvinRms,
@@ -120,7 +145,7 @@ void printSummary(const Solution& solution, const std::string& folder)
             solution.parts.fieldRate_Hz,
             report.meanPhaseStep_rad,
             report.audibleChange,
-            solution.parts.evened ? "; evened out, so that figures are of what is felt" : "");
+            solution.parts.evened ? "; evened out: figures rate all fields together" : "");
     if (report.surface.samples > 0)
         std::printf("surface     %.1f Pa mean radiation pressure, cv %.3f, percentiles 1 and 10 at "
                     "%.2f and %.2f of the mean, contrast %.2f +- %.2f\n",
@@ -133,27 +158,10 @@ void printSummary(const Solution& solution, const std::string& folder)
     printRinging(solution);
     if (solution.sequence.report.capFactor < 1.0)
         std::printf(
-            "cap         held down to %.4f of the amplitude, %.0f Pa at the loudest point\n",
+            "cap         lowered to %.4f of the amplitude, %.0f Pa at the strongest point\n",
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
-    const haptics::ExposureFigures& heard = solution.parts.exposure;
-    std::printf(
-        "at ears     %.1f dB re 20 uPa (rms) at the loudest of %d places, (%.2f, %.2f, %.2f) "
-        "m; %.0f dB of it for a head\n",
-        heard.level_dB,
-        heard.places,
-        heard.x_m,
-        heard.y_m,
-        heard.z_m,
-        heard.head_dB);
-    if (solution.parts.certificate)
-        std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
-                    "the best phases "
-                    "found %.2f %% over the bound (%.1f ms)\n",
-                    100.0 * solution.parts.certificate->gapOfField(),
-                    100.0 * solution.parts.certificate->gapOfPhases(),
-                    100.0 * solution.parts.certificate->gap(),
-                    solution.parts.certificate->total_ms);
+    printEarsAndCertificate(solution);
     if (solution.tolerance) printTolerance(*solution.tolerance);
     if (solution.probe) printProbes(*solution.probe, solution.scene.medium);
     if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
@@ -166,40 +174,47 @@ bool isSilent(haptics::StopReason stop)
            stop == haptics::StopReason::SILENCED;
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     SolveArguments arguments;
-    CLI::App app("Solves the field that makes MODEL touchable in mid-air, and writes the drive of "
-                 "the array.\n"
+    CLI::App app("Computes the field that makes MODEL touchable in mid-air and writes the array's "
+                 "drive to files.\n"
+                 "Example: midair-solve model.obj --size 8cm --pressure 4000 --out result\n"
                  "Array frame: metres, right-handed, origin at the centre of the workspace, y "
-                 "along the prism's axis.",
+                 "along the prism's axis.\n"
+                 "Exit code: 0 done, 1 the field is silent, 2 a wrong option or file.",
                  "midair-solve");
     addOptions(app, arguments);
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     if (arguments.model.empty() && arguments.pointsFile.empty())
     {
         std::fprintf(
             stderr,
             "midair-solve: name a MODEL.obj or --points-file FILE.csv; --help lists the options\n");
-        return 2;
+        return EXIT_WRONG;
     }
+    const Solution solution = solveAll(arguments);
+    const std::string& source = arguments.model.empty() ? arguments.pointsFile : arguments.model;
+    writeAll(solution,
+             std::filesystem::path(source).filename().string(),
+             arguments.out,
+             !arguments.earsFile.empty());
+    printSummary(solution, arguments.out);
+    return isSilent(solution.sequence.report.stop) ? EXIT_PROBLEM : EXIT_DONE;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        const Solution solution = solveAll(arguments);
-        const std::string& source =
-            arguments.model.empty() ? arguments.pointsFile : arguments.model;
-        writeAll(solution,
-                 std::filesystem::path(source).filename().string(),
-                 arguments.out,
-                 !arguments.earsFile.empty());
-        printSummary(solution, arguments.out);
-        return isSilent(solution.sequence.report.stop) ? 1 : 0;
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-solve: %s\n", error.what());
-        return 2;
+        return EXIT_WRONG;
     }
 }

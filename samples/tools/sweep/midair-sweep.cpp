@@ -8,6 +8,7 @@
 #include "haptics/base/text/Words.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/tools/solve/Solution.h"
 #include "samples/tools/solve/SolveFiles.h"
@@ -41,11 +42,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostRows = 10000000;
 
-// Options of midair-solve that write files of their own, or make no figure.
+// Options of midair-solve that write files or produce no figure.
 const std::set<std::string> kNoParameter = {
     "--out", "--help", "--probe", "--probe-points", "--probe-patch", "--duration", "--probe-rate"};
 
-/// Lines of a CSV file with cells in quotes where they need them (RFC 4180).
+/// Parses a CSV file with optionally quoted cells (RFC 4180).
 std::vector<std::vector<std::string>> cellsOf(const std::string& text)
 {
     std::vector<std::vector<std::string>> lines(1);
@@ -102,7 +103,7 @@ std::vector<std::string> parametersOf(const CLI::App& app)
     return names;
 }
 
-/// Files of a row lie beside its table, unless they are named from the root.
+/// File names in a row are relative to the table's folder.
 std::string beside(const std::string& table, const std::string& name)
 {
     const std::filesystem::path path =
@@ -110,7 +111,7 @@ std::string beside(const std::string& table, const std::string& name)
     return std::filesystem::exists(path) ? path.string() : name;
 }
 
-/// The words that a command line would have for a value: a flag, or a name and its values.
+/// Adds the command-line words of a value: a flag, or a name and its values.
 void addWords(const CLI::Option& option, const std::string& text, std::vector<std::string>& words)
 {
     const std::string name = "--" + option.get_lnames().front();
@@ -122,14 +123,14 @@ void addWords(const CLI::Option& option, const std::string& text, std::vector<st
         words.push_back(part);
 }
 
-/// A table of parameters: what midair-solve would be asked for, row by row.
+/// A table of parameters: the options of midair-solve for each row.
 class SweepTable
 {
 public:
-    /// Reads a CSV file, whose first line has the names, or a JSON file: an array of objects, or an
-    /// object with any of "rows" (an array of objects), "common" (an object that each row has) and
-    /// "cross" (an object of arrays: each row with each combination, the last name fastest). All
-    /// rows are parsed. Throws base::InputError, which names the row and the column.
+    /// Reads a CSV file with names in its first line, or a JSON file: an array of objects, or an
+    /// object with any of "rows" (an array of objects), "common" (an object that is merged into
+    /// each row) and "cross" (an object of arrays: each row with each combination, the last name
+    /// fastest). Parses all rows. Throws base::InputError with the row and the column.
     explicit SweepTable(const std::string& file) : _file(file)
     {
         const std::string text = textOf(file);
@@ -146,20 +147,20 @@ public:
     }
 
     std::uint64_t size() const { return _rows.size(); }
-    /// Names of the parameters, in the order in which they come.
+    /// Returns the names of the parameters in order of appearance.
     const std::vector<std::string>& columns() const { return _columns; }
-    /// Value of a parameter as text; empty: the row hasn't got it.
+    /// Returns the value of a parameter as text, or an empty text if the row has none.
     std::string text(std::uint64_t row, const std::string& column) const
     {
         const Row& one = _rows[row];
         return one.contains(column) ? textOfValue(one[column]) : std::string();
     }
 
-    /// What the row asks for. Throws base::InputError.
+    /// Returns the options of a row. Throws base::InputError.
     SolveArguments arguments(std::uint64_t row) const
     {
         SolveArguments arguments;
-        arguments.settings.threads = 1; // a process for each core
+        arguments.settings.threads = 1; // run one process per core instead
         CLI::App app;
         addOptions(app, arguments);
         std::vector<std::string> words;
@@ -182,7 +183,7 @@ public:
         }
         try
         {
-            std::reverse(words.begin(), words.end()); // CLI11 takes them from the back
+            std::reverse(words.begin(), words.end()); // CLI11 expects reverse order
             app.parse(words);
         }
         catch (const CLI::ParseError& error)
@@ -194,12 +195,12 @@ public:
         if (arguments.array.find(".json") != std::string::npos)
             arguments.array = beside(_file, arguments.array);
         if (arguments.model.empty() && arguments.pointsFile.empty())
-            fail(row, "has neither a model nor a points-file");
+            fail(row, "has no model and no points-file");
         return arguments;
     }
 
-    /// What the results depend on: number of rows, their CRC-32C, and those of the files and arrays
-    /// that they name.
+    /// Returns everything that the results depend on: the number of rows, their CRC-32C, and those
+    /// of the files and arrays that they use.
     nlohmann::json describe() const
     {
         const auto crcOf = [](const std::string& text, std::uint32_t crc = 0) {
@@ -243,7 +244,7 @@ private:
                 if (!lines[i][k].empty()) row[lines[0][k]] = lines[i][k];
             add(std::move(row));
         }
-        if (!lines.empty()) // those that no row fills, too, in the order of the header
+        if (!lines.empty()) // includes columns that no row fills, in the header's order
             _columns = lines[0];
     }
 
@@ -290,7 +291,7 @@ private:
             for (const Json& combination : combinations)
             {
                 Row row = common;
-                if (!own.is_object()) fail(size(), "is no object of names and values");
+                if (!own.is_object()) fail(size(), "is not an object of names and values");
                 row.update(own);
                 row.update(combination);
                 add(std::move(row));
@@ -299,7 +300,7 @@ private:
 
     void add(Row row)
     {
-        if (!row.is_object()) fail(size(), "is no object of names and values");
+        if (!row.is_object()) fail(size(), "is not an object of names and values");
         if (size() == kMostRows)
             throw InputError(fmt::format("{}: there are more than {} rows", _file, kMostRows));
         for (const auto& [name, value] : row.items())
@@ -321,18 +322,18 @@ private:
     std::vector<std::string> _columns;
 };
 
-/// What midair-sweep was asked for.
+/// Options of midair-sweep.
 struct SweepArguments
 {
     std::string table;
     std::string out;
     std::string shard = "1/1";
-    bool times = false;     ///< times that solves took, too: other bytes each time
-    bool overwrite = false; ///< whatever is there
+    bool times = false;     ///< write solve times, which differ in each run
+    bool overwrite = false; ///< replace any file
     bool quiet = false;
 };
 
-constexpr std::uint64_t kRows = 16; // of a piece: a kill loses so many at most
+constexpr std::uint64_t kRows = 16; // per piece: a kill loses at most so many
 const char* const kWhat = "midair-sweep 1";
 const char* const kFirstColumn = "row";
 
@@ -350,7 +351,8 @@ bool isTime(const std::string& figure)
     return figure.size() > 3 && figure.compare(figure.size() - 3, 3, "_ms") == 0;
 }
 
-/// The column of a figure: its name, but for one that a setting has, too (loudness).
+/// Returns the column of a figure: its name, with a prefix if a setting has the same name
+/// (loudness).
 std::string figureColumn(const std::string& figure)
 {
     const auto& settings = haptics::fieldSettings().rows();
@@ -359,7 +361,7 @@ std::string figureColumn(const std::string& figure)
     return (isSetting ? "reached_" : "") + figure;
 }
 
-/// Names of the results, which each row has.
+/// Returns the names of the result columns.
 std::vector<std::string> resultColumns(bool times)
 {
     std::vector<std::string> names = {"solvedBy", "stop", "message", "error", "fields"};
@@ -372,7 +374,7 @@ std::vector<std::string> resultColumns(bool times)
     return names;
 }
 
-/// A number as pandas, pyarrow and DuckDB read it; one that isn't finite is left out.
+/// Formats a number for pandas, pyarrow and DuckDB; non-finite ones become empty.
 std::string numberCell(double value)
 {
     return std::isfinite(value) ? fmt::format("{}", value) : "";
@@ -408,7 +410,7 @@ std::vector<std::string> solvedCells(const SolveArguments& asked, bool times)
     return cells;
 }
 
-/// One line of the results; \a failed counts rows that can't be solved.
+/// Returns a line of the results; \a failed counts rows that can't be solved.
 std::string lineOf(const SweepTable& table, std::uint64_t row, bool times, int& failed)
 {
     std::string line = std::to_string(row);
@@ -461,19 +463,18 @@ nlohmann::json workOf(const SweepTable& table, const SweepArguments& arguments)
     for (const std::string& column : table.columns())
         if (column == kFirstColumn ||
             std::find(results.begin(), results.end(), column) != results.end())
-            throw InputError(fmt::format("{}: \"{}\" is a column of the results, and no parameter",
-                                         arguments.table,
-                                         column));
+            throw InputError(fmt::format(
+                "{}: \"{}\" is a column of the results, not a parameter", arguments.table, column));
     return work;
 }
 
-/// Joins \a parts to a table of results. Throws base::InputError.
+/// Merges \a parts into a table of results. Throws base::InputError.
 void mergeSwept(const std::vector<std::string>& parts, const std::string& out, bool overwrite)
 {
     const JoinedParts joined(parts, rowsOf);
     const nlohmann::json& work = joined.work();
     if (work.value("what", "") != kWhat)
-        throw InputError(fmt::format("\"{}\" is no part of midair-sweep, but of {}",
+        throw InputError(fmt::format("\"{}\" is not a part of midair-sweep, but of {}",
                                      parts.front(),
                                      work.value("what", "something else")));
     WholeFile file(out, kFirstColumn, overwrite);
@@ -487,8 +488,8 @@ void mergeSwept(const std::vector<std::string>& parts, const std::string& out, b
                 static_cast<unsigned long long>(work["table"].value("rows", std::uint64_t(0))));
 }
 
-/// Solves a shard's rows. With a single shard \a arguments.out becomes the table of results, else
-/// the part. Goes on with a part that is there. Returns 0, or 1 if a row couldn't be solved. Throws
+/// Solves a shard's rows. A single shard writes the table of results to \a arguments.out, otherwise
+/// its part. Continues an existing part. Returns 0, or 1 if a row couldn't be solved. Throws
 /// base::InputError.
 int sweep(const SweepArguments& arguments)
 {
@@ -497,14 +498,16 @@ int sweep(const SweepArguments& arguments)
     const SweepTable table(arguments.table);
     const PartHeader part{
         workOf(table, arguments), shard.number, shard.count, (table.size() + kRows - 1) / kRows};
-    if (isWhole) WholeFile(arguments.out, kFirstColumn, arguments.overwrite); // told now
+    if (isWhole)
+        WholeFile(arguments.out, kFirstColumn, arguments.overwrite); // fail now rather than at the
+                                                                     // end
     const std::string file = isWhole ? arguments.out + ".part" : arguments.out;
     int failed = 0;
     {
         PartFile done = PartFile::openToGoOn(file, part);
         if (!done.damage().empty())
             std::fprintf(stderr,
-                         "midair-sweep: \"%s\": %s; solved again\n",
+                         "midair-sweep: \"%s\": %s; solving it again\n",
                          file.c_str(),
                          done.damage().c_str());
         Progress progress("rows",
@@ -532,54 +535,64 @@ int sweep(const SweepArguments& arguments)
     }
     if (failed > 0)
         std::fprintf(stderr, "midair-sweep: %d rows can't be solved, see \"error\"\n", failed);
-    return failed > 0 ? 1 : 0;
+    return failed > 0 ? EXIT_PROBLEM : EXIT_DONE;
+}
+
+int run(int argc, char** argv)
+{
+    using namespace midair::samples;
+    using midair::base::InputError;
+    SweepArguments arguments;
+    std::vector<std::string> parts;
+    CLI::App app(
+        "Solves for every row of a table of parameters, which are options and settings of "
+        "midair-solve, and writes a CSV file with the figures of each row.\n"
+        "Example: midair-sweep table.csv --out results.csv\n"
+        "If interrupted, the same command continues.\n"
+        "Exit code: 0 done, 1 done except for rows that can't be solved, 2 a wrong option or file.",
+        "midair-sweep");
+    app.add_option("table", arguments.table, "TABLE.csv or TABLE.json");
+    app.add_option("--out", arguments.out, "Table of results to write; with --shard, the part")
+        ->required();
+    app.add_option("--shard",
+                   arguments.shard,
+                   "i/K: solve every K-th piece of 16 rows, starting with the i-th; the result is "
+                   "the same for any K")
+        ->capture_default_str();
+    app.add_option("--merge", parts, "Merge the parts of all shards into the table of results");
+    app.add_flag(
+        "--times", arguments.times, "Add columns with solve times, which differ in each run");
+    app.add_flag(
+        "--overwrite", arguments.overwrite, "Replace --out even if it isn't a table of results");
+    app.add_flag("--quiet", arguments.quiet, "Don't print progress");
+    useToolHelp(app);
+    try
+    {
+        app.parse(argc, argv);
+        if (parts.empty() && arguments.table.empty())
+            throw InputError("a table or --merge PARTS is missing");
+        if (parts.empty()) return sweep(arguments);
+        if (!arguments.table.empty()) throw InputError("--merge takes only parts, no table");
+        mergeSwept(parts, arguments.out, arguments.overwrite);
+        return 0;
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return exitOf(app, error);
+    }
 }
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    using namespace midair::samples;
-    using midair::base::InputError;
-    constexpr int kWrong = 2;
-    SweepArguments arguments;
-    std::vector<std::string> parts;
-    CLI::App app("midair-sweep: solves for every row of a table of parameters, which are "
-                 "midair-solve's options and settings by their names, and writes a CSV with the "
-                 "figures of each. What is finished is kept when it is ended: the same command "
-                 "goes on.\n"
-                 "Exit code: 0 done, 1 done but for rows that can't be solved, 2 something is "
-                 "wrong.",
-                 "midair-sweep");
-    app.add_option("table", arguments.table, "TABLE.csv or TABLE.json");
-    app.add_option("--out", arguments.out, "Table of results; with --shard the part")->required();
-    app.add_option("--shard",
-                   arguments.shard,
-                   "i/K: every K-th piece of 16 rows from the i-th on; the same bytes for any K")
-        ->capture_default_str();
-    app.add_option("--merge", parts, "Parts of all shards, which become the table of results");
-    app.add_flag("--times",
-                 arguments.times,
-                 "Columns of the times that solves took, too, which differ each time");
-    app.add_flag("--overwrite", arguments.overwrite, "Replace --out even if it is something else");
-    app.add_flag("--quiet", arguments.quiet, "No progress");
     try
     {
-        app.parse(argc, argv);
-        if (parts.empty() && arguments.table.empty())
-            throw InputError("name a table, or --merge PARTS");
-        if (parts.empty()) return sweep(arguments);
-        if (!arguments.table.empty()) throw InputError("--merge takes parts, and no table");
-        mergeSwept(parts, arguments.out, arguments.overwrite);
-        return 0;
-    }
-    catch (const CLI::ParseError& error)
-    {
-        return app.exit(error) == 0 ? 0 : kWrong;
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-sweep: %s\n", error.what());
-        return kWrong;
+        return midair::samples::EXIT_WRONG;
     }
 }

@@ -7,6 +7,7 @@
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/tuning/TuningReadings.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/shards/LineJournal.h"
 #include "samples/shared/shards/Shards.h"
 #include "samples/shared/views/Signals.h"
@@ -53,16 +54,16 @@ const std::string kExec = "exec:";
     throw base::InputError(what + ": " + std::generic_category().message(errno));
 }
 
-/// What came of waiting for a line.
+/// Result of waiting for a line.
 enum class LineState
 {
     LINE,
-    END,      ///< nothing will come any more
-    TIME_OUT, ///< nothing came in time
-    STOPPED   ///< the caller's word
+    END,      ///< end of input
+    TIME_OUT, ///< no line in time
+    STOPPED   ///< the caller stopped
 };
 
-/// Lines of an instrument: of stdin, of a file or a pipe, or of a command that is run for it.
+/// Lines from an instrument: stdin, a file, a pipe or a command.
 class ReadingSource
 {
 public:
@@ -81,7 +82,7 @@ public:
             open(name);
     }
 
-    /// ends the command
+    /// Ends the command.
     ~ReadingSource()
     {
         if (_child > 0)
@@ -101,8 +102,8 @@ public:
     ReadingSource(const ReadingSource&) = delete;
     ReadingSource& operator=(const ReadingSource&) = delete;
 
-    /// Tells the instrument which row plays now, where it reads requests: a command on its stdin,
-    /// who stands behind "-" on stdout. It need not listen.
+    /// Sends the instrument the row that plays now: to a command's stdin, or to stdout for "-". The
+    /// instrument may ignore it.
     void request(const std::string& line)
     {
         const std::string text = line + "\n";
@@ -111,13 +112,13 @@ public:
             const ssize_t wrote = ::write(_requests, text.data() + done, text.size() - done);
             if (wrote > 0)
                 done += static_cast<std::size_t>(wrote);
-            else if (errno != EINTR) // nobody reads them: what is written may come nevertheless
+            else if (errno != EINTR) // nobody reads requests; readings may still come
                 closeRequests();
         }
     }
 
-    /// Waits for a line, at most \a limit_s. \a goesOn is called every few milliseconds; where it
-    /// returns false, the wait ends.
+    /// Waits for a line, at most \a limit_s. Calls \a goesOn every few milliseconds and stops when
+    /// it returns false.
     LineState next(std::string& line, double limit_s, const std::function<bool()>& goesOn)
     {
         const double end_s = base::steadySeconds() + limit_s;
@@ -131,14 +132,14 @@ public:
         }
     }
 
-    /// Drops all that has come so far, for instruments that write by their own clock.
+    /// Drops all lines so far, for instruments that write by their own clock.
     void drop()
     {
         for (std::size_t before = 1; !_ended && before != _buffer.size();)
         {
             before = _buffer.size();
             _ended = !fill(0);
-            // What is read while the buffer empties would never end with a fast instrument.
+            // A fast instrument would refill the buffer forever.
             if (_buffer.size() > kMostBuffered / 2) break;
         }
         const std::size_t last = _buffer.rfind('\n');
@@ -152,10 +153,10 @@ private:
         if (::stat(path.c_str(), &about) != 0)
             failSystem("readings \"" + path + "\" can't be read");
         if (S_ISDIR(about.st_mode))
-            throw base::InputError("readings \"" + path +
-                                   "\" are a folder; they should be a file or a named pipe, - or "
-                                   "exec:COMMAND");
-        // A pipe that is open for writing here, too, doesn't end when an instrument closes it.
+            throw base::InputError(
+                "readings \"" + path +
+                "\" is a folder; it should be a file, a named pipe, - or exec:COMMAND");
+        // Opening the pipe for writing as well keeps it from ending when an instrument closes it.
         const bool isPipe = S_ISFIFO(about.st_mode);
         _in =
             ::open(path.c_str(), (isPipe ? O_RDWR : O_RDONLY) | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
@@ -166,7 +167,7 @@ private:
     void run(const std::string& command)
     {
         if (command.empty())
-            throw base::InputError("readings \"exec:\" lack a command: exec:COMMAND");
+            throw base::InputError("readings \"exec:\" has no command: exec:COMMAND");
         std::array<int, 2> to{}, from{};
         if (::pipe2(to.data(), O_CLOEXEC) != 0 || ::pipe2(from.data(), O_CLOEXEC) != 0)
             failSystem("no pipe to \"" + command + "\"");
@@ -203,7 +204,7 @@ private:
         return true;
     }
 
-    /// false: the end of what isn't a growing file
+    /// Returns false at the end of input, except of a growing file.
     bool fill(int wait_ms)
     {
         pollfd polled{_in, POLLIN, 0};
@@ -222,14 +223,14 @@ private:
 
     int _in = -1;
     int _requests = -1;
-    bool _grows = false; ///< a regular file: more may be written to it
+    bool _grows = false; ///< a regular file, which may still grow
     bool _ended = false;
     pid_t _child = -1;
     std::string _buffer;
 };
 
 constexpr double kTick_s = 2e-4;
-// Of what is played against what is wanted; a duty level is up to 0.006 of full drive.
+// Tolerance between played and wanted amplitude; a duty level is up to 0.006 of full drive.
 constexpr float kAmplitude = 0.02F;
 
 void sleepFor(double seconds)
@@ -237,7 +238,7 @@ void sleepFor(double seconds)
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-/// Plays rows of a plan on a device, and knows whether it really does. Silences it at its end.
+/// Plays rows of a plan on a device and checks that they really play. Silences it on destruction.
 class RowPlayer
 {
 public:
@@ -250,25 +251,24 @@ public:
         _array(array),
         _device(device::playsByItself(uri)
                     ? throw device::DeviceError("device \"" + uri +
-                                                "\": plays by itself and takes no plan")
+                                                "\": plays a recording and can't play a plan")
                     : bridge::openForUser(uri, {array.size(), array.board}, &array))
     {
         if (_device->ability().maxPressure_Pa > 0)
             throw device::DeviceError(
                 "device \"" + uri +
-                "\": max-pressure can't be held, the rows of a plan have no "
-                "control points; max-amplitude and the plan's --duty limit them");
+                "\": max-pressure can't be enforced, because the rows of a plan have no control "
+                "points; use max-amplitude or the plan's --duty");
     }
 
-    /// silences
+    /// Silences the device.
     ~RowPlayer() { _device->silence(); }
 
     RowPlayer(const RowPlayer&) = delete;
     RowPlayer& operator=(const RowPlayer&) = delete;
 
-    /// Plays a row and waits, at most \a patience_s, until the device says that it sounds. Returns
-    /// false if \a goesOn did. Throws device::DeviceError where the device or its limits don't let
-    /// it sound as the plan has it.
+    /// Plays a row and waits, at most \a patience_s, until the device plays it. Returns false if
+    /// \a goesOn does. Throws device::DeviceError if the device or its limits change the row.
     bool play(int row, double patience_s, const std::function<bool()>& goesOn)
     {
         const haptics::TuningDrive drive =
@@ -287,9 +287,8 @@ public:
             const device::DeviceReport report = _device->report();
             if (report.state == device::DeviceState::LOST || base::steadySeconds() > end_s)
                 throw device::DeviceError(
-                    fmt::format("device \"{}\": row {} doesn't sound as planned within {:g} s: {}; "
-                                "a limit such as "
-                                "mean-drive may hold it down, then plan with a lower --duty",
+                    fmt::format("device \"{}\": row {} doesn't play as planned within {:g} s: {}. "
+                                "If a limit such as mean-drive lowers it, plan with a lower --duty",
                                 _uri,
                                 row,
                                 patience_s,
@@ -301,18 +300,18 @@ public:
         return true;
     }
 
-    /// Throws device::DeviceError if the row doesn't sound any more, or did not all the time.
+    /// Throws device::DeviceError if the row doesn't play now, or was interrupted.
     void requireThatItSounds()
     {
         if (sounds() && _device->report().silences == _silences) return;
         throw device::DeviceError(
-            fmt::format("device \"{}\": row {} did not sound until it was read: {}",
+            fmt::format("device \"{}\": row {} stopped playing before it was read: {}",
                         _uri,
                         _row,
                         _device->status()));
     }
 
-    /// Says that the row is still wanted; a device with a hold falls silent without.
+    /// Keeps the row playing on a device with a hold time.
     void keepAlive() { _device->keepAlive(); }
     void silence() { _device->silence(); }
 
@@ -328,8 +327,8 @@ private:
         return true;
     }
 
-    // What the device would play has to be what the plan has: readings of lowered rows would be
-    // taken for weak transducers. Foci may have their phases rounded.
+    // The device must play the row as planned: readings of lowered rows would look like weak
+    // transducers. Foci may have rounded phases.
     void requireThatItCan(int row, const device::DriveSignal& signal) const
     {
         std::vector<std::complex<float>> planned;
@@ -343,9 +342,8 @@ private:
             if (isAsPlanned) continue;
             throw device::DeviceError(fmt::format(
                 "device \"{}\": row {} has transducer {} at {:.2f} of full drive and phase level "
-                "{}; "
-                "its "
-                "levels or limits make {:.2f} of it, and {:.0f} of 256: plan with a lower --duty",
+                "{}; the device's levels or limits change that to {:.2f} and {:.0f} of 256. Plan "
+                "with a lower --duty",
                 _uri,
                 row,
                 i,
@@ -375,13 +373,13 @@ std::string lineOf(int row, std::complex<double> value, bool isLevel)
                    : fmt::format("{},{},{}\n", row, text(value.real()), text(value.imag()));
 }
 
-/// The file of readings while they are taken: each is appended when it is there, and what a run
-/// left behind is continued by the next.
+/// The file of readings of a run: each reading is appended at once, and the next run continues an
+/// interrupted one.
 class ReadingJournal
 {
 public:
-    /// Opens \a path, or begins it. Throws base::InputError if another run has it, if it belongs to
-    /// another plan, or can't be read or written.
+    /// Opens or creates \a path. Throws base::InputError if another run uses it, if it belongs to
+    /// another plan, or if it can't be read or written.
     ReadingJournal(const std::string& path,
                    const haptics::TuningPlan& plan,
                    const std::string& planSum) :
@@ -396,18 +394,18 @@ public:
             write(fmt::format("# plan {}\n", _sum));
         else if (_found.planSum != _sum)
             throw base::InputError(fmt::format(
-                "readings \"{}\" belong to {}, this plan is {}; take another file with --out",
+                "readings \"{}\" belong to {}, this plan is {}; choose another file with --out",
                 _path,
-                _found.planSum.empty() ? "no plan that they name" : "plan " + _found.planSum,
+                _found.planSum.empty() ? "an unknown plan" : "plan " + _found.planSum,
                 _sum));
     }
 
-    /// What there is of each row; rows without a number are to be read.
+    /// Returns the readings so far; rows without a number are still to be read.
     const haptics::TuningReadings& found() const { return _found; }
     bool isRead(int row) const { return std::isfinite(_found.values[row].real()); }
 
-    /// Appends a reading; it survives a kill at once, and a failing power supply after half a
-    /// second. Throws base::InputError if it can't be written.
+    /// Appends a reading. It survives a kill at once, and a power failure after half a second.
+    /// Throws base::InputError if it can't be written.
     void append(int row, std::complex<double> value, bool isLevel)
     {
         write(lineOf(row, value, isLevel));
@@ -415,8 +413,7 @@ public:
         _found.areLevels = isLevel;
     }
 
-    /// Takes the readings of \a place out, so that it is read anew; the file as it was stays as
-    /// PATH.old.
+    /// Removes the readings of \a place so that it is read anew. The old file is kept as PATH.old.
     void forget(int place)
     {
         std::error_code error;
@@ -454,11 +451,11 @@ private:
     double _synced_s = 0.0;
 };
 
-constexpr double kHeard_s = 0.2;     // until a signal that came is heard
-constexpr int kAgain = 8;            // rows of a place begun earlier that are read again
-constexpr double kMostChange = 0.25; // of what they then give, relative
+constexpr double kHeard_s = 0.2;     // until a signal is noticed
+constexpr int kAgain = 8;            // rows of a place begun earlier to read again
+constexpr double kMostChange = 0.25; // largest relative change of these
 
-/// Plays and reads rows.
+/// Plays and reads the rows.
 class Run
 {
 public:
@@ -488,7 +485,7 @@ public:
             if (first == _plan.size())
             {
                 say(fmt::format("all {} rows are read: {}", _plan.size(), _options.out));
-                return TUNED;
+                return EXIT_DONE;
             }
             const int place = placeOf(first);
             if (!isSameAsBefore(place) || !readPlace(place)) return stopped();
@@ -496,12 +493,11 @@ public:
             const int next = firstOpen();
             if (next == _plan.size() || _options.goesToAllPlaces) continue;
             say(fmt::format(
-                "place {} is read. Move the microphone to place {}, {}, and give the same "
-                "command again",
+                "place {} is done. Move the microphone to place {}, {}, and repeat the command",
                 place,
                 placeOf(next),
                 placeText(placeOf(next))));
-            return MORE_TO_DO;
+            return EXIT_PROBLEM;
         }
     }
 
@@ -529,7 +525,7 @@ private:
         return row;
     }
 
-    bool isUnclear(int row) const // in this run; the next run tries again
+    bool isUnclear(int row) const // the next run tries again
     {
         return std::find(_unclear.begin(), _unclear.end(), row) != _unclear.end();
     }
@@ -537,13 +533,13 @@ private:
     int stopped()
     {
         _player.silence();
-        say(fmt::format("stopped, the array is silent; the same command goes on with row {}",
+        say(fmt::format("stopped, the array is silent; the same command continues with row {}",
                         firstOpen()));
-        return MORE_TO_DO;
+        return EXIT_PROBLEM;
     }
 
-    // A place begun in an earlier run goes on only if the microphone, its gain and its clock are as
-    // they were: a few of its rows are read again.
+    // A place begun in an earlier run continues only if microphone, gain and clock are unchanged:
+    // some of its rows are read again to check.
     bool isSameAsBefore(int place)
     {
         std::vector<int> known;
@@ -563,13 +559,12 @@ private:
             all += std::norm(_journal.found().values[row]);
         }
         if (change <= kMostChange * kMostChange * all) return true;
-        throw InputError(
-            fmt::format("place {} was begun earlier, and {} of its rows are now {:.0f} % off: the "
-                        "microphone, its "
-                        "gain or its clock isn't as it was; --anew reads this place from its start",
-                        place,
-                        count,
-                        100.0 * std::sqrt(change / all)));
+        throw InputError(fmt::format(
+            "place {} was begun earlier, and {} of its rows now differ by {:.0f} %: the "
+            "microphone, its gain or its clock has changed; --anew reads this place from the start",
+            place,
+            count,
+            100.0 * std::sqrt(change / all)));
     }
 
     bool readPlace(int place)
@@ -610,7 +605,7 @@ private:
         return !isStopAsked();
     }
 
-    /// Plays a row and takes its reading; returns false after Ctrl-C.
+    /// Plays a row and takes its reading. Returns false after Ctrl-C.
     bool readRow(int row, std::complex<double>& value)
     {
         const auto on = [this] { return goesOn(); };
@@ -631,12 +626,13 @@ private:
         case LineState::STOPPED:
             return false;
         case LineState::END:
-            // Ctrl-C reaches a command that reads as well, which may end before it is heard here.
+            // Ctrl-C also reaches the command that reads, which may end before the signal is
+            // noticed here.
             if (!waits(kHeard_s)) return false;
             throw InputError("the readings ended at row " + number);
         case LineState::TIME_OUT:
-            throw InputError(fmt::format(
-                "there is no reading of row {} within {:g} s", row, _options.patience_s));
+            throw InputError(
+                fmt::format("no reading of row {} within {:g} s", row, _options.patience_s));
         case LineState::LINE:
             break;
         }
@@ -651,21 +647,20 @@ private:
             throw InputError(fmt::format(
                 "the reading of row {} is \"{}\"; it should be re,im or a level", row, line));
         if (haptics::needsPhases(_plan.method) && isLevel)
-            throw InputError(fmt::format(
-                "the reading of row {} is a level; the method {} needs re,im against the drive's "
-                "clock, levels is the one without",
-                row,
-                haptics::tuningMethodName(_plan.method)));
+            throw InputError(
+                fmt::format("the reading of row {} is a level; the method {} needs re,im relative "
+                            "to the drive's clock. Use the method levels for levels",
+                            row,
+                            haptics::tuningMethodName(_plan.method)));
         if (_options.clip > 0.0 && std::abs(value) >= 0.99 * _options.clip)
             throw InputError(
-                fmt::format("the microphone clips: row {} reads {:g}, its limit is {:g}; "
-                            "plan with a lower --duty, or move it away",
+                fmt::format("the microphone clips: row {} reads {:g}, its limit is {:g}; plan with "
+                            "a lower --duty, or move the microphone away",
                             row,
                             std::abs(value),
                             _options.clip));
         if (_hasRead && isLevel != _isLevel)
-            throw InputError(fmt::format("the reading of row {} is {}, those before it are {}; all "
-                                         "should be of one kind",
+            throw InputError(fmt::format("the reading of row {} is {}, but earlier ones are {}",
                                          row,
                                          isLevel ? "a level" : "re,im",
                                          isLevel ? "re,im" : "levels"));
@@ -678,7 +673,7 @@ private:
     const haptics::TuningPlan& _plan;
     ReadingJournal _journal;
     ReadingSource _source;
-    RowPlayer _player; // silent before all else ends
+    RowPlayer _player; // silenced before the others are destroyed
     const SilenceAtStop _atStop{[this] { _player.silence(); }};
     std::vector<int> _unclear;
     bool _hasRead = false, _isLevel = false;

@@ -11,6 +11,7 @@
 #include "haptics/tuning/RehearsedInstrument.h"
 #include "haptics/tuning/TuningFit.h"
 #include "samples/shared/SettingOptions.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/shared/views/CurvePlot.h"
 #include "samples/shared/views/Signals.h"
 #include "samples/tools/tune/TuneRun.h"
@@ -36,7 +37,7 @@ namespace
 using namespace midair;
 using namespace midair::samples;
 
-/// What the commands of midair-tune are given.
+/// Options of the commands of midair-tune.
 struct TuneArguments
 {
     std::string array = "octagon";
@@ -73,7 +74,7 @@ void writeFile(const std::string& path, const std::string& text)
     if (!out) throw InputError("\"" + path + "\" can't be written");
 }
 
-/// A plan, and what identifies its file.
+/// A plan and its file's checksum.
 struct ReadPlan
 {
     haptics::TuningPlan plan;
@@ -143,7 +144,7 @@ json rowOf(const Eigen::Vector3d& v)
     return {v.x(), v.y(), v.z()};
 }
 
-// The commands; each returns a TuneExit and throws base::InputError or device::DeviceError.
+// The commands. Each returns an ExitCode and throws base::InputError or device::DeviceError.
 int planTuning(const TuneArguments& arguments)
 {
     haptics::TuningPlanOptions options;
@@ -158,7 +159,7 @@ int planTuning(const TuneArguments& arguments)
     for (Eigen::Index p = 0; p < 3 * more; ++p)
         options.places(p % 3, before + p / 3) = arguments.mic_m[static_cast<std::size_t>(p)];
     if (options.places.cols() == 0)
-        throw InputError("say where the microphone stands: --mic X Y Z, or --places FILE");
+        throw InputError("the place of the microphone is missing: --mic X Y Z, or --places FILE");
     const haptics::TuningPlan plan =
         haptics::makeTuningPlan(haptics::TransducerArray::load(arguments.array), options);
     const std::string out = arguments.out.empty() ? "plan.csv" : arguments.out;
@@ -168,7 +169,7 @@ int planTuning(const TuneArguments& arguments)
                              plan.places.cols(),
                              plan.places.cols() == 1 ? "" : "s",
                              out);
-    return TUNED;
+    return EXIT_DONE;
 }
 
 int runTuning(const TuneArguments& arguments)
@@ -189,9 +190,9 @@ int runTuning(const TuneArguments& arguments)
     return runPlan(options, read.plan, read.sum, array);
 }
 
-/// Draws the picture of a fit into \a path (.svg, .png, .pdf): a map of the array, each side seen
-/// from where it emits to, with the phases of its transducers, the reversed and the dead ones, and
-/// the histograms of phases and gains. Returns what went wrong, or an empty text.
+/// Draws a fit into \a path (.svg, .png, .pdf): a map of the array, each side seen from its
+/// emission side, with phases, reversed and dead transducers, and histograms of phases and gains.
+/// Returns an error message, or an empty text.
 std::string drawTuning(const haptics::TuningFit& fit, const std::string& path)
 {
     const haptics::TransducerArray& array = fit.array;
@@ -208,27 +209,25 @@ std::string drawTuning(const haptics::TuningFit& fit, const std::string& path)
     }
     const std::size_t fine = fit.of(TransducerState::FINE).size(),
                       reversed = fit.of(TransducerState::REVERSED).size();
-    return drawPlot(
-        path,
-        {{"kind", "tuning"},
-         {"title",
-          fmt::format("{}: {} of {} transducers play, {} of them reversed; {} dead",
-                      array.name,
-                      fine + reversed,
-                      array.size(),
-                      reversed,
-                      fit.of(TransducerState::DEAD).size())},
-         {"caption",
-          fmt::format(
-              "phases spread {:.1f} degrees (polarity aside), gains {:.1f} %; sides are seen "
-              "from where they emit to",
-              base::toDegrees(fit.phaseSpread_rad),
-              100.0 * fit.gainSpread)},
-         {"positions_m", positions},
-         {"normals", normals},
-         {"states", states},
-         {"phase_deg", phases},
-         {"gain", gains}});
+    return drawPlot(path,
+                    {{"kind", "tuning"},
+                     {"title",
+                      fmt::format("{}: {} of {} transducers play, {} of them reversed; {} dead",
+                                  array.name,
+                                  fine + reversed,
+                                  array.size(),
+                                  reversed,
+                                  fit.of(TransducerState::DEAD).size())},
+                     {"caption",
+                      fmt::format("phases spread {:.1f} degrees (without polarity), gains {:.1f} "
+                                  "%; each side is seen from its emission side",
+                                  base::toDegrees(fit.phaseSpread_rad),
+                                  100.0 * fit.gainSpread)},
+                     {"positions_m", positions},
+                     {"normals", normals},
+                     {"states", states},
+                     {"phase_deg", phases},
+                     {"gain", gains}});
 }
 
 int fitArray(const TuneArguments& arguments)
@@ -238,7 +237,7 @@ int fitArray(const TuneArguments& arguments)
     const haptics::TuningFit fit =
         haptics::fitTuning(array, read.plan, readReadings(arguments.readings, read), arguments.fit);
     std::cout << fit.text();
-    if (!fit.usable()) return REFUSED;
+    if (!fit.usable()) return EXIT_PROBLEM;
     const std::string out = arguments.out.empty() ? "tuned.json" : arguments.out;
     fit.array.save(out);
     const std::string picture = arguments.picture.empty()
@@ -250,7 +249,7 @@ int fitArray(const TuneArguments& arguments)
         std::cout << "picture     " << picture << "\n";
     else
         std::cerr << "midair-tune: " << problem << "\n";
-    return TUNED;
+    return EXIT_DONE;
 }
 
 int checkArray(const TuneArguments& arguments)
@@ -265,7 +264,7 @@ int checkArray(const TuneArguments& arguments)
         std::cout << (check.passes()
                           ? "passed      each focus has 0.9 or more of its predicted level\n"
                           : "failed      a focus has less than 0.9 of its predicted level\n");
-    return check.passes() ? TUNED : REFUSED;
+    return check.passes() ? EXIT_DONE : EXIT_PROBLEM;
 }
 
 int rehearse(const TuneArguments& arguments)
@@ -278,12 +277,12 @@ int rehearse(const TuneArguments& arguments)
     if (!arguments.tuned.empty()) tuned = haptics::TransducerArray::load(arguments.tuned);
     const haptics::TransducerArray* foci = arguments.tuned.empty() ? nullptr : &tuned;
     if (read.plan.method == haptics::TuningMethod::FOCUS && foci == nullptr)
-        throw InputError("the plan is one of foci: say with --tuned which array file makes them");
+        throw InputError("a plan of foci needs the tuned array: --tuned FILE");
     if (!arguments.serves)
     {
         for (int row = 0; row < read.plan.size(); ++row)
             std::cout << lineOf(instrument.reading(row, foci), read.plan) << "\n";
-        return TUNED;
+        return EXIT_DONE;
     }
     for (std::string line; std::getline(std::cin, line);)
     {
@@ -293,7 +292,7 @@ int rehearse(const TuneArguments& arguments)
             throw InputError("request \"" + line + "\"; it should begin with a row of the plan");
         std::cout << lineOf(instrument.reading(row, foci), read.plan) << std::endl;
     }
-    return TUNED;
+    return EXIT_DONE;
 }
 
 CLI::Validator in(const std::string& unit)
@@ -315,50 +314,56 @@ void addPlanning(CLI::App& command, TuneArguments& arguments)
 {
     addArray(command, arguments, "octagon, board, a shipped array's name or a JSON file");
     command
-        .add_option("--mic",
-                    arguments.mic_m,
-                    "X Y Z where the microphone stands, m, array frame; again for more places")
+        .add_option("--mic", arguments.mic_m, "X Y Z of the microphone, m, array frame; repeatable")
         ->type_size(3)
         ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    command.add_option("--places", arguments.placesFile, "file of such places, a line each");
+    command.add_option("--places", arguments.placesFile, "file of microphone places, one per line");
     command
-        .add_option(
-            "--method", arguments.method, "single, hadamard or levels; focus: the check afterwards")
+        .add_option("--method",
+                    arguments.method,
+                    "single, hadamard or levels; focus: for the check afterwards")
         ->capture_default_str();
-    command.add_option("--duty", arguments.dutyLevel, "duty level of all that plays, 1 .. 255")
+    command
+        .add_option("--duty", arguments.dutyLevel, "duty level of playing transducers, 1 .. 255")
         ->check(CLI::Range(1, 255))
         ->capture_default_str();
     command
-        .add_option("--temperature", arguments.fit.prior.temperature_C, "C, for the method focus")
+        .add_option("--temperature",
+                    arguments.fit.prior.temperature_C,
+                    "temperature of the air, C, for the method focus")
         ->check(CLI::Range(-40.0, 60.0))
         ->capture_default_str();
-    command.add_option("--out", arguments.out, "file of the plan (plan.csv)");
+    command.add_option("--out", arguments.out, "file for the plan (plan.csv)");
 }
 
 void addRunning(CLI::App& command, TuneArguments& arguments)
 {
     RunOptions& run = arguments.run;
     addPlan(command, arguments);
-    addArray(command, arguments, "as for the plan; of the method focus: the tuned one");
+    addArray(command, arguments, "the plan's array; for the method focus the tuned array");
     command.add_option("--device", run.device, "which device")->required();
     command
-        .add_option("--readings",
-                    run.readings,
-                    "where readings come from, a line of re,im or of a level for each row: - for "
-                    "stdin, a file or named pipe, or exec:COMMAND, which is told row,x,y,z,seconds "
-                    "in a line on its stdin")
+        .add_option(
+            "--readings",
+            run.readings,
+            "source of readings, a line with re,im or a level for each row: - for stdin, a file or "
+            "named pipe, or exec:COMMAND, which gets row,x,y,z,seconds on its stdin for each row")
         ->capture_default_str();
-    command.add_option("--out", arguments.out, "file of readings (readings.csv), which goes on");
-    command.add_option("--settle", run.settle_s, "s from when a row sounds until it is read")
+    command.add_option("--out",
+                       arguments.out,
+                       "file for the readings (readings.csv); an existing one is continued");
+    command.add_option("--settle", run.settle_s, "delay between playing a row and reading it, s")
         ->transform(in("s"))
         ->check(CLI::Range(0.0, 60.0))
         ->capture_default_str();
-    command.add_option("--integrate", run.integrate_s, "s that the instrument takes for a reading")
+    command
+        .add_option(
+            "--integrate", run.integrate_s, "time that the instrument takes for a reading, s")
         ->transform(in("s"))
         ->check(CLI::Range(0.0, 60.0))
         ->capture_default_str();
-    command.add_option("--patience", run.patience_s, "s that a row may take at most")
+    command.add_option("--patience", run.patience_s, "timeout for a row, s")
         ->transform(in("s"))
         ->check(CLI::Range(0.01, 86400.0))
         ->capture_default_str();
@@ -366,11 +371,11 @@ void addRunning(CLI::App& command, TuneArguments& arguments)
         ->check(CLI::NonNegativeNumber);
     command.add_flag("--free-running",
                      run.isFreeRunning,
-                     "the instrument writes by its own clock: lines from before are dropped");
+                     "the instrument writes by its own clock: drops lines from before a row");
     command.add_flag(
-        "--all-places", run.goesToAllPlaces, "goes on to the next place without a stop");
-    command.add_flag("--anew", run.begins, "reads the place that isn't complete from its start");
-    command.add_flag("--quiet", run.isQuiet, "no progress");
+        "--all-places", run.goesToAllPlaces, "continues with the next place without a stop");
+    command.add_flag("--anew", run.begins, "reads an incomplete place from its start");
+    command.add_flag("--quiet", run.isQuiet, "doesn't print progress");
 }
 
 void addFitting(CLI::App& command, TuneArguments& arguments)
@@ -379,21 +384,25 @@ void addFitting(CLI::App& command, TuneArguments& arguments)
     addPlan(command, arguments);
     addArray(command, arguments, "as for the plan");
     command.add_option("--readings", arguments.readings, "the readings")->capture_default_str();
-    command.add_option("--out", arguments.out, "array file (tuned.json)");
+    command.add_option("--out", arguments.out, "array file to write (tuned.json)");
     command.add_option(
-        "--picture", arguments.picture, "picture: .svg, .png or .pdf (beside it, .svg)");
+        "--picture",
+        arguments.picture,
+        "picture to write: .svg, .png or .pdf (default: beside the array file, .svg)");
     command
-        .add_option("--search", fit.prior.search_m, "m that the microphone may be off its place")
+        .add_option("--search", fit.prior.search_m, "largest error of the microphone's place, m")
         ->transform(in("m"))
         ->check(CLI::Range(0.0, 0.05))
         ->capture_default_str();
     command.add_option("--temperature", fit.prior.temperature_C, "C, of the air")
         ->check(CLI::Range(-40.0, 60.0))
         ->capture_default_str();
-    command.add_option("--temperature-error", fit.prior.temperatureError_C, "K that it may be off")
+    command
+        .add_option(
+            "--temperature-error", fit.prior.temperatureError_C, "error of that temperature, K")
         ->check(CLI::Range(0.0, 50.0))
         ->capture_default_str();
-    command.add_option("--dead", fit.deadGain, "gain below which a transducer is dead")
+    command.add_option("--dead", fit.deadGain, "gain below which a transducer counts as dead")
         ->check(CLI::Range(0.01, 0.5))
         ->capture_default_str();
     command.add_option("--clip", fit.clip, "level at which the microphone clips; 0: not known")
@@ -411,45 +420,48 @@ void addRehearsing(CLI::App& command, TuneArguments& arguments)
 {
     haptics::RehearsalOptions& hidden = arguments.rehearsal;
     addPlan(command, arguments);
-    addArray(command, arguments, "as for the plan; of the method focus: the one before tuning");
-    command.add_option("--tuned", arguments.tuned, "of the method focus: the tuned array");
-    command.add_flag("--serve", arguments.serves, "answers rows on stdin, for exec:");
+    addArray(command, arguments, "the plan's array; for the method focus the array before tuning");
+    command.add_option("--tuned", arguments.tuned, "the tuned array, for the method focus");
+    command.add_flag("--serve", arguments.serves, "answers requests on stdin, for exec:");
     command.add_option("--truth", arguments.truth, "writes the hidden array to this file");
-    command.add_option("--seed", hidden.seed, "of chance")->capture_default_str();
-    command.add_option("--detuning", hidden.detuning_Hz, "Hz, rms")->capture_default_str();
+    command.add_option("--seed", hidden.seed, "random seed")->capture_default_str();
+    command.add_option("--detuning", hidden.detuning_Hz, "detuning, Hz rms")->capture_default_str();
     command.add_option("--reversed", hidden.reversed, "share of reversed transducers")
         ->capture_default_str();
-    command.add_option("--dead", hidden.dead, "share of dead ones")->capture_default_str();
-    command.add_option("--gain-spread", hidden.gainSpread, "of gains, besides")
+    command.add_option("--dead", hidden.dead, "share of dead transducers")->capture_default_str();
+    command.add_option("--gain-spread", hidden.gainSpread, "spread of gains, apart from detuning")
         ->capture_default_str();
-    command.add_option("--place-error", hidden.placeError_m, "m, rms")
+    command
+        .add_option("--place-error", hidden.placeError_m, "error of the microphone's place, m rms")
         ->transform(in("m"))
         ->capture_default_str();
     command.add_option("--temperature", hidden.temperature_C, "C, of the air")
         ->capture_default_str();
-    command.add_option("--noise", hidden.noise_dB, "dB beside one transducer")
+    command.add_option("--noise", hidden.noise_dB, "noise relative to one transducer, dB")
         ->capture_default_str();
-    command.add_option("--reflections", hidden.reflections_dB, "dB beside what comes straight")
+    command
+        .add_option(
+            "--reflections", hidden.reflections_dB, "reflections relative to direct sound, dB")
         ->capture_default_str();
     command.add_option("--clip", hidden.clip, "Pa at which the microphone clips; 0: never")
         ->capture_default_str();
-    command.add_option("--sensitivity", hidden.sensitivity, "of the microphone, units/Pa")
+    command
+        .add_option("--sensitivity", hidden.sensitivity, "sensitivity of the microphone, units/Pa")
         ->capture_default_str();
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     device::registerRehearsedAutd3();
     TuneArguments arguments;
-    CLI::App app(
-        "Finds the phase and gain of each transducer of an array with one microphone: plan, "
-        "run, fit; then plan --method focus, run, check. rehearse answers for a simulated "
-        "instrument with hidden errors.\n"
-        "Exit codes: 0 done, 1 more to do (the same command goes on), 2 wrong input, 3 the "
-        "device failed, 4 refused, over 100 called wrongly.",
-        "midair-tune");
+    CLI::App app("Finds the phase and gain of each transducer of an array with one microphone.\n"
+                 "Example: midair-tune plan --mic 0 0 0.15; midair-tune run --device usb: "
+                 "--readings -; midair-tune fit\n"
+                 "Then plan --method focus, run and check test the result. rehearse simulates an "
+                 "instrument with hidden errors.\n"
+                 "Exit code: 0 done, 1 more to do (run: repeat the command to continue) or refused "
+                 "(fit, check), 2 wrong input, 3 the device failed.",
+                 "midair-tune");
     app.require_subcommand(1);
     int (*chosen)(const TuneArguments&) = nullptr;
     const auto command = [&](const char* name,
@@ -461,18 +473,19 @@ int main(int argc, char** argv)
         add(*sub, arguments);
         sub->callback([&chosen, run] { chosen = run; });
     };
-    command("plan", "writes what is to be played", addPlanning, planTuning);
-    command("run", "plays it and takes the readings", addRunning, runTuning);
-    command("fit", "makes an array file of the readings", addFitting, fitArray);
+    command("plan", "writes the plan of rows to play", addPlanning, planTuning);
+    command("run", "plays the plan and takes the readings", addRunning, runTuning);
+    command("fit", "computes the array file from the readings", addFitting, fitArray);
     command("check",
-            "compares foci of the tuned array with what they should be",
+            "compares foci of the tuned array with their predicted levels",
             addChecking,
             checkArray);
     command("rehearse",
             "prints readings of a simulated array with hidden errors",
             addRehearsing,
             rehearse);
-    CLI11_PARSE(app, argc, argv);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
     catchStopSignals();
     std::signal(SIGPIPE, SIG_IGN);
     try
@@ -482,11 +495,21 @@ int main(int argc, char** argv)
     catch (const device::DeviceError& error)
     {
         std::cerr << "midair-tune: " << error.what() << "\n";
-        return DEVICE_FAILED;
+        return EXIT_DEVICE;
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
     }
     catch (const std::exception& error)
     {
-        std::cerr << "midair-tune: " << error.what() << "\n";
-        return WRONG_INPUT;
+        std::fprintf(stderr, "midair-tune: %s\n", error.what());
+        return midair::samples::EXIT_WRONG;
     }
 }

@@ -114,10 +114,12 @@ void printSolvers(const Arguments& arguments)
 int main(int argc, char** argv)
 {
     Arguments arguments;
-    CLI::App app("Times the certificate, and tells how far every solver's field is from the bound.",
-                 "midair-certificate-bench");
+    CLI::App app(
+        "Times the certificate, and prints how far every solver's field is from the bound.",
+        "midair-certificate-bench");
     app.add_option("--n", arguments.sizes, "Numbers of control points")->capture_default_str();
-    app.add_option("--radius", arguments.radius_m, "Of the sphere, metres")->capture_default_str();
+    app.add_option("--radius", arguments.radius_m, "Radius of the sphere, metres")
+        ->capture_default_str();
     app.add_option("--repeats", arguments.repeats, "Certificates, of which times are medians")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

@@ -241,8 +241,8 @@ bool race(const Scene& scene, const GaussNewtonTuning& tuning, Tally& own, Tally
 
 int main(int argc, char** argv)
 {
-    CLI::App app("Varies each constant of the production solver and prints what it costs. A "
-                 "constant that changes no field of a scene has no line for it.");
+    CLI::App app("Varies each constant of the production solver and prints the effect. A constant "
+                 "that changes no field of a scene is not listed for it.");
     std::string only;
     app.add_option("--only", only, "the constant to vary; all without it");
     CLI11_PARSE(app, argc, argv);

@@ -123,7 +123,7 @@ void begin(const Scene& scene, int solves, SolverOptions options)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Fields for points that stand nearer than a wavelength (octagonal prism)"};
+    CLI::App app{"Fields for points closer than a wavelength (octagonal prism)"};
     int updates = 300, solves = 20;
     std::string only;
     app.add_option("--updates", updates, "updates of a moving scene")

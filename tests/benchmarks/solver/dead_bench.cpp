@@ -59,11 +59,11 @@ private:
 int main(int argc, char** argv)
 {
     int points = 100, updates = 200;
-    CLI::App app("Times an update of the octagon with a share of its transducers dead, against the "
-                 "whole octagon.",
+    CLI::App app("Compares update times of the octagon with some dead transducers to those of the "
+                 "intact octagon.",
                  "midair-dead-bench");
     app.add_option("--n", points, "Number of control points")->check(CLI::Range(1, 1000));
-    app.add_option("--updates", updates, "Updates of each")->check(CLI::Range(10, 100000));
+    app.add_option("--updates", updates, "Updates per array")->check(CLI::Range(10, 100000));
     CLI11_PARSE(app, argc, argv);
     const TransducerArray whole = TransducerArray::octagonalPrism();
     std::printf("%d points, updates after a move of 1 mm, one thread; ms (over the octagon's)\n"

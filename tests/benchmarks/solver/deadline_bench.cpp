@@ -70,7 +70,8 @@ void race(int n, double deadline_ms, bool warm, int solves, const TransducerArra
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"How well deadlines are kept (octagonal prism; kept: within 20 % or 0.1 ms)"};
+    CLI::App app{
+        "Measures how well solves meet deadlines (octagonal prism; met: within 20 % or 0.1 ms)"};
     int solves = 200;
     app.add_option("--solves", solves, "solves of each kind")
         ->check(CLI::Range(20, 1000000))

@@ -126,10 +126,9 @@ void printArray(const Scene& scene, int draws)
 int main(int argc, char** argv)
 {
     Arguments arguments;
-    CLI::App app(
-        "Solves for points on a sphere in the octagonal array with the model as it is, and "
-        "tells what the played field is worth where array and air differ from it.",
-        "midair-uncertainty-bench");
+    CLI::App app("Solves for points on a sphere in the octagonal array with the nominal model, and "
+                 "prints the quality of the played field when array and air deviate from it.",
+                 "midair-uncertainty-bench");
     app.add_option("--n", arguments.points, "Number of control points")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

@@ -66,17 +66,18 @@ TEST(PlayingDevice, plays_a_truncated_file_to_its_last_whole_field_and_says_so)
     bytes.resize(bytes.size() - 3);
     writeBytes(file, bytes);
     std::string status;
+    DeviceReport report;
     {
         const auto device = openDevice("play:" + file + "?speed=10&to=record:" + copy, {4, {}});
         waitForEnd(*device);
         status = device->status();
+        report = device->report();
     }
+    EXPECT_NE(report.state, DeviceState::LOST);
+    EXPECT_EQ(report.faults, 0U);
     EXPECT_EQ(entriesOf(copy).size(), 9U + 1);
-    const std::size_t offset =
-        bytes.size() - 18; // the last record has 21 bytes, of which three are gone
-    EXPECT_NE(status.find("the file breaks off at byte " + std::to_string(offset) + " of " +
-                          std::to_string(bytes.size()) + ", after 9 whole fields"),
-              std::string::npos)
+    EXPECT_NE(status.find("9 fields; ended without its last mark; of one more there are 18 bytes"),
+              std::string::npos) // it has 21
         << status;
 }
 
@@ -122,14 +123,13 @@ TEST(PlayingDevice, names_what_is_wrong)
     EXPECT_EQ(openError("play:" + file + "?to=null:"),
               "recording \"" + file + "\": was made for 5 transducers, but the array has 4");
     writeBytes(file, recording::Writer(4).header(0)); // from here on it's what follows the file
-    EXPECT_EQ(openError("play:" + file),
-              "device \"play:" + file + "\": say on which device: \"play:FILE?to=usb:\"");
-    const std::string noPoints = "\": max-pressure can't be held: a recording has no control "
-                                 "points. It holds what was capped "
-                                 "when it was recorded; max-amplitude caps it again";
+    EXPECT_NE(openError("play:" + file).find("play:FILE?to=usb:"), std::string::npos);
     for (const std::string options : {"?max-pressure=500&to=null:", "?to=null:?max-pressure=500"})
-        EXPECT_EQ(openError("play:" + file + options),
-                  "device \"play:" + file + options + noPoints);
+    {
+        const std::string error = openError("play:" + file + options);
+        EXPECT_EQ(error.find("device \"play:" + file + options + "\": max-pressure "), 0U) << error;
+        EXPECT_NE(error.find("max-amplitude"), std::string::npos) << error;
+    }
     EXPECT_EQ(openError("play:" + file + "?to=nil:").substr(0, 29),
               "device \"nil:\": unknown kind \"");
 }

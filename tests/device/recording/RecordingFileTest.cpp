@@ -39,11 +39,9 @@ TEST(RecordingFile, keeps_a_file_that_is_not_a_recording)
     for (const auto& bytes : {kLetter, std::vector<std::uint8_t>{'M'}})
     {
         writeBytes(file, bytes);
-        EXPECT_EQ(openError("record:" + file),
-                  "recording \"" + file +
-                      "\": is there and isn't a recording (it doesn't start with MIDAIRF), so it "
-                      "stays as it is; choose another name, or say record:" +
-                      file + "?overwrite=yes");
+        const std::string error = openError("record:" + file);
+        EXPECT_EQ(error.find("recording \"" + file + "\": "), 0U) << error;
+        EXPECT_NE(error.find("record:" + file + "?overwrite=yes"), std::string::npos) << error;
         EXPECT_EQ(readBytes(file), bytes);
     }
     EXPECT_EQ(openError("record:" + file + "?overwrite=yes"), "no error");
@@ -65,24 +63,22 @@ TEST(RecordingFile, is_never_written_through_a_link)
 {
     const std::string file = temporaryFile("target");
     const std::string link = temporaryFile("link");
-    const std::string why =
-        "recording \"" + link +
-        "\": is a link, and nothing is written through one; name the file itself";
+    const std::string why = "recording \"" + link + "\": is a link";
+    const auto begin = [](const std::string& error, const std::string& of)
+    { return error.substr(0, of.size()); };
     std::filesystem::create_symlink(file, link);
-    EXPECT_EQ(openError("record:" + link), why) << "to nothing";
+    EXPECT_EQ(begin(openError("record:" + link), why), why) << "to nothing";
     EXPECT_FALSE(std::filesystem::exists(file));
     for (const auto& bytes : {kLetter, oneField()})
     {
         writeBytes(file, bytes);
-        EXPECT_EQ(openError("record:" + link + "?overwrite=yes"), why);
+        EXPECT_EQ(begin(openError("record:" + link + "?overwrite=yes"), why), why);
         EXPECT_EQ(readBytes(file), bytes);
     }
     std::filesystem::remove(link);
     std::filesystem::create_hard_link(file, link);
-    EXPECT_EQ(openError("record:" + link + "?overwrite=yes"),
-              "recording \"" + link +
-                  "\": has 2 names (hard links), and what is written here would be in all of them; "
-                  "choose another name");
+    const std::string several = "recording \"" + link + "\": has 2 names (hard links)";
+    EXPECT_EQ(begin(openError("record:" + link + "?overwrite=yes"), several), several);
     EXPECT_EQ(readBytes(file), oneField());
     std::filesystem::remove(link);
 }

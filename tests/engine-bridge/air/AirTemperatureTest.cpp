@@ -115,8 +115,8 @@ TEST(AirTemperature, BadReadingsAreToldOnceAndTheLastGoodOneStays)
     AirTemperature& air = of.air;
     air.follow(bad("\"nan\" is no reading"), 0.0, kSet_C);
     EXPECT_EQ(of.told(),
-              "temperature source \"\": \"nan\" is no reading; until there is one the temperature "
-              "that is set is used\n");
+              "temperature source \"\": \"nan\" is no reading; until then the setting temperature "
+              "is used\n");
     for (int k = 1; k < 40; ++k)
         air.follow(reading(21.0), 0.25 * k, kSet_C);
     EXPECT_NEAR(air.follow(bad("\"999\" is no reading"), 10.0, kSet_C), 21.0, 0.05);
@@ -161,7 +161,7 @@ TEST(AirTemperature, LinesThatAreReadings)
         EXPECT_EQ(temperatureOf(line, problem), std::nullopt) << line;
         EXPECT_EQ(problem,
                   std::string("\"") + line +
-                      "\" is no reading, should be a number from -40 to 60 C");
+                      "\" is not a reading, should be a number from -40 to 60 C");
     }
     temperatureOf("\x1b[31m" + std::string(100, 'x'), problem);
     EXPECT_EQ(problem.find('\x1b'), std::string::npos);

@@ -97,7 +97,7 @@ TEST(TemperatureSource, APipeIsReadAsItIsWritten)
     const std::string noise(1000, '9');
     std::ofstream(path) << noise << "\nwarm\n" << std::flush;
     EXPECT_EQ(until(clock, source, [](const auto& news) { return news.bad == 2; }).problem,
-              "\"warm\" is no reading, should be a number from -40 to 60 C");
+              "\"warm\" is not a reading, should be a number from -40 to 60 C");
     std::filesystem::remove(path);
 }
 

@@ -277,9 +277,8 @@ TEST(Calibration, CollinearPointsAreRefused)
     const CalibrationReport report = calibrate(pairs);
     EXPECT_FALSE(report.usable);
     EXPECT_EQ(textOf(report, Problem::COLLINEAR),
-              "the points lie on one line, so the turn about it is open; take 12 or more that are "
-              "not in one "
-              "plane");
+              "the points lie on one line, so the rotation about it is undetermined; take 12 or "
+              "more that are not in one plane");
 }
 
 TEST(Calibration, TooFewPairsAreRefusedAndFewAreWarnedOf)
@@ -289,8 +288,8 @@ TEST(Calibration, TooFewPairsAreRefusedAndFewAreWarnedOf)
     EXPECT_FALSE(none.usable);
     EXPECT_EQ(none.text(),
               "not calibrated: 0 of 0 point pairs\n"
-              "warning: 0 point pairs; three are the least, 12 or more that are not in one plane "
-              "are right\n");
+              "warning: 0 point pairs; take at least three, better 12 or more that are not in one "
+              "plane\n");
     const CalibrationReport few = calibrate(simulation.pairs(simulation.motion(), 6, 1e-3));
     EXPECT_TRUE(few.usable);
     EXPECT_EQ(textOf(few, Problem::FEW_POINTS),

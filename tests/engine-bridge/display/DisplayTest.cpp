@@ -94,7 +94,21 @@ TEST(DisplayFile, SaysWhatIsWrong)
         errorOf(replaced("[0.3, -0.4, 0], [0.3, -0.1, 0.3]", "[0.3, -0.1, 0.3], [0.3, -0.4, 0]")),
         "a: optics[0] outline_m isn't convex: its corners must go around, with no dent");
     EXPECT_EQ(errorOf(replaced("\"ipd_m\"", "\"ipd\"")),
-              "a: has the unknown key 'ipd'; known are about, screen, optics, eye, ipd_m, stereo");
+              "a: has the unknown key 'ipd'; known are about, screen, optics, eye, ipd_m, stereo, "
+              "accuracy_mm, accuracy_deg");
+}
+
+TEST(DisplayFile, MaySayHowAccurateItIs)
+{
+    EXPECT_FALSE(readDisplay(kMirror, "a").accuracy_m);
+    EXPECT_TRUE(readDisplay(kMirror, "a").isIpdGiven);
+    const Display display = readDisplay(
+        replaced("\"ipd_m\": 0.062", "\"accuracy_mm\": 1.5, \"accuracy_deg\": 0.5"), "a");
+    EXPECT_FALSE(display.isIpdGiven);
+    EXPECT_EQ(display.accuracy_m, 1.5e-3);
+    EXPECT_NEAR(*display.accuracy_rad, 0.0087266, 1e-6);
+    EXPECT_EQ(errorOf(replaced("\"ipd_m\": 0.062", "\"accuracy_mm\": -1")),
+              "a: accuracy_mm is -1; it must be 0 .. 1000 mm");
 }
 
 TEST(DisplayFile, SaysWhichCornersAreSwapped)

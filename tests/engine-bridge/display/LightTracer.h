@@ -54,6 +54,14 @@ public:
     /// which the eye sees that pixel is searched for, beginning with that of the place.
     double missOf(const V& eye, const V& place, const Eigen::Vector2d& pixelSeen) const
     {
+        const auto aim = aimAt(eye, place, pixelSeen);
+        if (!aim) return INFINITY;
+        return (place - eye).cross((*aim - eye).normalized()).norm();
+    }
+
+    /// Returns a place in the direction in which \a eye sees that pixel; \a place is one near it.
+    std::optional<V> aimAt(const V& eye, const V& place, const Eigen::Vector2d& pixelSeen) const
+    {
         V aim = place;
         const V z = (place - eye).normalized();
         const V x = z.unitOrthogonal();
@@ -64,14 +72,13 @@ public:
             const auto now = pixel(eye, aim);
             const auto dx = pixel(eye, aim + kStep_m * x);
             const auto dy = pixel(eye, aim + kStep_m * y);
-            if (!now || !dx || !dy) return INFINITY;
+            if (!now || !dx || !dy) return {};
             Eigen::Matrix2d slope;
             slope << (*dx - *now) / kStep_m, (*dy - *now) / kStep_m;
             const Eigen::Vector2d step = slope.inverse() * (pixelSeen - *now);
             aim += step.x() * x + step.y() * y;
         }
-        const V way = (aim - eye).normalized();
-        return (place - eye).cross(way).norm();
+        return aim;
     }
 
 private:

@@ -88,11 +88,13 @@ TEST(HeadSource, WhatIsNoKindIsRefusedByName)
 {
     EXPECT_EQ(openingError("fixd 0 0 1"),
               "head source \"fixd 0 0 1\" is not known (did you mean fixed?); fixed X Y Z, "
-              "recorded:FILE, recorded:FILE?loop, openxr: and osc: are");
+              "recorded:FILE, recorded:FILE?loop, tag:FILE, openxr: and osc: are");
     EXPECT_NE(openingError("opnxr:", {"mouse:"}).find("(did you mean openxr?)"), std::string::npos);
-    EXPECT_NE(openingError("telepathy:", {"mouse:"}).find(" mouse:, openxr: and osc: are"),
-              std::string::npos);
-    EXPECT_EQ(openingError("tag:"), "head source \"tag:\": this build has no AprilTag");
+    EXPECT_NE(
+        openingError("telepathy:", {"mouse:"}).find(" mouse:, tag:FILE, openxr: and osc: are"),
+        std::string::npos);
+    EXPECT_EQ(openingError("tag:"),
+              "head source \"tag:\": should be tag:FILE, where FILE describes camera and tags");
     EXPECT_NE(openingError("fixed:0 0 1"), "");
     for (const char* text : {"fixed 0 0", "fixed 0 0 nan", "fixed 0 0 1 2", "fixed 0 0 1001"})
         EXPECT_EQ(openingError(text),
@@ -100,7 +102,7 @@ TEST(HeadSource, WhatIsNoKindIsRefusedByName)
                       "\": should be fixed X Y Z: the midpoint between the eyes in the scene's "
                       "world, metres, each within 1000");
     EXPECT_NE(openingError("openxr:?spice=1"), "");
-    EXPECT_NE(openingError("openxr:?process=helper").find("gives hands alone"), std::string::npos);
+    EXPECT_NE(openingError("openxr:?process=helper").find("process=helper"), std::string::npos);
     EXPECT_NE(openingError("osc:?port=0"), "");
     EXPECT_FALSE(openHead(""));
     EXPECT_FALSE(openHead("none"));

@@ -107,8 +107,7 @@ TEST(HeadTracker, ALostHeadKeepsItsLastPlaceAndSaysSo)
     ASSERT_TRUE(of.tracker.lastPlace());
     EXPECT_NEAR(of.tracker.lastPlace()->translation().x(), 0.1, 1e-9);
     EXPECT_TRUE(tells(of.tracker.troubles(),
-                      "the head is lost: it counts as being where it was seen last, for the ear "
-                      "limit as well"));
+                      "the head is lost: its last position is used, also for the ear limit"));
     of.tracker.setSource(nullptr);
     EXPECT_FALSE(of.tracker.lastPlace()) << "of a source that is gone";
     EXPECT_TRUE(of.tracker.troubles().empty());
@@ -163,7 +162,7 @@ TEST(HeadTracker, TheTrackerIsAskedForThatTime)
     Followed of;
     of.tracker.setPrediction(PredictionMethod::TRACKER, 0.02);
     of.go(0.1);
-    EXPECT_TRUE(tells(of.tracker.troubles(), "the head source tells no head of a later time"));
+    EXPECT_TRUE(tells(of.tracker.troubles(), "doesn't predict the head"));
     Followed later;
     later.source->tellsLater = true;
     later.tracker.setPrediction(PredictionMethod::TRACKER, 0.02);

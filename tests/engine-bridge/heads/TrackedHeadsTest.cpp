@@ -120,8 +120,8 @@ TEST_F(OpenXrHeads, AreThoseOfNowWhereTheRuntimeTellsNoLaterOnes)
     ASSERT_TRUE(headComes());
     ASSERT_EQ(said.size(), 1u);
     EXPECT_EQ(said[0],
-              "openxr: Fake XR 1.2.3 tells no head of a later time (XR_ERROR_TIME_INVALID): it is "
-              "that of now. prediction=kalman predicts it");
+              "openxr: Fake XR 1.2.3 doesn't predict the head (XR_ERROR_TIME_INVALID): its present "
+              "pose is used. prediction=kalman predicts it");
 }
 
 TEST_F(OpenXrHeads, AreLostWhileTheRuntimeRefusesThem)

@@ -69,6 +69,7 @@ void expectSilenced(const HologramResult& result)
     EXPECT_EQ(result.report().loudness, 0.0);
     EXPECT_EQ(result.played().cwiseAbs().maxCoeff(), 0.0f);
     EXPECT_EQ(result.achieved_Pa.maxCoeff(), 0.0f);
+    EXPECT_EQ(result.fingertip.force_N, 0.0);
 }
 
 /// The pressure that a message of silence names.
@@ -98,6 +99,12 @@ TEST(CappedPipeline, ARelativeFieldIsScaledDownAsAWhole)
     EXPECT_NEAR(result->report().level_Pa,
                 loud->report().level_Pa * result->report().capFactor,
                 0.01 * cap_Pa);
+    const double share = result->report().level_Pa / loud->report().level_Pa;
+    EXPECT_GT(loud->fingertip.force_N, 0.0);
+    EXPECT_NEAR(result->fingertip.force_N,
+                share * share * loud->fingertip.force_N,
+                0.02 * loud->fingertip.force_N)
+        << "of what is played, caps included";
     EXPECT_LT(result->report().rms, 0.01) << "the shape is kept";
     EXPECT_EQ(result->counters.capped, 1u);
     EXPECT_FALSE(result->isSilenced());
@@ -119,6 +126,38 @@ TEST(CappedPipeline, AbsoluteTargetsOverTheCapDontGetThere)
     EXPECT_LT(result->report().capFactor, 0.4);
     EXPECT_EQ(result->report().shortPoints, result->points.size());
     EXPECT_NEAR(result->report().worstShortfall, 1.0 - 400.0 / 1500.0, 0.03);
+}
+
+// Which cap, by which setting, and what asks for too much.
+TEST(CappedPipeline, NamesTheCapAndWhatAsksForTooMuch)
+{
+    const auto told = [](const HologramOptions& options, const SceneSnapshot& snapshot)
+    {
+        HologramPipeline pipeline(options);
+        const auto result = pipeline.process(snapshot);
+        for (const base::Message& one : result->told)
+            if (one.code == base::MessageCode::CAP_PRESSURE ||
+                one.code == base::MessageCode::CAP_EARS)
+                return one.text;
+        return std::string();
+    };
+    SceneSnapshot two = squareOf(1500.0);
+    two.objects.push_back(squareSnapshot(0.08).objects[0]);
+    two.objects[1].id = 2;
+    two.objects[1].path = "Scene/Meek";
+    two.objects[1].properties = two.objects[0].properties;
+    two.objects[1].properties.pressure = 450.0;
+    EXPECT_EQ(told(cappedOptions(400.0), two),
+              "the field is held down to the cap of 400 Pa at any control point, by MaxPressure: "
+              "Scene/Square wants 1.5 kPa, by its pressure");
+    EXPECT_EQ(told(cappedOptions(0.0, "sim:?max-pressure=350"), squareOf(800.0)),
+              "the field is held down to the cap of 350 Pa at any control point, by max-pressure "
+              "of the device: Scene/Square wants 800 Pa, by its pressure");
+    HologramOptions eared = cappedOptions(1e6);
+    eared.earLimit = 125.0;
+    EXPECT_EQ(told(eared, squareOf(3000.0)),
+              "the field is held down to the ear limit of 125 dB: Scene/Square wants 3 kPa, by "
+              "its pressure");
 }
 
 TEST(CappedPipeline, TheStricterCapCounts)
@@ -158,11 +197,12 @@ TEST(CappedPipeline, SilentWhereTheLevelsCantKeepToTheCap)
     EXPECT_TRUE(result->playing) << "nothing is what is to be played";
     ASSERT_EQ(result->messages.size(), 1u);
     EXPECT_EQ(result->messages.back(), result->report().message);
-    EXPECT_EQ(result->messages.back().rfind(
-                  "silent: the array's levels can't keep to the cap of 20 Pa at any control point; "
-                  "one transducer alone at its lowest level, 1 of full drive, gives up to ",
-                  0),
-              0u)
+    EXPECT_EQ(
+        result->messages.back().rfind(
+            "silent: the array's levels are too coarse for the cap of 20 Pa at any control point; "
+            "one transducer alone at its lowest level, 1 of full drive, gives up to ",
+            0),
+        0u)
         << result->messages.back();
     EXPECT_EQ(pipeline.process(snapshot), result) << "and not solved again and again";
     // What moves is silenced again, for another pressure; that is told once.

@@ -126,6 +126,9 @@ TEST(ContactPipeline, AnObjectOfContactsIsSilentUntilItIsTouched)
     const double rhoCC_Pa = 1.204 * 343.2 * 343.2, wanted_Pa = std::sqrt(rhoCC_Pa * 0.015 / 22e-6);
     EXPECT_NEAR(touched->achieved_Pa.cast<double>().norm(), wanted_Pa, 0.02 * wanted_Pa);
     EXPECT_LT(touched->report().rms, 0.02);
+    EXPECT_GT(touched->fingertip.force_N, 5e-3);
+    EXPECT_LT(touched->fingertip.force_N, 30e-3) << "of foci that sound one at a time: 15 mN";
+    EXPECT_EQ(touched->fingertip.how, haptics::PlayedAs::CIRCLING);
     for (Eigen::Index l = 0; l < touched->points.positions.cols(); ++l)
         EXPECT_NEAR(
             (touched->points.positions.col(l) - Vector3d(0, 0, 8e-3 - kDeep)).norm(), 8e-3, 1e-3);
@@ -171,6 +174,98 @@ TEST(ContactPipeline, AWholeObjectBesideKeepsItsPressure)
         0.3);
     EXPECT_EQ(alone->points.size(), ofOther);
     EXPECT_NEAR(alone->achieved_Pa.mean(), 500.0, 5.0);
+}
+
+// The whole has a ratio for its target, 1, and hundreds of Pa: no error of its is one of contacts.
+TEST(ContactPipeline, FiguresOfContactsAreNotThoseOfWholeObjects)
+{
+    SceneSnapshot snapshot = touching(kDeep);
+    HapticObject other =
+        bridge::test::object(bridge::test::sheet(10), 2, Eigen::Isometry3d::Identity());
+    other.pose.translation() = Vector3d(0.0, 0.0, -0.06);
+    other.properties.render = Render::OBJECT;
+    snapshot.objects.push_back(other);
+    HologramPipeline pipeline(contactOptions());
+    const auto result = after(pipeline, snapshot, 0.3);
+    ASSERT_TRUE(result->touched);
+    ASSERT_GT(result->points.size(), 10);
+    double foci = 0.0, squares = 0.0, worst = 0.0;
+    for (Eigen::Index l = 0; l < result->points.size(); ++l)
+    {
+        if (result->points.object[static_cast<std::size_t>(l)] == 1) continue;
+        const double wanted_Pa = result->points.targets[l];
+        ASSERT_GT(wanted_Pa, 1000.0);
+        const double error = result->achieved_Pa[l] / wanted_Pa - 1.0;
+        ++foci;
+        squares += error * error;
+        worst = std::max(worst, std::fabs(error));
+    }
+    ASSERT_GT(foci, 0.0);
+    EXPECT_NEAR(result->report().rms, std::sqrt(squares / foci), 1e-5);
+    EXPECT_NEAR(result->report().max, worst, 1e-5);
+}
+
+// From the first moment of a touch on: 8e13 % was told. A focus that wants 1 % of what the whole
+// object gets, which it fades into, has 100 times as much.
+TEST(ContactPipeline, NoErrorOfContactsIsBeyondAllMeasure)
+{
+    for (const Render render : {Render::CONTACT, Render::AUTO})
+    {
+        HologramPipeline pipeline(contactOptions(render));
+        after(pipeline, touching(kNoHand), 0.05);
+        double most = 0.0;
+        const auto look = [&](const HologramResult& result) {
+            most = std::max({most, result.report().rms, result.report().max});
+        };
+        for (const double depth_m : {1e-8, 2e-6, kDeep, -1e-3, kNoHand})
+            run(pipeline, touching(depth_m), 0.15, look);
+        EXPECT_LT(most, 200.0) << static_cast<int>(render);
+    }
+}
+
+// A ring that wants 11 kPa and a button that wants 1.8 kPa, beside each other under a cap.
+TEST(ContactPipeline, AGreedyContactDoesNotWeakenTheOthers)
+{
+    SceneSnapshot snapshot = touching(kDeep, -0.03);
+    snapshot.objects.clear();
+    for (const std::uint64_t id : {1, 2})
+    {
+        HapticObject& made =
+            snapshot.objects.emplace_back(bridge::test::object(bridge::test::sheet(10), id));
+        made.pose.translation().x() = id == 1 ? -0.03 : 0.03;
+        made.path = id == 1 ? "Scene/Ring" : "Scene/Button";
+        made.properties.material.stiffness_N_m = 1000.0;
+        made.properties.material.mostForce_N = id == 1 ? 0.02 : 5e-4;
+    }
+    const Vector3d place(0.03, 0.0, 8e-3 - kDeep);
+    bridge::test::addBone(snapshot.hands.hands[0], MIDDLE_TIP, place, place);
+    HologramOptions options = contactOptions();
+    options.maxPressure = 3000.0;
+    HologramPipeline pipeline(options);
+    const auto result = after(pipeline, snapshot, 0.3);
+    ASSERT_TRUE(result->touched);
+    double ring_Pa = 0.0, button_Pa = 0.0, wanted_Pa = 0.0;
+    for (Eigen::Index l = 0; l < result->points.size(); ++l)
+    {
+        const bool isRing = result->points.object[static_cast<std::size_t>(l)] == 0;
+        double& most_Pa = isRing ? ring_Pa : button_Pa;
+        most_Pa = std::max(most_Pa, static_cast<double>(result->achieved_Pa[l]));
+        if (!isRing) wanted_Pa = std::max<double>(wanted_Pa, result->points.targets[l]);
+    }
+    ASSERT_GT(wanted_Pa, 500.0);
+    EXPECT_LE(ring_Pa, 3000.0 * (1.0 + 1e-5));
+    EXPECT_GT(ring_Pa, 2700.0);
+    EXPECT_GT(button_Pa, 0.9 * wanted_Pa);
+    const auto& told = result->told;
+    const auto cap = std::find_if(told.begin(),
+                                  told.end(),
+                                  [](const base::Message& one)
+                                  { return one.code == base::MessageCode::CAP_PRESSURE; });
+    ASSERT_NE(cap, told.end());
+    EXPECT_NE(cap->text.find("Scene/Ring wants "), std::string::npos) << cap->text;
+    EXPECT_NE(cap->text.find("contactForce"), std::string::npos) << cap->text;
+    EXPECT_NE(cap->text.find("3000 Pa (MaxPressure)"), std::string::npos) << cap->text;
+    EXPECT_EQ(cap->text.find("Button"), std::string::npos) << cap->text;
 }
 
 TEST(ContactPipeline, AutoPlaysTheWholeWhereNoHandIsKnown)

@@ -191,11 +191,12 @@ TEST(EarLimit, ALimitThatNoLevelKeepsSilencesAndSaysWhatWould)
     EXPECT_TRUE(result->isSilenced());
     EXPECT_EQ(result->played().norm(), 0.0f);
     ASSERT_FALSE(result->messages.empty());
-    EXPECT_EQ(result->messages.back().rfind(
-                  "silent: the array's levels can't keep to the ear limit of 40 dB; one transducer "
-                  "alone at its lowest level, 1 of full drive, gives up to ",
-                  0),
-              0u)
+    EXPECT_EQ(
+        result->messages.back().rfind(
+            "silent: the array's levels are too coarse for the ear limit of 40 dB; one transducer "
+            "alone at its lowest level, 1 of full drive, gives up to ",
+            0),
+        0u)
         << result->messages.back();
     const std::string& told = result->messages.back();
     options.earLimit = std::stod(told.substr(told.find("gives up to ") + 12)) + 0.1;

@@ -182,12 +182,12 @@ TEST(FieldsInTurn, AnObjectsOwnModulationIsPlayed)
     snapshot.objects[0].properties.modulationDepth = 0.5;
     pipeline.process(snapshot);
     EXPECT_EQ(pipeline.messages().back(),
-              "Scene/Other: is modulated at 50 Hz as Scene/Square is, not at 100 Hz: the array "
+              "Scene/Other: is modulated at 50 Hz like Scene/Square, not at 100 Hz: the array "
               "plays one field at a time");
     snapshot.objects[1].properties.modulationFrequency_Hz = 50.0000001;
     pipeline.process(snapshot);
     EXPECT_EQ(pipeline.messages().back(),
-              "Scene/Other: is modulated at 50 Hz as Scene/Square is, not at 50.0000001 Hz: the "
+              "Scene/Other: is modulated at 50 Hz like Scene/Square, not at 50.0000001 Hz: the "
               "array plays one field at a time");
 }
 

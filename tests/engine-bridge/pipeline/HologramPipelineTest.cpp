@@ -302,7 +302,7 @@ TEST(HologramPipeline, ARecordingIsNoDeviceForAScene)
         ASSERT_EQ(result->messages.size(), 1u);
         EXPECT_EQ(result->messages[0],
                   "device \"" + uri +
-                      "\": a recording takes no fields of a scene; play it with midair-device "
+                      "\": a recording can't play a scene; play it with midair-device "
                       "play FILE");
     }
 }

@@ -287,7 +287,7 @@ TEST(HologramLimits, WhatIsAskedForBeyondThemIsSaidAndNotDone)
               "maxPoints is 1000000; the control points of a field of this array are at most 5000");
     EXPECT_EQ(said[2], "subsets is 64; with a cycle of 64 it is at most 4");
     EXPECT_EQ(said[3], "cycleSteps is 16; with a cycle of 64 it is at most 3");
-    EXPECT_EQ(said[4], "monitorInterval is 1e-09; a field is looked at every 0.05 s at most");
+    EXPECT_EQ(said[4], "monitorInterval is 1e-09; fields are checked every 0.05 s at most");
 }
 
 TEST(HologramLimits, ObjectsBeyondTheSamplesOfASceneAreLeftOutByName)

@@ -3,6 +3,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/player/SceneOptions.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
@@ -327,4 +328,60 @@ TEST(SceneOptions, ContactsOfLostHandsGoOnForAsLongAsTheSettingSays)
         EXPECT_EQ(contacts.shares.hold_s, hold_s);
         EXPECT_TRUE(contacts.isValid());
     }
+}
+
+namespace
+{
+
+/// Moves the square at 0.3 m/s in frames of 60 Hz whose light is seen 30 ms before they come.
+/// Returns how far ahead of the last frame it is played.
+double playedAhead_m(Played& of)
+{
+    constexpr int kFrames = 8;
+    const double start_s =
+        midair::base::steadySeconds() - kFrames / 60.0; // however slow the machine is
+    double x_m = 0.0;
+    for (int i = 0; i < kFrames; ++i)
+    {
+        x_m = 0.3 * i / 60.0;
+        of.player.refresh();
+        of.player.snapshot() = squareSnapshot(x_m);
+        of.player.snapshot().time_s = start_s + i / 60.0;
+        of.player.snapshot().simulationTime_s = i / 60.0;
+        of.player.setDisplayTime(of.player.snapshot().time_s - 0.03);
+        of.player.play(Eigen::Isometry3d::Identity());
+        EXPECT_EQ(of.player.awaitField(60.0), "");
+    }
+    const std::lock_guard<std::mutex> lock(of.log->mutex);
+    const auto x = of.log->points.positions.row(0); // those inside aren't symmetrical
+    return 0.5 * (x.minCoeff() + x.maxCoeff()) - x_m;
+}
+
+} // namespace
+
+TEST(ScenePlayer, MovingObjectsArePlayedWhereTheyAreSeenWhenTheSoundArrives)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    EXPECT_GT(playedAhead_m(of), 0.3 * 0.0305); // and the way through the air
+    of.settings.extrapolate = false;
+    of.configure();
+    EXPECT_NEAR(playedAhead_m(of), 0.0, 1e-6);
+}
+
+TEST(ScenePlayer, WhatHasMovedIsHandedOverUntilItRests)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    for (int i = 1; i < 5; ++i)
+        EXPECT_TRUE(of.frame(0.001 * i));
+    EXPECT_TRUE(of.frame(0.004)) << "it isn't known to rest yet";
+    EXPECT_TRUE(eventually([&] { return !of.frame(0.004); }));
+    of.settings.extrapolate = false;
+    of.configure();
+    for (int i = 1; i < 5; ++i)
+        EXPECT_TRUE(of.frame(0.001 * i));
+    EXPECT_FALSE(of.frame(0.004));
 }

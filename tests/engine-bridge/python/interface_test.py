@@ -372,8 +372,9 @@ class CtrlC(unittest.TestCase):
         scene["solver"] = "never"
         scene.play("sim:")
         scene.update(0.0)
-        threading.Thread(target=lambda: (begun.wait(60), os.kill(os.getpid(), signal.SIGINT))).start()
+        presses = threading.Thread(target=lambda: (begun.wait(60), os.kill(os.getpid(), signal.SIGINT)))
         with self.assertRaises(KeyboardInterrupt):
+            presses.start()  # here, as the solver may be at work already
             scene.wait_field(3600)
         scene.close()
 

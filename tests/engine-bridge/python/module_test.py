@@ -80,6 +80,22 @@ class EveryDay(unittest.TestCase):
         with self.assertRaises(midair.Error):
             scene.wait_field(1e6)
 
+    def test_how_far_the_seen_is_from_the_felt_is_told(self):
+        scene, _ = focus()
+        self.assertEqual(len(scene.coincidence), 0)
+        with self.assertRaises(midair.Error):
+            scene.set_display("no such file")
+        scene["extrapolate"] = False
+        scene["airError"] = "1 C"
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: len(scene.coincidence) == 1))
+        told = scene.coincidence[0]
+        self.assertEqual(told["state"].tolist(), [2, 0, 0, 0, 1, 1, 2, 0])
+        self.assertEqual(told["unknown"], b"no display is known")
+        self.assertEqual(told["largest"], b"air")
+        self.assertGreater(told["median_m"][4], 0.0)
+        scene.stop()
+
     def test_a_head_is_set_and_listened_at(self):
         scene, _ = focus()
         self.assertIsNone(scene.head)
@@ -201,6 +217,9 @@ class Bytes(unittest.TestCase):
     def test_one_field(self):
         field = self.compare("")
         self.assertGreater(field.figures["level_Pa"], 1000)
+        self.assertGreater(field.figures["fingertipForce_N"], 1e-4)
+        self.assertIn(field.feeling, ("faint", "clear", "strong"))
+        self.assertEqual(self.compare("--feel-threshold 1", [("feelThreshold", "1 N")]).feeling, "too weak to feel")
 
     def test_settings_and_properties(self):
         self.compare("--sampling vertices --max-pressure 300", [("maxPressure", "300 Pa")], [("sampling", "vertices")])

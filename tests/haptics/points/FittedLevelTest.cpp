@@ -34,5 +34,17 @@ TEST(FittedLevel, DoesNotDependOnTheUnitOfTheTargets)
                      relativeErrors(kReached, kWanted, 2.8).rms);
 }
 
+// A point that wants next to nothing, as where a contact begins, and gets 3 Pa.
+TEST(FittedLevel, ErrorsOfWhatWantsNextToNothingAreOfTheLargest)
+{
+    const Eigen::Vector3d wanted(600.0, 4e-10, 6.1), reached(660.0, 3.0, 12.2);
+    const RelativeErrors errors = relativeErrors(reached, wanted, 1.0);
+    EXPECT_DOUBLE_EQ(errors.max, 1.0) << "a target of 1 % has its own error";
+    const double rms = std::sqrt((0.01 + 25e-6 + 1.0) / 3.0);
+    EXPECT_NEAR(errors.rms, rms, 1e-6);
+    EXPECT_NEAR(relativeErrors(reached.head(2), wanted.head(2), 1.0).max, 0.1, 1e-9);
+    EXPECT_NEAR(errors.maxOfLargest, 0.1, 1e-9);
+}
+
 } // namespace
 } // namespace midair::haptics

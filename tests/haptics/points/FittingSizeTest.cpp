@@ -71,6 +71,14 @@ TEST(FittingSize, ARoomyCubeIsTheLargestThatFits)
     }
 }
 
+// What is larger has more points, each of them weaker.
+TEST(FittingSize, TheProposedOneIsFeltBest)
+{
+    EXPECT_EQ(proposedSize_m(0.2), 0.08);
+    EXPECT_EQ(proposedSize_m(0.05), 0.05) << "never more than fits";
+    EXPECT_EQ(proposedSize_m(0.0), 0.0);
+}
+
 TEST(FittingSize, IsNoneWhereNothingFits)
 {
     EXPECT_EQ(fitting(TransducerArray::octagonalPrism(), 1.0, 1e-5, 1), 0.0);

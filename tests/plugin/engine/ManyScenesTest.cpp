@@ -94,7 +94,7 @@ TEST(ManyScenes, ThoseThatDoNotPlayAreToldByNameOnce)
     for (int i = 0; i < 20; ++i)
     {
         const std::string name = "the HapticScene \"scene " + std::to_string(i) + "\"";
-        const std::string what = name + " is not played: 16 scenes of this program play already";
+        const std::string what = name + " is not played: ";
         const HapticStatistics statistics = many.scenes[i]->getStatistics();
         const bool plays = playing.count(i) > 0;
         EXPECT_EQ(says(*many.scenes[i], what), !plays) << i;

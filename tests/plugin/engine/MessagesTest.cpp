@@ -191,10 +191,8 @@ TEST(Messages, HandsThatThrowLeaveNoUpdateOfBodies)
     const osg::ref_ptr<HandBodies> alone = new HandBodies(world, source.get());
     alone->update(0.0);
     alone->update(0.1);
-    EXPECT_EQ(notices.text(),
-              "osgMidair: the hand source of a HandBodies has thrown what is no std::exception: "
-              "there are no hands while it does\n")
-        << "once";
+    EXPECT_EQ(notices.text().find("osgMidair: the hand source of a HandBodies has thrown "), 0U);
+    EXPECT_EQ(notices.text().find('\n'), notices.text().size() - 1) << "once";
     BoxScene box;
     box.scene->setHandSource(source);
     const osg::ref_ptr<HandBodies> bodies = new HandBodies(world, box.scene.get());
@@ -287,11 +285,8 @@ TEST(Messages, ACallbackThatIsNeverCalledSaysSo)
         viewer.advance();
         viewer.updateTraversal(); // no events
     }
-    EXPECT_EQ(toldBy(callback->getStatistics()),
-              std::vector<std::string>{"viewer.silent | the HapticCallback plays nothing: its node "
-                                       "is in no scene that is shown, or the viewer's "
-                                       "eventTraversal() is not called; without that, add it as an "
-                                       "update callback"});
+    ASSERT_EQ(toldBy(callback->getStatistics()).size(), 1U);
+    EXPECT_EQ(toldBy(callback->getStatistics()).front().find("viewer.silent | "), 0U);
     viewer.eventTraversal();
     EXPECT_TRUE(toldBy(callback->getStatistics()).empty());
 }
@@ -327,7 +322,8 @@ TEST(Messages, AStepThatIsNoneIsToldAndNotTaken)
     const osg::ref_ptr<HandBodies> bodies = new HandBodies(world, box.scene.get(), -1.0);
     HeadlessViewer viewer(box.scene);
     viewer.frames(2);
-    EXPECT_EQ(toldBy(box.scene->getStatistics()),
-              std::vector<std::string>{"settings.invalid | a HandBodies has steps of -1 s, should "
-                                       "be 0 or more; 1/240 s is used"});
+    ASSERT_EQ(toldBy(box.scene->getStatistics()).size(), 1U);
+    const std::string told = toldBy(box.scene->getStatistics()).front();
+    EXPECT_EQ(told.find("settings.invalid | "), 0U) << told;
+    EXPECT_NE(told.find(" HandBodies is -1 s"), std::string::npos) << told;
 }

@@ -148,6 +148,31 @@ TEST(SceneKeys, EachKeyBringsInItsOwnPart)
     }
 }
 
+/// Takes frames for itself, as osgviewer's recorder of camera paths does.
+class TakesFrames : public osgGA::GUIEventHandler
+{
+public:
+    using osgGA::GUIEventHandler::handle;
+    bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& /*action*/) override
+    {
+        return event.getEventType() == osgGA::GUIEventAdapter::FRAME;
+    }
+};
+
+TEST(SceneKeys, AHandThatFollowsTheMouseIsShownFromTheFirstFramesOn)
+{
+    ::setenv("OSG_MIDAIR_HANDS", "mouse:", 1);
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    viewer.viewer.addEventHandler(new TakesFrames);
+    viewer.frames(3);
+    ::unsetenv("OSG_MIDAIR_HANDS");
+    HapticOverlays* overlays = overlaysBelow(*box.scene);
+    ASSERT_NE(overlays, nullptr);
+    EXPECT_TRUE(overlays->isShown("hands"));
+    EXPECT_TRUE(overlays->isShown("contacts"));
+}
+
 TEST(SceneKeys, MutingWhileADeviceRecordsKeepsTheRecording)
 {
     const std::string file = ::testing::TempDir() + "/muted.rec";

@@ -39,6 +39,7 @@ class Played:
         Recorder.field = b""
         Recorder.is_lost = False
         self.scene = midair.Scene(array)
+        self.scene["feelThreshold"] = 1e-6
         self.box = self.scene.add_mesh(CORNERS.astype(float), TRIANGLES)
         self.box["touchEvents"] = "true"
         self.hand_m = 0.0
@@ -61,6 +62,7 @@ class Played:
     def seen(self):
         state = self.scene.state
         print("waiting", state["waiting"])
+        print("sent", state["sent"])
         print("state", STATES.index(state["state"]))
         print("field", Recorder.field.hex())
         for touch in self.scene.touches:

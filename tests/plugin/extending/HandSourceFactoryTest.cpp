@@ -59,11 +59,12 @@ TEST_F(HandSourceFactoryTest, ANameHasOneMeaning)
     EXPECT_FALSE(registerHandSource("openxr", make, error));
     EXPECT_EQ(error, "the name \"openxr\" is taken");
     EXPECT_FALSE(registerHandSource("My glove", make, error));
-    EXPECT_EQ(error,
-              "\"My glove\" is no name of a hand source; it must have 1 to 32 small letters, "
-              "digits and dashes");
+    EXPECT_EQ(
+        error,
+        "\"My glove\" is not a valid name of a hand source; it must have 1 to 32 small letters, "
+        "digits and dashes");
     EXPECT_FALSE(registerHandSource("other", {}, error));
-    EXPECT_EQ(error, "the hand source \"other\" has nothing that makes it");
+    EXPECT_EQ(error, "the hand source \"other\" was registered without a factory");
 }
 
 TEST_F(HandSourceFactoryTest, ASceneFindsItByName)

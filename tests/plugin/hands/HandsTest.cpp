@@ -353,7 +353,8 @@ TEST(MouseHand, FingerFollowsTheMouseInItsPlane)
     const osg::Vec3d tip = hands[0].joints[10].position;
     EXPECT_LT((tip - osg::Vec3d(0.067, 0.0, 0.15 + 0.0335)).length(), 1e-4);
     // Fingers point away from the viewer: the wrist is nearer to it.
-    EXPECT_LT(hands[0].joints[1].position.y(), -0.1);
+    EXPECT_LT(hands[0].joints[1].position.y(), -0.08);
+    EXPECT_GT(hands[0].joints[1].position.x(), tip.x() + 0.05) << "at the right, not before it";
     event->setEventType(osgGA::GUIEventAdapter::KEYDOWN);
     event->setKey('t');
     mouse->handle(*event, viewer.viewer);

@@ -175,11 +175,10 @@ TEST(HandsPrediction, ASourceThatCantPredictIsToldOnceAndHandsStay)
     box.scene->setPrediction(HapticSettings::TRACKER);
     box.frames(10);
     EXPECT_NEAR(box.ahead_m(), 0.0, 1e-12);
-    EXPECT_EQ(
-        box.told(),
-        std::vector<std::string>{
-            "prediction is left to the tracker, and the hand source tells no hands of a later "
-            "time: they are felt late. prediction=kalman predicts them"});
+    EXPECT_EQ(box.told(),
+              std::vector<std::string>{
+                  "prediction is left to the tracker, but the hand source doesn't predict hands: "
+                  "they are felt late. prediction=kalman predicts them"});
 }
 
 TEST(HandsPrediction, InjectedHandsGrowOld)

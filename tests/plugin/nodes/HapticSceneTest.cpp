@@ -37,6 +37,40 @@ TEST(HapticScene, PlaysByItselfInAViewer)
     EXPECT_LT((middle(box) - Eigen::Vector3d(0.0, 0.0, 0.15)).norm(), 2e-3);
     EXPECT_GT(box.result()->achieved_Pa.maxCoeff(), 0.0f);
     EXPECT_EQ(SceneAccess::engine(*box.scene).array()->size(), 249);
+    const HapticStatistics now = box.scene->getStatistics();
+    const auto field = box.scene->getField();
+    ASSERT_TRUE(field);
+    EXPECT_GT(now.fingertipForce_N, 0.0);
+    EXPECT_FALSE(now.feeling.empty());
+    EXPECT_EQ(now.figures.back(),
+              std::make_pair(std::string("fingertipForce_N"), now.fingertipForce_N));
+    double most_N = 0.0;
+    for (const HapticField::ControlPoint& point : field->getPoints())
+        most_N = std::max(most_N, field->getFingertipForce(point.position, point.normal));
+    EXPECT_LE(now.fingertipForce_N, 1.001 * most_N);
+    EXPECT_GE(now.fingertipForce_N, 0.7 * most_N);
+}
+
+// The threshold is one's own: nobody feels less than 1 N.
+TEST(HapticScene, TellsOfAFieldThatNobodyFeels)
+{
+    BoxScene box;
+    box.scene->setFeelThreshold(1.0);
+    HeadlessViewer viewer(box.scene);
+    const auto isTold = [&]
+    {
+        const auto active = box.scene->getActiveMessages();
+        return std::any_of(active.begin(),
+                           active.end(),
+                           [](const HapticMessage& one) { return one.code == "field.faint"; });
+    };
+    ASSERT_TRUE(viewer.framesUntil(isTold));
+    EXPECT_EQ(box.scene->getStatistics().feeling, "too weak to feel");
+    const auto& point = box.scene->getField()->getPoints().front();
+    EXPECT_EQ(box.scene->getField()->getFeeling(point.position, point.normal), "too weak to feel");
+    box.scene->setFeelThreshold(1e-6);
+    ASSERT_TRUE(viewer.framesUntil([&] { return !isTold(); }));
+    EXPECT_EQ(box.scene->getStatistics().feeling, "strong");
 }
 
 TEST(HapticScene, ASceneInWhichNothingMovesCostsNoSolves)

@@ -40,8 +40,7 @@ TEST(Rehearsal, TellsNamesThatAreNone)
     box.scene->setRehearsed(true);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-    EXPECT_TRUE(
-        says(*box.scene, "device \"smi:\": unknown kind \"smi:\"; sim: plays in its place"));
+    EXPECT_TRUE(says(*box.scene, "device \"smi:\": unknown kind \"smi:\""));
     EXPECT_TRUE(says(*box.scene, "hand source \"recroded:hand.csv\" is not known"));
     EXPECT_EQ(box.scene->getStatistics().told.size(), 2U);
 }

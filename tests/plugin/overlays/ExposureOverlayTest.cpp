@@ -27,6 +27,15 @@ std::shared_ptr<bridge::HologramResult> playing(const haptics::TransducerArray& 
     return result;
 }
 
+/// Looks from a place.
+class EyeVisitor : public osg::NodeVisitor
+{
+public:
+    osg::Vec3 getEyePoint() const override { return eye; }
+
+    osg::Vec3 eye;
+};
+
 /// Triangles of the map, lines, and labels with a text.
 struct Drawn
 {
@@ -79,6 +88,32 @@ TEST(ExposureOverlay, MapsTheLevelAroundTheArray)
     EXPECT_EQ(drawn(*overlay).faces, 0u);
     EXPECT_EQ(drawn(*overlay).lines, 0u);
     EXPECT_EQ(drawn(*overlay).labels, 0u);
+}
+
+TEST(ExposureOverlay, NoLabelStandsBeforeWhatIsFelt)
+{
+    const auto array =
+        std::make_shared<const haptics::TransducerArray>(haptics::TransducerArray::singleBoard());
+    const auto field = playing(*array, 1.0F);
+    osg::ref_ptr<ExposureOverlay> overlay = new ExposureOverlay;
+    OverlayPart::of(*overlay).setArray(array, haptics::Medium());
+    OverlayPart::of(*overlay).setResult(field);
+    ASSERT_TRUE(overlay->waitFor(30.0));
+    osg::Drawable& loudest = *overlay->getChild(2)->asGeode()->getDrawable(0);
+    const auto isDrawn = [&](const osg::Vec3d& eye)
+    {
+        EyeVisitor visitor;
+        visitor.eye = eye;
+        return !loudest.getCullCallback()->asDrawableCullCallback()->cull(
+            &visitor, &loudest, static_cast<osg::State*>(nullptr));
+    };
+    const osg::Vec3d place = overlay->getPlace();
+    EXPECT_TRUE(isDrawn(place * 3.0)) << "nothing is felt";
+    field->points.positions = Eigen::Vector3d(place.x(), place.y(), place.z()) * 0.4;
+    OverlayPart::of(*overlay).setResult(field);
+    EXPECT_FALSE(isDrawn(place * 3.0)) << "before it";
+    EXPECT_FALSE(isDrawn(-place)) << "behind it";
+    EXPECT_TRUE(isDrawn({2.0, 0.0, 0.0})) << "beside it";
 }
 
 TEST(ExposureOverlay, IsHiddenUntilItIsAskedFor)

@@ -64,15 +64,16 @@ public:
         viewer.getEventQueue()->keyPress(key);
         frame();
     }
-    /// Number of pixels in the upper or the lower half of a picture that are not white.
-    int drawn(bool upper)
+    /// Number of pixels in the upper or the lower half of a picture, from \a column on, that are
+    /// not white.
+    int drawn(bool upper, int column = 0)
     {
         frame();
         _grabber->request();
         frame();
         int count = 0;
         for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
+            for (int x = column; x < kWidth; ++x)
                 if ((y >= kHeight / 2) == upper && _grabber->image()->data(x, y)[1] < 250) ++count;
         return count;
     }
@@ -120,6 +121,7 @@ TEST(Hud, CappedIsSaidWithTheFigures)
     view.overlays->setShown("figures", true);
     EXPECT_GT(view.drawn(true), kWidth * kHeight / 40);
     EXPECT_GT(view.drawn(false), kWidth * kHeight / 40);
+    EXPECT_EQ(view.drawn(true, kWidth / 2), 0) << "beside what is touched, not over it";
 }
 
 TEST(Hud, PlainOnesDrawNothingButMuted)
@@ -154,5 +156,39 @@ TEST(Hud, KeysAreListedAtTheStartAndAfterOneOfThem)
     EXPECT_EQ(view.drawn(true), 0);
     view.overlays->get<Hud>()->setKeyTime(0.0);
     view.press(Keys::KEY_F10);
+    EXPECT_EQ(view.drawn(true), 0);
+}
+
+// The list that F7 shows for a while is the same one.
+TEST(Hud, F1KeepsTheKeysThatAnotherKeyHasListed)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    view.overlays->get<Hud>()->setKeyTime(8.0);
+    view.press(Keys::KEY_F10);
+    view.press(Keys::KEY_F1);
+    EXPECT_GT(view.drawn(true), 2000);
+    view.wait(1e3);
+    EXPECT_GT(view.drawn(true), 2000);
+    view.press(Keys::KEY_F1);
+    EXPECT_EQ(view.drawn(true), 0);
+}
+
+TEST(Hud, F1ListsTheKeysUntilItIsPressedAgain)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    view.press(Keys::KEY_F1);
+    EXPECT_GT(view.drawn(true), 2000);
+    view.wait(1e3);
+    const int listed = view.drawn(true);
+    EXPECT_GT(listed, 2000);
+    // The camera looks away from all of it.
+    for (const char* each : {"points", "slice", "array", "workspace"})
+        view.overlays->setShown(each, true);
+    EXPECT_GT(view.drawn(true), listed) << "what isn't in sight says so";
+    view.press(Keys::KEY_F1);
     EXPECT_EQ(view.drawn(true), 0);
 }

@@ -7,6 +7,7 @@
 #include <osg/Geometry>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
+#include <osgText/Text>
 
 #include <gtest/gtest.h>
 
@@ -39,6 +40,11 @@ TEST(AxesOverlay, DrawsEachAxisFromTheOriginOnceItIsAskedFor)
     EXPECT_FALSE(axes->isShown()) << "it stands before what is felt";
     EXPECT_TRUE(overlays->setShown("axes", true));
     EXPECT_TRUE(overlays->setNumber("axesLength", 0.125));
+    const auto* name = dynamic_cast<const osgText::Text*>(axes->getChild(0));
+    ASSERT_TRUE(name);
+    EXPECT_EQ(name->getCharacterSizeMode(),
+              osgText::TextBase::OBJECT_COORDS_WITH_MAXIMUM_SCREEN_SIZE_CAPPED_BY_FONT_HEIGHT)
+        << "never the largest text";
     const osg::Geometry* lines = axes->getChild(3)->asGeometry();
     ASSERT_TRUE(lines);
     const auto& ends = static_cast<const osg::Vec3Array&>(*lines->getVertexArray());

@@ -62,7 +62,7 @@ osg::ref_ptr<osgText::Text> text()
 }
 
 using Texts = std::vector<std::string>;
-const std::string kNothing = "object.invalid: has nothing to be felt: what is below it ";
+const std::string kNothing = "object.invalid: is not played: each node below it ";
 
 } // namespace
 
@@ -96,8 +96,9 @@ TEST(WhyUnfelt, NamesEachCauseAsWhatItIs)
         group->addChild(inner);
     }
     EXPECT_EQ(toldOf(group),
-              Texts{kNothing + "is marked itself (HapticSurface 'handle' and 1 more); it can't be "
-                               "felt"});
+              Texts{kNothing +
+                    "has its own haptic tags (HapticSurface 'handle' and 1 more); it can't be "
+                    "felt"});
 }
 
 TEST(WhyUnfelt, NamesWhatHidesItAndThatItIsFeltWhenShown)
@@ -107,7 +108,7 @@ TEST(WhyUnfelt, NamesWhatHidesItAndThatItIsFeltWhenShown)
     doors->addChild(BoxScene::box(), false);
     doors->addChild(text(), false);
     Told told(doors);
-    const Texts wanted = {"object.hidden: has nothing to be felt: what is below it is hidden "
+    const Texts wanted = {"object.hidden: is not played: each node below it is hidden "
                           "(Switch 'doors'); it is felt once it is shown"};
     EXPECT_EQ(told.messages(), wanted);
     doors->setValue(0, true);
@@ -122,7 +123,7 @@ TEST(WhyUnfelt, NamesWhatHidesItAndThatItIsFeltWhenShown)
     box->setName("lid");
     box->setNodeMask(0);
     EXPECT_EQ(toldOf(box),
-              Texts{"object.hidden: has nothing to be felt: what is below it is hidden "
+              Texts{"object.hidden: is not played: each node below it is hidden "
                     "(ShapeDrawable 'lid'); it is felt once it is shown"});
 }
 
@@ -141,10 +142,9 @@ TEST(WhyUnfelt, AnObstacleSaysItOnceToo)
     ASSERT_EQ(told.size(), 1U);
     EXPECT_EQ(told[0].code, "obstacle.invalid");
     EXPECT_EQ(told[0].count, 1U);
-    EXPECT_EQ(
-        told[0].text,
-        "HapticScene/Switch 'arm': has nothing to be felt: what is below it is hidden (Switch "
-        "'arm'); it is no obstacle");
+    EXPECT_EQ(told[0].text,
+              "HapticScene/Switch 'arm': is not played: each node below it is hidden (Switch "
+              "'arm'); it is no obstacle");
 }
 
 TEST(WhyUnfelt, PointsSayItOnce)

@@ -96,6 +96,12 @@ inline HapticSettings unusualSettings()
     s.weak = "3:0.5";
     s.temperatureSource = "room/thermometer.txt";
     s.contactHold = 0.25;
+    s.extrapolate = false;
+    s.displayLatency = 0.0625;
+    s.headError = 0.0078125;
+    s.arrayError = 0.00390625;
+    s.airError = 1.5;
+    s.feelThreshold = 0.00390625;
     return s;
 }
 
@@ -204,6 +210,12 @@ inline void expectUnusual(const HapticSettings& s)
     expectNear(s.contactStep, wanted.contactStep);
     EXPECT_EQ(s.contactFoci, wanted.contactFoci);
     EXPECT_EQ(s.contactHold, wanted.contactHold);
+    EXPECT_EQ(s.extrapolate, wanted.extrapolate);
+    expectNear(s.displayLatency, wanted.displayLatency);
+    expectNear(s.headError, wanted.headError);
+    expectNear(s.arrayError, wanted.arrayError);
+    expectNear(s.airError, wanted.airError);
+    expectNear(s.feelThreshold, wanted.feelThreshold);
     EXPECT_EQ(s.contactMask, wanted.contactMask);
     expectNear(s.trackerError, wanted.trackerError);
     EXPECT_EQ(s.dead, wanted.dead);

@@ -89,8 +89,9 @@ TEST(UnclearText, InTheNameOfAVariableSilences)
     std::vector<std::string> errors;
     Environment::restrict(Environment::replace(HapticSettings(), errors));
     unsetenv("OSG_MIDAIR_SOLVR");
-    EXPECT_EQ(errors,
-              std::vector<std::string>{"OSG_MIDAIR_SOLVR is no variable (did you mean SOLVER?)"});
+    EXPECT_EQ(
+        errors,
+        std::vector<std::string>{"OSG_MIDAIR_SOLVR is an unknown variable (did you mean SOLVER?)"});
 }
 
 TEST(UnclearText, EachVariableThatTheHelpListsIsOne)
@@ -108,7 +109,7 @@ TEST(UnclearText, EachVariableThatTheHelpListsIsOne)
         Environment::restrict(Environment::replace(HapticSettings(), errors));
         if (!wasThere) unsetenv(name.c_str());
         for (const std::string& error : errors)
-            EXPECT_EQ(error.find("is no variable"), std::string::npos) << error;
+            EXPECT_EQ(error.find("is an unknown variable"), std::string::npos) << error;
     }
     EXPECT_GE(listed, 23);
 }
@@ -256,4 +257,13 @@ TEST(Assignments, NumbersHaveUnits)
     EXPECT_EQ(place[2], 0.2);
     for (const char* wrong : {"0 0", "0 0 0 0", "0 0 1 s", "cm 0 0 1", "0 cm 0 1", "1,2,3"})
         EXPECT_FALSE(parseNumbers(wrong, place, 3, "m")) << wrong;
+}
+
+TEST(UnclearText, AWrongUnitOfAPressureIsAnsweredWithTheRightOne)
+{
+    osgMidair::HapticProperty property;
+    std::string error;
+    EXPECT_FALSE(property.set("pressure", "4000 Pascal", error));
+    EXPECT_NE(error.find("4000 Pa;"), std::string::npos) << error;
+    EXPECT_EQ(property.whySilenced, std::vector<std::string>{error});
 }

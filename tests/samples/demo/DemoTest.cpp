@@ -1,3 +1,4 @@
+#include "haptics/probe/Feeling.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/settings/AllSettings.h"
 #include "samples/demo/DemoScene.h"
@@ -55,6 +56,23 @@ public:
 
 } // namespace
 
+// osgviewer shows a model as large as it is in its file.
+TEST(Demo, SaysWhereItShowsAModelInAnotherSizeThanAViewer)
+{
+    const Folder out("size");
+    std::filesystem::create_directories(out.path);
+    const std::string model = out.path + "/square.obj";
+    std::ofstream(model) << "v 0 0 0\nv 2.5 0 0\nv 0 1 0\nf 1 2 3\n";
+    const std::string run = "--headless --frames 1 --overlays none --out '" + out.path + "' ";
+    const std::string scaled = demo(run + model).output;
+    EXPECT_NE(scaled.find("size        0.12 m; 2.5 "), std::string::npos) << scaled;
+    EXPECT_NE(scaled.find("osgviewer " + model + ".haptic -O size=0.12\n"), std::string::npos)
+        << scaled;
+    EXPECT_NE(scaled.find("y is up in OBJ files"), std::string::npos) << scaled;
+    const std::string whole = demo(run + "--size 2.5 " + model).output;
+    EXPECT_EQ(whole.find("size        "), std::string::npos) << whole;
+}
+
 TEST(Demo, WritesPicturesReportAndSummary)
 {
     const Folder out("star");
@@ -102,6 +120,40 @@ TEST(Demo, WritesPicturesReportAndSummary)
         EXPECT_EQ(picture.at("fieldFrame"), picture.at("frame"));
         EXPECT_LT(picture.at("peakToPoint_mm").get<double>(), 4.3); // half a wavelength
     }
+}
+
+TEST(Demo, SaysTheForceAsAllOthersDo)
+{
+    const Folder out("force");
+    const Outcome run = demo("--headless --frames 6 --width 240 --height 160 --sampling vertices "
+                             "--overlays none --out '" +
+                             out.path + "'");
+    ASSERT_EQ(run.status, 0) << run.output;
+    std::ifstream file(out.path + "/report.json");
+    const nlohmann::json report = nlohmann::json::parse(file);
+    const double force_N = report.at("fingertipForce_N");
+    EXPECT_NE(run.output.find("\nfeeling     " + midair::haptics::forceText(force_N) + " on"),
+              std::string::npos)
+        << force_N << " N\n"
+        << run.output;
+}
+
+// Nobody touches the contacts.
+TEST(Demo, HasNoFiguresOfNothing)
+{
+    const Folder out("nothing");
+    const Outcome run = demo("--headless --frames 6 --width 240 --height 160 --sampling vertices "
+                             "--render contact --overlays none --out '" +
+                             out.path + "'");
+    ASSERT_EQ(run.status, 0) << run.output;
+    EXPECT_NE(run.output.find("\naccuracy    none"), std::string::npos) << run.output;
+    EXPECT_EQ(run.output.find("\nloudness"), std::string::npos) << run.output;
+    EXPECT_EQ(run.output.find("\nfeeling"), std::string::npos) << run.output;
+    std::ifstream file(out.path + "/report.json");
+    const nlohmann::json report = nlohmann::json::parse(file);
+    EXPECT_EQ(report.at("points"), 0);
+    EXPECT_TRUE(report.at("rms").is_null());
+    EXPECT_TRUE(report.at("loudness").is_null());
 }
 
 TEST(Demo, SaysWhatIsWrong)

@@ -224,5 +224,5 @@ TEST(Monitor, AProgramWithoutItsPageEnds)
     const Outcome open = shell("'" MIDAIR_BIN "/midair-demo' --headless --frames 1 --monitor :0 "
                                "--monitor-token-file /etc/passwd");
     EXPECT_EQ(open.code, 1);
-    EXPECT_NE(open.output.find("may be read by others"), std::string::npos) << open.output;
+    EXPECT_NE(open.output.find("chmod 600 /etc/passwd"), std::string::npos) << open.output;
 }

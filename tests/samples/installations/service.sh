@@ -49,7 +49,7 @@ ProtectSystem=no
 StateDirectory=
 Environment=STATE_DIRECTORY=/run/installation
 Environment="MIDAIR_ARGUMENTS=--headless --minutes 30 --pictures 0 --device null: --out /run/installation"
-WatchdogSec=3
+WatchdogSec=6
 RestartSec=0.2
 CONF
 cat >/etc/systemd/system/test.target <<CONF
@@ -108,7 +108,7 @@ for _ in $(seq 100); do
 done
 case $(show StatusText) in *muted*) ;; *) fail "its status isn't muted: $(show StatusText)" ;; esac
 in_there systemctl kill --signal=USR2 midair-installation@desk.service
-for _ in $(seq 50); do
+for _ in $(seq 200); do
     case $(state) in *'"muted":false'*) break ;; esac
     sleep 0.1
 done

@@ -32,7 +32,7 @@ enum Status : int
 
 constexpr std::size_t kHeaderBytes = 4;
 constexpr Time_ns kLosesId_ns = 20 * kMillisecond_ns;
-constexpr std::uint64_t kMostSeconds = UINT32_MAX; // that a clock has
+constexpr std::uint64_t kMostSeconds = UINT32_MAX; // of a clock
 constexpr int kPortUnknown = 0xFF;
 constexpr int kUpstreamPort = 0;
 constexpr std::uint8_t kReset = 0x00;
@@ -64,7 +64,8 @@ std::uint8_t EmulatedUnit::flags() const
     if (_standing.id != kNoId) flags |= 1U;
     if (_standing.isOpen) flags |= 2U;
     if (_standing.hasNext) flags |= 4U;
-    // The grandmaster follows nobody, so it is in step from SetTime on; its pulse begins later.
+    // The grandmaster follows no clock, so it is synchronised from SetTime on; its pulse begins
+    // later.
     if (_following.isLocked) flags |= 8U;
     if (_following.isLocked || (_standing.isGrandmaster && _standing.timeSetAt_ns >= 0))
         flags |= 16U;
@@ -86,7 +87,7 @@ std::vector<std::uint8_t> EmulatedUnit::info(Time_ns now_ns) const
                            0})
         writer.u8(static_cast<std::uint8_t>(byte));
     writer.u64(static_cast<std::uint64_t>(_clock.at(now_ns)));
-    writer.u32(0); // offset from the grandmaster, as it knows it
+    writer.u32(0); // offset from the grandmaster, as known to the unit
     return bytes;
 }
 
@@ -105,7 +106,7 @@ void EmulatedUnit::answerStatus(const Request& request,
     _answers.push_back(std::move(answer));
 }
 
-// To who spoke to it last, whoever sent the frame.
+// Answers the last sender, whoever sent the frame.
 void EmulatedUnit::answerFrame(std::uint8_t kind, std::uint16_t message, Time_ns now_ns)
 {
     if (_standing.id == kNoId || !_host.isKnown) return;
@@ -190,7 +191,7 @@ void EmulatedUnit::assignId(Request& request, Time_ns now_ns)
         _standing.id = id;
         _standing.isGrandmaster = role == 1;
         _standing.assignedAt_ns = now_ns;
-        _standing.losesIdAt_ns = kNever_ns; // a ResetId before is forgotten
+        _standing.losesIdAt_ns = kNever_ns; // cancels an earlier ResetId
     }
     answerStatus(request, good ? DONE : BAD_BODY, {}, now_ns);
 }
@@ -233,7 +234,7 @@ void EmulatedUnit::takeFrame(Request& request, Time_ns now_ns)
     const int received = frame.number * 256 + frame.command;
     if (received == _inbox.lastReceived)
     {
-        // One that waits, or was out of turn, gets no answer.
+        // A waiting or out-of-order frame gets no answer.
         ++_cpu.telemetry.repeats;
         const bool isReset = frame.command == kReset;
         if (_inbox.last.acknowledged == (isReset ? kNothingDone : frame.number))
@@ -256,7 +257,7 @@ void EmulatedUnit::takeFrame(Request& request, Time_ns now_ns)
     advance(now_ns);
 }
 
-// The CPU counts its own milliseconds, so what is heard late in one has that much less.
+// The CPU counts its own milliseconds, so a frame late in a millisecond has less time.
 Time_ns EmulatedUnit::failsafeAt_ns() const
 {
     if (_host.heardAt_ns < 0 || _cpu.config().failsafe_ns == 0) return kNever_ns;
@@ -293,7 +294,8 @@ void EmulatedUnit::forgetTrips(Time_ns now_ns)
     _failsafe.from_ns = now_ns;
 }
 
-// Each cause trips it once; it stays so until ReleaseFailsafe or Clear, whatever becomes of that.
+// Each cause trips it once; it stays tripped until ReleaseFailsafe or Clear, even if the cause
+// ends.
 void EmulatedUnit::trip(Time_ns now_ns)
 {
     if (!_failsafe.isHostSilent && failsafeAt_ns() <= now_ns)
@@ -341,11 +343,11 @@ void EmulatedUnit::finish(const Frame& frame)
         if (result != Result::DONE) data.clear();
         _inbox.last = {frame.number, result, std::move(data)};
         if (result != Result::DONE) ++_cpu.telemetry.errors;
-        ++_cpu.telemetry.done; // refused ones, too
+        ++_cpu.telemetry.done; // including refused ones
         tellWatch(frame, intrusions);
     }
     else
-        ++_cpu.telemetry.outOfTurn; // the answer is the last one's, with its data
+        ++_cpu.telemetry.outOfTurn; // repeats the last answer, with its data
     answerFrame(FRAME, frame.message, frame.done_ns);
 }
 
@@ -448,7 +450,7 @@ void EmulatedUnit::unlock(Time_ns now_ns)
     _cpu.followClock(_clock, now_ns);
 }
 
-// All but what it is made of, and what was counted, is as at power-up; answers on their way go on.
+// Resets all but identity and counters to power-up; answers in transit continue.
 void EmulatedUnit::reboot(Time_ns now_ns)
 {
     advance(now_ns);

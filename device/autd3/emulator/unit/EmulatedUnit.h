@@ -13,32 +13,32 @@ constexpr int kNoId = 255;
 constexpr std::size_t kUnitQueue = 7;
 constexpr std::size_t kUnitDatagramBytes = 1452;
 
-/// What a unit sends back.
+/// Answer of a unit.
 struct UnitAnswer
 {
     Time_ns at_ns = 0;
-    int id = kNoId;         ///< its id when it answers, which is its address
-    std::uint64_t peer = 0; ///< whom it answers
+    int id = kNoId;         ///< its id when answering, which determines its address
+    std::uint64_t peer = 0; ///< recipient
     std::vector<std::uint8_t> bytes;
 };
 
-/// An AUTD3 unit: datagrams in, answers out, at times that are given. As strict as the hardware is
-/// known to be; what a sender must not do is counted.
+/// An AUTD3 unit: datagrams in, answers out, at given times. As strict as the hardware is known to
+/// be; counts forbidden actions of a sender.
 class EmulatedUnit
 {
 public:
-    /// What kind of unit it is, and how fast.
+    /// Kind and speed of a unit.
     struct Options
     {
         int protocolVersion = 2;
         UnitVersion cpu;
         UnitVersion fpga;
-        Time_ns perFrame_ns = 0;   ///< >= 0; the CPU's time for a command ..
-        Time_ns perWord_ns = 0;    ///< >= 0; .. and for each 16-bit word of it
-        Time_ns boot_ns = 0;       ///< >= 0; silent for so long after a reboot; is up at first
-        std::int64_t rate_ppm = 0; ///< how fast its clock runs by itself
-        Time_ns started_ns = 0;    ///< what that reads at power-up
-        bool hasNext = false;      ///< another unit hangs behind it
+        Time_ns perFrame_ns = 0;   ///< >= 0; CPU time per command ..
+        Time_ns perWord_ns = 0;    ///< >= 0; .. and per 16-bit word of it
+        Time_ns boot_ns = 0;       ///< >= 0; silent for this time after a reboot; running initially
+        std::int64_t rate_ppm = 0; ///< rate of its free-running clock
+        Time_ns started_ns = 0;    ///< its clock's reading at power-up
+        bool hasNext = false;      ///< another unit is connected behind it
     };
 
     EmulatedUnit(int place, const Options& options, FieldWatch& watch, Time_ns now_ns);
@@ -50,7 +50,7 @@ public:
                  Time_ns now_ns);
     void advance(Time_ns now_ns);
     Time_ns nextEvent_ns() const;
-    /// Appends what it has to answer, oldest first.
+    /// Appends its answers, oldest first.
     void takeAnswers(std::vector<UnitAnswer>& answers);
 
     bool isOn(Time_ns now_ns) const { return now_ns >= _bootedAt_ns; }
@@ -66,7 +66,7 @@ public:
 
     void reboot(Time_ns now_ns);
     void tripFailsafe(Time_ns now_ns);
-    /// The next \a count commands in turn are not done and end with \a result.
+    /// Makes the next \a count commands fail with \a result.
     void failCommands(std::uint8_t result, int count);
     void setHot(bool hot) { _cpu.hot = hot; }
 
@@ -74,32 +74,36 @@ public:
     const UnitFpga& fpga() const { return _cpu.fpga(); }
     Time_ns fpgaTime(Time_ns now_ns) const { return _cpu.fpgaTime(now_ns); }
     std::vector<std::complex<float>> output(Time_ns now_ns);
-    std::uint64_t trips() const { return _counts.trips; } ///< of its failsafe; Clear forgets none
+    std::uint64_t trips() const
+    {
+        return _counts.trips;
+    } ///< of its failsafe; Clear doesn't reset
+      ///< them
     /// 70 to 78: never send them.
     std::uint64_t updateCommands() const { return _counts.updateCommands; }
 
 private:
-    /// Who it is on the cable, from AssignId until it loses its id.
+    /// Identity on the cable, from AssignId until it loses its id.
     struct Standing
     {
         int id = kNoId;
         bool isOpen = false;  ///< passes on
-        bool hasNext = false; ///< and somebody is there
+        bool hasNext = false; ///< and a unit is connected
         bool isGrandmaster = false;
         Time_ns assignedAt_ns = 0;
         Time_ns timeSetAt_ns = -1;
         Time_ns losesIdAt_ns = kNever_ns;
     };
-    /// Whether its clock follows the grandmaster's.
+    /// Synchronisation of its clock with the grandmaster's.
     struct Following
     {
         bool isLocked = false;
-        Time_ns lostAt_ns = kNever_ns; ///< a lock that it had; kNever_ns: it didn't
+        Time_ns lostAt_ns = kNever_ns; ///< time when it lost a lock; kNever_ns: no lock to lose
     };
-    /// The one that speaks to it, who is told what became of commands.
+    /// The host, which receives the results of commands.
     struct Host
     {
-        Time_ns heardAt_ns = -1; ///< the last frame or heartbeat; -1: none yet
+        Time_ns heardAt_ns = -1; ///< time of the last frame or heartbeat; -1: none yet
         std::uint64_t peer = 0;
         bool isKnown = false; ///< since it has an id
     };
@@ -112,8 +116,8 @@ private:
         Time_ns done_ns = 0;
         std::vector<std::uint8_t> payload;
     };
-    /// What became of the last command that was done in turn: all answers to frames, and to
-    /// heartbeats, have that, its data too.
+    /// Result of the last command done in sequence, with its data: all answers to frames and
+    /// heartbeats contain it.
     struct LastReply
     {
         std::uint8_t acknowledged = kNothingDone; ///< its number
@@ -122,12 +126,12 @@ private:
     };
     static constexpr std::uint8_t kNothingDone = 0xFF; ///< since Reset
     static constexpr int kNoFrame = 0xFFFF;            ///< at power-up
-    /// Frames in their order, and the reply to the last.
+    /// Frames in sequence, and the reply to the last.
     struct Inbox
     {
         std::deque<Frame> queue;
         Time_ns busyUntil_ns = 0;
-        std::uint8_t next = 0; ///< number that is due
+        std::uint8_t next = 0; ///< next expected number
         LastReply last;
         int lastReceived = kNoFrame; ///< number and command of the last frame that was queued
     };
@@ -138,19 +142,19 @@ private:
         bool isUnlockedLong = false; ///< .. and for that
         Time_ns from_ns = 0;         ///< not before
     };
-    /// So many commands are not done, and end with that.
+    /// Number of commands to fail, and their result.
     struct Failing
     {
         int commands = 0;
         std::uint8_t result = 0;
     };
-    /// Since the beginning; no reboot forgets them.
+    /// Since the beginning; reboots don't reset them.
     struct Counts
     {
         std::uint64_t updateCommands = 0;
         std::uint64_t trips = 0;
     };
-    /// A datagram that it looks at.
+    /// A datagram in process.
     struct Request
     {
         std::uint8_t kind = 0;
@@ -171,9 +175,9 @@ private:
     void setTime(Request& request, Time_ns now_ns);
     void takeFrame(Request& request, Time_ns now_ns);
     void hear(std::uint64_t peer, Time_ns now_ns);
-    void trip(Time_ns now_ns);        ///< if it is time to
+    void trip(Time_ns now_ns);        ///< if it is due
     void close(Time_ns now_ns);       ///< the gate
-    void forgetTrips(Time_ns now_ns); ///< so that a cause that lasts trips it again
+    void forgetTrips(Time_ns now_ns); ///< so that a lasting cause trips it again
     void finish(const Frame& frame);
     Result run(const Frame& frame, std::vector<std::uint8_t>& data);
     void tellWatch(const Frame& frame, std::uint64_t intrusionsBefore);

@@ -104,7 +104,7 @@ void FieldWatch::look(Time_ns at_ns)
         return;
     }
     const bool isNew = field->number != _report.lastNumber;
-    if (!_changing && isNew) begin(at_ns); // a single unit, or all the others count for nothing
+    if (!_changing && isNew) begin(at_ns); // a single unit, or all others are ignored
     if (_changing) end(at_ns);
     if (isNew && field->number > _newest)
     {
@@ -156,7 +156,7 @@ void FieldWatch::switched(int unit, Time_ns at_ns, std::uint64_t content, bool r
         look(at_ns);
         return;
     }
-    if (replays && same) return; // a switch that was taken back
+    if (replays && same) return; // a switch taken back
     if (seen.switched) lookBySwitches(at_ns, true);
     seen.switched = true;
     lookBySwitches(at_ns, false);

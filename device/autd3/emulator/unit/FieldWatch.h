@@ -10,29 +10,29 @@
 namespace midair::device::emulation
 {
 
-/// What was seen of fields on all units together.
+/// Observations of fields on all units together.
 struct FieldWatchReport
 {
     std::uint64_t whole = 0; ///< changes that all units made together
-    /// Changes that left units with different fields for longer than the tolerance; one that lasts
-    /// counts, too.
+    /// Changes that left units with different fields for longer than the tolerance, including one
+    /// that continues.
     std::uint64_t torn = 0;
     Time_ns longestTear_ns = 0;
-    Time_ns worstSkew_ns = 0;        ///< from first to last unit, of changes that were whole
-    std::uint64_t unknown = 0;       ///< changes of a unit to what nobody sent, if it is known
-    std::uint64_t lastNumber = 0;    ///< of the field that all units play, if fields are known
+    Time_ns worstSkew_ns = 0;        ///< from first to last unit, for whole changes
+    std::uint64_t unknown = 0;       ///< changes of a unit to a field that nobody sent, if known
+    std::uint64_t lastNumber = 0;    ///< of the field on all units, if fields are known
     std::uint64_t numbersPlayed = 0; ///< different ones of them
 };
 
-/// Watches what units play, and finds fields that are torn: some units play one, some another.
+/// Watches the units' fields and detects torn ones: some units play one, some another.
 ///
-/// Where it is told all fields that are sent (expect()), it compares what they play. Where not, all
-/// units must switch once within the tolerance. Units that are switched off, cleared, or closed by
-/// their failsafe or mask, count for nothing until they play again.
+/// With expect() for all sent fields, it compares what units play. Otherwise all units must switch
+/// once within the tolerance. Units that are off, cleared, or closed by failsafe or mask are
+/// ignored until they play again.
 class FieldWatch
 {
 public:
-    /// \a tolerance_ns: how long a change may take, >= 0; a period and the clocks' difference for
+    /// \a tolerance_ns: longest duration of a change, >= 0; a period and the clocks' difference for
     /// timed switches.
     FieldWatch(int units, Time_ns tolerance_ns);
 
@@ -56,13 +56,13 @@ private:
         CLEARED, ///< silent until the next field, anywhere
         OFF      ///< silent until its own
     };
-    /// A unit as it is seen.
+    /// A unit as observed.
     struct Seen
     {
         std::uint64_t content = 0;
         Light light = Light::CLEARED;
         bool closed = false;
-        bool switched = false; ///< in the change that goes on
+        bool switched = false; ///< in the present change
         bool missed = false;   ///< a change, while it was closed
 
         bool counts() const { return light == Light::LIT && !closed; }
@@ -79,7 +79,7 @@ private:
     void begin(Time_ns at_ns);
     void end(Time_ns at_ns);
     bool known(int unit, std::uint64_t content) const;
-    /// The field that all units that count play; null if they differ.
+    /// Returns the field of all counting units; null if they differ.
     const Expected* together() const;
 
     const Time_ns _tolerance_ns;

@@ -8,8 +8,8 @@ namespace midair::device::emulation
 namespace
 {
 
-constexpr int kByFields = -1; // the handler looks at what is left
-constexpr int kAny = -2;      // whatever follows is ignored
+constexpr int kByFields = -1; // the handler checks the remaining bytes
+constexpr int kAny = -2;      // additional bytes are ignored
 constexpr std::uint8_t kEmulator = 0x8C;
 constexpr std::uint8_t kBootImage = 1;
 
@@ -101,7 +101,7 @@ Result UnitCpu::nothing(Call&)
 Result UnitCpu::synchronize(Call& call)
 {
     if (!call.moment.syncRuns) return Result::NO_SYNC;
-    // The hardware takes it at the next full millisecond; nothing waits for that here.
+    // The hardware applies it at the next full millisecond; nothing here depends on that.
     _synchronized = true;
     _fpgaClock = _unitClock;
     return Result::DONE;
@@ -112,7 +112,7 @@ Result UnitCpu::clear(Call& call)
     _config = Config();
     _fan = false;
     _fpga.clear(fpgaTime(call.moment.cable_ns));
-    UnitTelemetry kept; // the FPGA counts the first
+    UnitTelemetry kept; // the FPGA has the first counter
     kept.resync = telemetry.resync;
     kept.bootFaults = telemetry.bootFaults;
     telemetry = kept;
@@ -194,7 +194,7 @@ Result UnitCpu::readTelemetry(Call& call)
     return Result::DONE;
 }
 
-// Which image runs; what the byte means isn't known here.
+// Which image runs; the meaning of the byte is unknown here.
 Result UnitCpu::readImage(Call& call)
 {
     call.data.push_back(0);
@@ -225,7 +225,7 @@ Result UnitCpu::configPattern(Call& call)
     return Result::DONE;
 }
 
-// False: it isn't understood.
+// False: invalid payload.
 bool UnitCpu::readActivating(Call& call, Activating& command) const
 {
     command.bank = call.payload.u8();
@@ -335,7 +335,7 @@ Result UnitCpu::setSilencer(Call& call)
     settings.ratePhase = call.payload.u16();
     settings.stepsIntensity = call.payload.u16();
     settings.stepsPhase = call.payload.u16();
-    // Only what is used has to be there.
+    // Only values in use are required.
     const bool isGood = settings.byRate ? settings.rateIntensity > 0 && settings.ratePhase > 0
                                         : settings.stepsIntensity > 0 && settings.stepsPhase > 0;
     if (!isGood) return Result::BAD_PAYLOAD;
@@ -363,7 +363,7 @@ Result UnitCpu::setMask(Call& call)
 Result UnitCpu::setWidths(Call& call)
 {
     UnitFpga::WidthTable widths{};
-    for (std::uint16_t& width : widths) // no value is refused; the memory has 9 bits
+    for (std::uint16_t& width : widths) // any value is accepted; the memory has 9 bits
         width = call.payload.u16() & 511U;
     _fpga.setWidths(widths);
     return Result::DONE;

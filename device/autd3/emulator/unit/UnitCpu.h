@@ -10,7 +10,7 @@
 namespace midair::device::emulation
 {
 
-/// A version, as units tell it.
+/// A version, as reported by units.
 struct UnitVersion
 {
     std::uint8_t major = 0;
@@ -18,7 +18,7 @@ struct UnitVersion
     std::uint8_t patch = 0;
 };
 
-/// What a unit counts, in the order of its answer.
+/// Counters of a unit, in the order of its answer.
 struct UnitTelemetry
 {
     std::uint32_t queueFull = 0;
@@ -33,7 +33,7 @@ struct UnitTelemetry
     std::uint32_t bootFaults = 0;
 };
 
-/// What a command finds when it is done: three clocks, and whether the cause of a failsafe lasts.
+/// State when a command is done: three clocks, and whether the cause of a failsafe lasts.
 struct UnitMoment
 {
     Time_ns cable_ns = 0;
@@ -42,13 +42,13 @@ struct UnitMoment
     bool causeLasts = false;
 };
 
-/// The commands of a unit, their lengths and results, as firmware 0.10 has them (PROTOCOL.md says
-/// where). Not emulated, and refused as bad payload: foci, switches by GPIO, banks that take turns;
-/// as unknown: firmware update, GPIO, reboot.
+/// Commands of a unit, their lengths and results, as in firmware 0.10 (sources in PROTOCOL.md). Not
+/// emulated, and refused as bad payload: foci, switches by GPIO, alternating banks; as unknown:
+/// firmware update, GPIO, reboot.
 class UnitCpu
 {
 public:
-    /// The part of SetCpuConfig that changes what is emulated.
+    /// Part of SetCpuConfig that affects the emulation.
     struct Config
     {
         Time_ns margin_ns = 10 * kMillisecond_ns;
@@ -60,8 +60,8 @@ public:
     {
     }
 
-    /// Does a command of which \a payload are the bytes behind its number; appends what a read
-    /// answers to \a data.
+    /// Does a command with the bytes \a payload after its number; appends the data of a read to \a
+    /// data.
     Result run(std::uint8_t command,
                const std::uint8_t* payload,
                std::size_t size,
@@ -72,13 +72,13 @@ public:
     void closeGate(Time_ns cable_ns);
 
     Time_ns fpgaTime(Time_ns cable_ns) const;
-    /// the cable's time of a reading
+    /// cable time of a reading
     Time_ns fpgaWhen(Time_ns reading_ns) const { return _fpgaClock.when(reading_ns); }
-    /// The unit's clock was set or changed its rate at \a cable_ns.
+    /// The unit's clock was set, or changed its rate, at \a cable_ns.
     void followClock(const EmulatedClock& clock, Time_ns cable_ns);
-    /// At power-up: the FPGA's clock is the unit's, but runs by itself from then on.
+    /// At power-up: the FPGA's clock equals the unit's, but runs free from then on.
     void startClock(const EmulatedClock& clock) { _unitClock = _fpgaClock = clock; }
-    void restart(); ///< power off and on; keeps what it is
+    void restart(); ///< power cycle; keeps its identity
     void restoreConfig() { _config = Config(); }
 
     UnitFpga& fpga() { return _fpga; }
@@ -89,7 +89,7 @@ public:
     bool hot = false;
 
 private:
-    /// A command that is done: what it brings, when, and what a read answers.
+    /// A command being done: payload, time, and data of a read.
     struct Call
     {
         base::ByteReader payload;
@@ -97,7 +97,7 @@ private:
         std::vector<std::uint8_t>& data;
     };
     using Handler = Result (UnitCpu::*)(Call&);
-    /// A command: its number, its payload's length (-1: by its fields; -2: any), and what does it.
+    /// A command: number, payload length (-1: by its fields; -2: any), and handler.
     struct Command
     {
         std::uint8_t number;
@@ -134,7 +134,7 @@ private:
     Config _config;
     UnitFpga _fpga;
     EmulatedClock _unitClock;
-    /// Until Synchronize the FPGA's clock is its own.
+    /// Free-running until Synchronize.
     EmulatedClock _fpgaClock;
     bool _synchronized = false;
     bool _fan = false;

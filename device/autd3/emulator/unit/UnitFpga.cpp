@@ -12,7 +12,7 @@ namespace midair::device::emulation
 namespace
 {
 
-constexpr Time_ns kTimeStep_ns = 3125; // a timed switch is cut to it
+constexpr Time_ns kTimeStep_ns = 3125; // resolution of a timed switch
 
 Time_ns nextMultiple(Time_ns time_ns, Time_ns step_ns)
 {
@@ -24,7 +24,7 @@ Time_ns edgeFrom(Time_ns time_ns)
     return (time_ns + kPeriod_ns - 1) / kPeriod_ns * kPeriod_ns;
 }
 
-// The turn of level that is nearest to value.
+// Returns the equivalent of level nearest to value.
 float nearestTurn(float level, float value)
 {
     return level + 256.0F * std::round((value - level) / 256.0F);
@@ -39,7 +39,8 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value)
     return (hash ^ value) * kHashFactor;
 }
 
-// Strict, it wants dividers of as many periods as it takes, so that all is reached; 0: any will do.
+// Strict mode requires dividers of at least the number of steps, so that targets are reached; 0:
+// any divider.
 int stepsOf(const UnitSilencer::Settings& silencer, bool ofPatterns)
 {
     if (!silencer.strict || silencer.byRate) return 0;
@@ -56,8 +57,8 @@ UnitFpga::WidthTable defaultWidths()
     return widths;
 }
 
-// So many of the last changes are played through the silencer after a pause; by default it glides
-// for 40 periods, and a bank changes once a period at most.
+// Number of last changes to play through the silencer after a pause; by default it moves for 40
+// periods, and a bank changes at most once a period.
 constexpr Time_ns kMostChanges = 160;
 
 } // namespace
@@ -88,7 +89,7 @@ Result BankTimeline::activate(const Activating& command, int steps)
     if (mode == Activation::TIME && time_ns - cpu_ns < margin_ns) return Result::TIME;
     const auto fits = [&](int heard)
     { return _written[heard].divider >= static_cast<std::uint32_t>(steps); };
-    // Until a switch with rounds comes about, the other bank is heard.
+    // Until a switch with rounds takes place, the other bank plays.
     if (!fits(bank) || (!forEver && !fits(_bank))) return Result::SILENCER;
     _valid = _written;
     if (forEver)
@@ -97,7 +98,7 @@ Result BankTimeline::activate(const Activating& command, int steps)
         play(bank, fpga_ns, true);
         return Result::DONE;
     }
-    if (bank == _requested) return Result::DONE; // and nothing happens
+    if (bank == _requested) return Result::DONE; // without effect
     _requested = bank;
     _waits = true;
     _due_ns = mode == Activation::TIME
@@ -167,7 +168,8 @@ void UnitSilencer::head(const UnitPattern& target)
     for (int i = 0; i < kUnitTransducers; ++i)
     {
         Gliding& phase = _phase[i];
-        // Where it is going already, it goes on: another turn of the same level is no other target.
+        // If it is already moving there, it continues: another turn of the same level is not a new
+        // target.
         if (phase.target - 256.0F * std::floor(phase.target / 256.0F) != float(target.phase[i]))
             phase.headFor(nearestTurn(target.phase[i], phase.value), _settings.stepsPhase);
         _intensity[i].headFor(target.intensity[i], _settings.stepsIntensity);
@@ -189,7 +191,8 @@ void UnitSilencer::glide(Time_ns periods)
     {
         Gliding& phase = _phase[i];
         phase.pass(periods, _settings.byRate, _settings.ratePhase / 256.0F);
-        const float turns = 256.0F * std::floor(phase.value / 256.0F); // so that none winds up
+        const float turns = 256.0F * std::floor(phase.value / 256.0F); // prevents accumulating
+                                                                       // turns
         phase.value -= turns;
         phase.target -= turns;
         _intensity[i].pass(periods, _settings.byRate, _settings.rateIntensity / 256.0F);
@@ -214,7 +217,7 @@ void CycleContent::add(std::uint64_t field)
 
 std::uint8_t dutyOfWidth(std::uint16_t width)
 {
-    // A pulse that is longer than half the period sounds as its rest.
+    // A pulse longer than half the period is equivalent to its complement.
     const int sounding = std::min<int>(width, kFullWidth - width);
     return static_cast<std::uint8_t>((base::kDutyPeriod * sounding + kFullWidth / 2) / kFullWidth);
 }
@@ -266,7 +269,7 @@ void UnitFpga::lookAtModulation()
 {
     const int bank = _modulation.bank();
     const std::size_t samples = _modulation.playing().slots;
-    // What was never written reads 0.
+    // Unwritten memory reads 0.
     const auto& all = _samples[bank];
     _steady = all.size() >= samples && std::all_of(all.begin(),
                                                    all.begin() + std::ptrdiff_t(samples),
@@ -385,7 +388,7 @@ void UnitFpga::render(Time_ns now_ns)
         _rendered_ns = until_ns;
         return;
     }
-    // The targets change where a slot or a sample does.
+    // Targets change with slots and samples.
     const auto changes_ns = [this](Time_ns from_ns)
     {
         Time_ns step_ns = kNever_ns;

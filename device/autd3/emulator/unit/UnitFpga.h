@@ -25,7 +25,7 @@ enum class Result : std::uint8_t
     CAUSE_LASTS = 0x15
 };
 
-/// How an activation names its time.
+/// Timing mode of an activation.
 enum class Activation : std::uint8_t
 {
     INDEX = 0x00,
@@ -43,7 +43,7 @@ struct BankRegisters
     Time_ns slot_ns() const { return Time_ns(divider) * kPeriod_ns; }
 };
 
-/// A command to go over to a bank, and the times when it is done.
+/// A command to switch banks, and the times when it is done.
 struct Activating
 {
     int bank = 0;
@@ -51,35 +51,35 @@ struct Activating
     std::uint64_t value = 0;
     Time_ns fpga_ns = 0;
     Time_ns cpu_ns = 0;
-    Time_ns margin_ns = 0; ///< how near a switch may be
+    Time_ns margin_ns = 0; ///< minimum time to a switch
 };
 
-/// Which of two banks plays, and which of its slots: of patterns, or of the modulation. Times are
-/// readings of the FPGA's clock, but for the margin, which the CPU checks by its own.
+/// Tracks which of two banks plays, and which slot: of patterns, or of the modulation. Times are
+/// readings of the FPGA's clock, except the margin, which the CPU checks by its own.
 class BankTimeline
 {
 public:
-    /// A switch that has come about.
+    /// A completed switch.
     struct Switch
     {
-        Time_ns at_ns = 0; ///< the period's edge from which the bank is heard
+        Time_ns at_ns = 0; ///< edge of the period from which the bank plays
         int bank = 0;
-        bool replays = false; ///< the bank that played before plays again
+        bool replays = false; ///< the previously playing bank plays again
     };
 
     void clear(std::uint32_t slots); ///< bank 0 plays for ever, both with \a slots
     void configure(int bank, const BankRegisters& registers) { _written[bank] = registers; }
 
-    /// Plans a switch, or makes it (NOW), and makes the registers of both banks valid. \a steps:
-    /// what the dividers of banks that are heard have to reach.
+    /// Plans a switch, or makes it (NOW), and validates the registers of both banks. \a steps:
+    /// minimum divider of playing banks.
     Result activate(const Activating& command, int steps);
-    /// Returns true if the dividers of the banks that are heard, or will be, reach \a steps.
+    /// Returns true if the dividers of the playing and waiting banks reach \a steps.
     bool reaches(int steps) const;
 
     bool waits() const { return _waits; }
     Time_ns due_ns() const { return _waits ? _due_ns : kNever_ns; }
-    /// Makes the switch that waits if it is due by \a fpga_ns, or one that was made at once; true,
-    /// once, with what it was.
+    /// Makes the waiting switch if it is due by \a fpga_ns, or reports one made at once; returns
+    /// true once, with its data in \a made.
     bool takeSwitch(Time_ns fpga_ns, Switch& made);
 
     int bank() const { return _bank; }
@@ -89,7 +89,7 @@ public:
     const BankRegisters& valid(int bank) const { return _valid[bank]; }
     const BankRegisters& written(int bank) const { return _written[bank]; }
     std::uint32_t slotAt(Time_ns fpga_ns) const;
-    bool endedAt(Time_ns fpga_ns) const; ///< its rounds are played, the last slot stands
+    bool endedAt(Time_ns fpga_ns) const; ///< its rounds are over, the last slot is held
 
 private:
     void play(int bank, Time_ns at_ns, bool forEver);
@@ -109,7 +109,7 @@ private:
 constexpr int kUnitTransducers = 249;
 using UnitLevels = std::array<std::uint8_t, kUnitTransducers>;
 
-/// Phases and intensities of a unit as its memory has them.
+/// Phases and intensities of a unit in its memory.
 struct UnitPattern
 {
     UnitLevels phase{};
@@ -121,11 +121,11 @@ struct UnitPattern
     }
 };
 
-/// Lets phases (the short way round) and intensities glide, period by period.
+/// Moves phases (the short way round) and intensities gradually, period by period.
 class UnitSilencer
 {
 public:
-    /// How values glide: in so many periods, or by so many 1/256 levels a period.
+    /// Speed: number of periods, or 1/256 levels per period.
     struct Settings
     {
         bool byRate = false;
@@ -139,21 +139,21 @@ public:
     void set(const Settings& settings) { _settings = settings; }
     const Settings& settings() const { return _settings; }
 
-    void head(const UnitPattern& target); ///< begins to glide there
-    void jump(const UnitPattern& target); ///< is there
-    void glide(Time_ns periods);          ///< lets so many periods pass
+    void head(const UnitPattern& target); ///< begins to move there
+    void jump(const UnitPattern& target); ///< is there at once
+    void glide(Time_ns periods);          ///< advances by a number of periods
 
     float phase(int transducer) const { return _phase[transducer].value; }
     float intensity(int transducer) const { return _intensity[transducer].value; }
 
 private:
-    /// One value on its way.
+    /// A moving value.
     struct Gliding
     {
         float value = 0;
-        float target = 0; ///< of phases the turn of it that is nearest to value
+        float target = 0; ///< for phases: the equivalent nearest to value
         float step = 0;
-        int left = 0; ///< periods, where it goes by steps
+        int left = 0; ///< remaining periods, if it moves by steps
 
         void headFor(float next, int steps);
         void pass(Time_ns periods, bool byRate, float rate);
@@ -167,24 +167,24 @@ private:
 constexpr std::uint32_t kMostSlots = 1024;
 constexpr std::uint32_t kMostSamples = 65536;
 
-/// The part of a unit that plays: two banks of patterns, two of the modulation, silencer and
-/// outputs. Times are readings of its clock, which never decrease but where that is set.
+/// Playing part of a unit: two pattern banks, two modulation banks, silencer and outputs. Times are
+/// readings of its clock, which never decrease unless it is set.
 class UnitFpga
 {
 public:
     using WidthTable = std::array<std::uint16_t, 256>; ///< of 512 parts of the period
 
-    /// Writes into what is heard, or is about to be.
+    /// Writes into playing or soon playing memory.
     struct Intrusions
     {
-        std::uint64_t banks = 0; ///< into a slot of the bank that plays or waits to
-        std::uint64_t slots = 0; ///< into the very slot that was heard
+        std::uint64_t banks = 0; ///< into a slot of the playing or waiting bank
+        std::uint64_t slots = 0; ///< into the playing slot itself
     };
 
     UnitFpga() { clear(0); }
 
     void clear(Time_ns now_ns);            ///< all defaults, silence; slots beyond the first stay
-    void restart() { *this = UnitFpga(); } ///< power off and on: nothing is left
+    void restart() { *this = UnitFpga(); } ///< power cycle: loses everything
 
     void writeSlot(int bank, std::uint32_t slot, const UnitPattern& pattern, Time_ns now_ns);
     void writeSamples(int bank,
@@ -192,7 +192,7 @@ public:
                       const std::uint8_t* samples,
                       std::size_t count,
                       Time_ns now_ns);
-    /// Writes the registers of a bank; they are looked at by the next activation.
+    /// Writes the registers of a bank; the next activation checks them.
     void configurePatterns(int bank, const BankRegisters& r) { _patterns.configure(bank, r); }
     void configureModulation(int bank, const BankRegisters& r) { _modulation.configure(bank, r); }
     Result activatePatterns(const Activating& command);
@@ -203,7 +203,8 @@ public:
     void setWidths(const WidthTable& widths) { _widths = widths; }
     void setGate(bool closed, Time_ns now_ns); ///< closed: intensity 0, whatever is written
 
-    /// Makes switches that are due by \a now_ns; true, once each, with what it was.
+    /// Makes switches that are due by \a now_ns; returns true once for each, with its data in \a
+    /// made.
     bool takeSwitch(Time_ns now_ns, BankTimeline::Switch& made);
     Time_ns due_ns() const { return std::min(_patterns.due_ns(), _modulation.due_ns()); }
 
@@ -212,15 +213,15 @@ public:
     const Intrusions& intrusions() const { return _intrusions; }
     bool gated() const { return _gated; }
 
-    /// A number that stands for the whole cycle of the playing bank in our levels, without gate,
-    /// modulation and silencer: contentOf() of its pattern if all slots are alike.
+    /// Hash of the whole cycle of the playing bank in our levels, without gate, modulation and
+    /// silencer: contentOf() of its pattern if all slots are equal.
     std::uint64_t content() const;
-    /// The slot that plays, in our levels, without gate, modulation and silencer.
+    /// The playing slot, in our levels, without gate, modulation and silencer.
     DriveSignal field(Time_ns now_ns) const
     {
         return inOurLevels(slotOf(_patterns.bank(), _patterns.slotAt(now_ns)));
     }
-    /// What the transducers put out, silencer and all, relative to full drive.
+    /// Output of the transducers, including the silencer, relative to full drive.
     std::vector<std::complex<float>> output(Time_ns now_ns);
 
 private:
@@ -231,16 +232,16 @@ private:
     DriveSignal inOurLevels(const UnitPattern& pattern) const;
     UnitPattern target(Time_ns now_ns) const;
     std::uint8_t sampleAt(Time_ns now_ns) const;
-    void render(Time_ns now_ns); ///< lets the silencer glide until now, with what played
+    void render(Time_ns now_ns); ///< advances the silencer until now with the previous output
     void lookAtModulation();
 
-    std::array<std::vector<UnitPattern>, 2> _slots; ///< as many as were ever written
+    std::array<std::vector<UnitPattern>, 2> _slots; ///< as many as were written
     std::array<std::vector<std::uint8_t>, 2> _samples;
     BankTimeline _patterns;
     BankTimeline _modulation;
-    bool _steady = true; ///< all samples of the modulation that plays are alike
+    bool _steady = true; ///< all samples of the playing modulation are equal
     UnitSilencer _silencer;
-    Time_ns _rendered_ns = 0; ///< a period's edge
+    Time_ns _rendered_ns = 0; ///< edge of a period
     UnitLevels _correction{};
     std::array<bool, kUnitTransducers> _on{};
     WidthTable _widths{};
@@ -248,10 +249,10 @@ private:
     Intrusions _intrusions;
 };
 
-/// A number that stands for a unit's field in our levels; transducers that are off count alike.
+/// Hash of a unit's field in our levels; transducers that are off are equal.
 std::uint64_t contentOf(const std::uint8_t* phase, const std::uint8_t* duty);
 
-/// A number that stands for a cycle of fields: that of the field if all are alike.
+/// Hash of a cycle of fields: that of the field if all are equal.
 class CycleContent
 {
 public:
@@ -265,7 +266,7 @@ private:
     std::uint64_t _all = 0;
 };
 
-/// The duty level of ours that a width, of 512 parts of the period, is nearest to.
+/// Returns our duty level nearest to a width in 1/512 of the period.
 std::uint8_t dutyOfWidth(std::uint16_t width);
 
 } // namespace midair::device::emulation

@@ -36,7 +36,7 @@ struct Place
     std::optional<std::uint16_t> port;
 };
 
-/// Cuts "HOST", "HOST:PORT", "[V6]" and "[V6]:PORT"; returns none of anything else.
+/// Parses "HOST", "HOST:PORT", "[V6]" and "[V6]:PORT"; returns none for anything else.
 std::optional<Place> placeOf(const std::string& text)
 {
     Place place;
@@ -58,7 +58,7 @@ std::optional<Place> placeOf(const std::string& text)
 bool isNumeric(const Place& place)
 {
     std::array<unsigned char, sizeof(in6_addr)> bytes{};
-    // A zero byte would end the text for inet_pton alone.
+    // inet_pton would stop at a zero byte.
     return place.host.find('\0') == std::string::npos &&
            ::inet_pton(place.isBracketed ? AF_INET6 : AF_INET, place.host.c_str(), bytes.data()) ==
                1;
@@ -74,14 +74,15 @@ bool isTokenCharacter(char c)
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("-._~", c) != nullptr;
 }
 
-/// Returns the new token in a new file; empty if the file is there already.
+/// Creates the file with a new token and returns the token, or an empty text if the file exists.
 std::string tokenOfNewFile(const std::string& path)
 {
     std::string token = newToken();
     const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (file < 0 && errno == EEXIST) return {};
     if (file < 0)
-        failOnToken(path, fmt::format("can't be made: {}", std::generic_category().message(errno)));
+        failOnToken(path,
+                    fmt::format("can't be created: {}", std::generic_category().message(errno)));
     const std::string line = token + "\n";
     const ssize_t written = ::write(file, line.data(), line.size());
     ::close(file);
@@ -98,10 +99,10 @@ MonitorAddress MonitorAddress::parse(const std::string& text)
     if (place && !place->isBracketed && (place->host.empty() || place->host == "localhost"))
         place->host = "127.0.0.1";
     if (!place || !place->port || !isNumeric(*place))
-        throw std::runtime_error(fmt::format(
-            "is \"{}\", should be ADDRESS:PORT with a numeric address, as 127.0.0.1:8080, "
-            "[::1]:8080, or :8080 for this machine alone",
-            text));
+        throw std::runtime_error(
+            fmt::format("is \"{}\", should be ADDRESS:PORT with a numeric address, such as "
+                        "127.0.0.1:8080, [::1]:8080, or :8080 for this machine only",
+                        text));
     return {place->host, *place->port};
 }
 
@@ -151,18 +152,18 @@ std::string tokenOfFile(const std::string& path)
     std::array<char, kMostTokenCharacters + 2> text{};
     const ssize_t got = S_ISREG(about.st_mode) ? ::read(file, text.data(), text.size()) : 0;
     ::close(file);
-    if (!S_ISREG(about.st_mode)) failOnToken(path, "is no regular file");
+    if (!S_ISREG(about.st_mode)) failOnToken(path, "is not a regular file");
     if ((about.st_mode & 077U) != 0)
-        failOnToken(path, fmt::format("may be read by others; type: chmod 600 {}", path));
+        failOnToken(path, fmt::format("can be read by others; run: chmod 600 {}", path));
     const auto* const end = text.begin() + std::max<ssize_t>(0, got);
     std::string token(text.cbegin(), std::find(text.cbegin(), end, '\n'));
     if (token.size() < kFewestTokenCharacters || token.size() > kMostTokenCharacters ||
         !std::all_of(token.begin(), token.end(), isTokenCharacter))
-        failOnToken(path,
-                    fmt::format("should have {} to {} letters, digits, '-', '.', '_' or '~' in its "
-                                "first line",
-                                kFewestTokenCharacters,
-                                kMostTokenCharacters));
+        failOnToken(
+            path,
+            fmt::format("needs a first line of {} to {} letters, digits, '-', '.', '_' or '~'",
+                        kFewestTokenCharacters,
+                        kMostTokenCharacters));
     return token;
 }
 

@@ -1,5 +1,7 @@
 #include "samples/shared/monitor/page/MonitorTexts.h"
 
+#include "haptics/probe/Feeling.h"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -22,10 +24,10 @@ using Json = nlohmann::ordered_json;
 using osgMidair::ArrayState;
 using osgMidair::HapticStatistics;
 
-/// By HapticMessage::Severity.
+/// Indexed by HapticMessage::Severity.
 constexpr std::array kSeverityNames = {"notice", "warning", "fault"};
 
-/// Text of JSON for any bytes.
+/// Returns JSON text; invalid UTF-8 is replaced.
 std::string dumped(const Json& json)
 {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -48,13 +50,15 @@ Json arrayJson(const MonitorState& state)
             {"temperature_C", s.temperature_C}};
 }
 
-/// How well the newest field is as wanted; null before the first.
+/// Returns the errors of the newest field, or null before the first.
 Json errorJson(const HapticStatistics& s)
 {
     if (s.figures.empty()) return nullptr;
     Json json = {{"rms", s.rms},
                  {"max", s.max},
                  {"level_Pa", s.level_Pa},
+                 {"fingertip", midair::haptics::forceText(s.fingertipForce_N)},
+                 {"feeling", s.feeling},
                  {"capFactor", s.capFactor},
                  {"leftOut", s.leftOut},
                  {"stop", s.stop},
@@ -65,8 +69,8 @@ Json errorJson(const HapticStatistics& s)
     return json;
 }
 
-/// Returns "meanPhaseStep_rad" as "mean_phase_step_radians"; \a factor is what its values are to be
-/// multiplied with: milliseconds become seconds.
+/// Returns the Prometheus name of a figure: "meanPhaseStep_rad" becomes "mean_phase_step_radians".
+/// \a factor is set to the conversion of its values: milliseconds become seconds.
 std::string metricName(const std::string& figure, double& factor)
 {
     struct Unit
@@ -75,7 +79,8 @@ std::string metricName(const std::string& figure, double& factor)
         std::string_view name;
         double factor;
     };
-    constexpr std::array<Unit, 8> kUnits = {{{"_Pa", "_pascals", 1.0},
+    constexpr std::array<Unit, 9> kUnits = {{{"_Pa", "_pascals", 1.0},
+                                             {"_N", "_newtons", 1.0},
                                              {"_ms", "_seconds", 1e-3},
                                              {"_s", "_seconds", 1.0},
                                              {"_rad", "_radians", 1.0},
@@ -105,7 +110,7 @@ std::string metricName(const std::string& figure, double& factor)
     return name.append(unit);
 }
 
-/// Calls \a take with the name and the number of each figure of the exposure.
+/// Calls \a take with the name and the value of each exposure figure.
 template<typename Take>
 void eachExposure(const midair::haptics::ExposureFigures& exposure, const Take& take)
 {
@@ -113,7 +118,32 @@ void eachExposure(const midair::haptics::ExposureFigures& exposure, const Take& 
         std::visit([&](auto member) { take(row.name, exposure.*member); }, row.value);
 }
 
-/// What the newest reading said.
+/// Returns the distance between seen and felt places of objects, or "unknown" with the reason,
+/// never 0, if it isn't known.
+Json coincidenceJson(const HapticStatistics& s)
+{
+    using midair::bridge::CoincidencePart;
+    const auto partJson = [](const CoincidencePart& part) -> Json
+    {
+        if (part.state == CoincidencePart::NONE) return "none";
+        if (part.state == CoincidencePart::UNKNOWN) return "unknown";
+        return {{"median_mm", part.median_mm}, {"p95_mm", part.most_mm}};
+    };
+    Json json = Json::array();
+    for (const midair::bridge::CoincidenceFigures& one : s.coincidence)
+    {
+        Json object = {{"path", one.object},
+                       {"total", partJson(one.total)},
+                       {"largest", one.largest},
+                       {"unknown", one.unknown}};
+        for (const midair::bridge::CoincidenceRow& row : midair::bridge::kCoincidenceParts)
+            object["parts"][row.name] = partJson(one.*row.part);
+        json.push_back(std::move(object));
+    }
+    return json;
+}
+
+/// Adds the newest reading.
 void addReading(Json& json, const MonitorState& state)
 {
     const HapticStatistics& s = state.view.reading.statistics;
@@ -124,6 +154,7 @@ void addReading(Json& json, const MonitorState& state)
             {"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}};
     json["exposure"] = {{"what", midair::haptics::kExposureMeaning}};
     eachExposure(s.exposure, [&](const char* name, auto value) { json["exposure"][name] = value; });
+    json["coincidence"] = coincidenceJson(s);
     json["fields"] = Json::object();
     for (const osgMidair::ArrayFieldsRow& row : osgMidair::kArrayFields)
         json["fields"][row.name] = s.fields.*row.value;
@@ -149,7 +180,7 @@ void addReading(Json& json, const MonitorState& state)
                                     {"until_s", message.until_s}});
 }
 
-/// Writes metrics, each with its two lines of comment before it.
+/// Formats metrics, each with its HELP and TYPE lines.
 class MetricLines
 {
 public:
@@ -159,14 +190,14 @@ public:
         begin(name, help, "gauge");
         sample(name, {}, static_cast<double>(value));
     }
-    /// \a name without "_total".
+    /// \a name has no "_total".
     template<typename Number>
     void counter(const std::string& name, std::string_view help, Number value)
     {
         begin(name + "_total", help, "counter");
         sample(name + "_total", {}, static_cast<double>(value));
     }
-    /// A gauge whose name ends as that of a figure, in Prometheus' units.
+    /// A gauge named after a figure, in Prometheus' units.
     template<typename Number>
     void figure(const std::string& before,
                 const std::string& figure,
@@ -197,12 +228,12 @@ private:
 void addPage(MetricLines& lines, const MonitorState& state)
 {
     lines.gauge("midair_up",
-                "1: the installation can be read; 0: it hangs, and nothing else is known of it.",
+                "1: the program answers; 0: it hangs and its state is unknown.",
                 state.isOld() ? 0.0 : 1.0);
     if (state.view.isRead)
     {
         lines.gauge("midair_reading_age_seconds",
-                    "How old the newest reading of the installation is.",
+                    "Age of the newest reading.",
                     state.now_s - state.view.read_s);
         lines.gauge("midair_frame_age_seconds",
                     "Time since the scene was last updated.",
@@ -218,11 +249,11 @@ void addPage(MetricLines& lines, const MonitorState& state)
                      static_cast<double>(count));
     lines.counter("midair_page_pictures", "Pictures taken for the page.", state.picture.count);
     lines.counter("midair_page_picture_readback_seconds",
-                  "Time that the thread that draws has spent on pictures for the page.",
+                  "Time that the drawing thread has spent on pictures for the page.",
                   1e-3 * state.picture.sum_ms);
 }
 
-/// Returns which device it is, without what changes: counters and why it could not be opened.
+/// Returns the device without the changing part: counters and errors.
 std::string deviceOf(const HapticStatistics& s)
 {
     if (s.state == ArrayState::CLOSED || s.state == ArrayState::OPENING) return "not open";
@@ -232,8 +263,7 @@ std::string deviceOf(const HapticStatistics& s)
 void addArray(MetricLines& lines, const MonitorState& state)
 {
     const HapticStatistics& s = state.view.reading.statistics;
-    lines.begin(
-        "midair_array_state", "1 for the state that the array is in, 0 for others.", "gauge");
+    lines.begin("midair_array_state", "1 for the array's current state, 0 for others.", "gauge");
     for (int i = 0; i <= static_cast<int>(ArrayState::FAULT); ++i)
     {
         const auto each = static_cast<ArrayState>(i);
@@ -241,17 +271,20 @@ void addArray(MetricLines& lines, const MonitorState& state)
                      fmt::format("state=\"{}\"", midair::bridge::stateName(each)),
                      each == s.state ? 1.0 : 0.0);
     }
-    lines.begin("midair_array_info", "Always 1; says which array and device it is.", "gauge");
+    lines.begin(
+        "midair_array_info", "Always 1; its labels name the array and the device.", "gauge");
     lines.sample("midair_array_info",
                  fmt::format("name=\"{}\",array=\"{}\",device=\"{}\"",
                              labelValue(state.name),
                              labelValue(state.view.reading.array),
                              labelValue(deviceOf(s))),
                  1.0);
-    lines.gauge("midair_muted", "1: a mute is asked for.", state.view.reading.isMuted ? 1.0 : 0.0);
-    lines.gauge("midair_air_temperature_celsius", "That fields are solved for.", s.temperature_C);
-    lines.gauge("midair_objects", "Objects that are felt now.", s.objects);
-    lines.gauge("midair_hands", "Hands that are tracked now.", s.hands);
+    lines.gauge("midair_muted", "1: mute requested.", state.view.reading.isMuted ? 1.0 : 0.0);
+    lines.gauge("midair_air_temperature_celsius",
+                "Air temperature used to compute fields.",
+                s.temperature_C);
+    lines.gauge("midair_objects", "Current number of haptic objects.", s.objects);
+    lines.gauge("midair_hands", "Current number of tracked hands.", s.hands);
     lines.gauge("midair_pressure_cap_pascals",
                 "Cap of the peak pressure at control points; 0: none.",
                 s.maxPressure_Pa);
@@ -283,10 +316,9 @@ void addField(MetricLines& lines, const HapticStatistics& s)
     for (const auto& [figure, value] : s.figures)
         lines.figure("midair_field_",
                      figure,
-                     figure == "rms"
-                         ? "Relative rms error of the pressures at the control points; while the "
-                           "array doesn't play, of a field that nobody feels."
-                         : fmt::format("Figure {} of the newest field.", figure),
+                     figure == "rms" ? "Relative rms error of the pressures at the control points; "
+                                       "also computed while nothing plays."
+                                     : fmt::format("Figure {} of the newest field.", figure),
                      value);
 }
 
@@ -342,8 +374,14 @@ std::string statusJson(const MonitorState& state)
                    {"isStanding", isStanding},
                    {"age_s", ageOf(view.frame_s)},
                    {"perSecond", isStanding ? 0.0 : view.framesPerSecond}}}};
-    for (const char* said :
-         {"array", "error", "latency_ms", "exposure", "fields", "counters", "messages"})
+    for (const char* said : {"array",
+                             "error",
+                             "latency_ms",
+                             "exposure",
+                             "coincidence",
+                             "fields",
+                             "counters",
+                             "messages"})
         json[said] = nullptr;
     if (!state.isOld()) addReading(json, state);
     json["mute"] = nullptr;
@@ -370,12 +408,12 @@ std::string muteJson(bool muted, const MuteOutcome& outcome)
 
 std::string healthProblem(const MonitorState& state)
 {
-    if (!state.view.isRead) return "nothing was read yet";
+    if (!state.view.isRead) return "no data from the program yet";
     if (state.isOld())
-        return fmt::format("nothing was read for {:.1f} s: the program hangs",
+        return fmt::format("no data for {:.1f} s: the program hangs",
                            state.now_s - state.view.read_s);
     if (state.isStanding())
-        return fmt::format("no frame for {:.1f} s: the frame loop stands still",
+        return fmt::format("no frame for {:.1f} s: the frame loop has stopped",
                            state.now_s - state.view.frame_s);
     const ArrayState array = state.view.reading.statistics.state;
     if (array == ArrayState::CLOSED || array == ArrayState::LOST || array == ArrayState::FAULT)
@@ -397,7 +435,7 @@ std::string metricsText(const MonitorState& state)
 
 std::string labelValue(std::string text)
 {
-    // Of JSON's escapes a label has those of quotes, backslashes and line ends alone.
+    // Labels allow only JSON's escapes for quotes, backslashes and line feeds.
     std::replace_if(
         text.begin(),
         text.end(),

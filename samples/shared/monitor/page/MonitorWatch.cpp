@@ -34,6 +34,42 @@ void addEvent(MonitorView& view, double time_s, const std::string& text)
     if (view.events.size() > kMostEvents) view.events.pop_back();
 }
 
+// Changes between silent and playing are routine, so they must not push out other events.
+void addRoutine(MonitorView& view, double time_s, const std::string& text)
+{
+    MonitorEvent event{time_s, text, 1, true};
+    const auto last = std::find_if(view.events.begin(),
+                                   view.events.end(),
+                                   [](const MonitorEvent& one) { return one.isRoutine; });
+    if (last != view.events.end())
+    {
+        event.count += last->count;
+        view.events.erase(last);
+    }
+    view.events.push_front(std::move(event));
+    if (view.events.size() > kMostEvents) view.events.pop_back();
+}
+
+bool isUsual(osgMidair::ArrayState state)
+{
+    using osgMidair::ArrayState;
+    return state == ArrayState::SILENT || state == ArrayState::PLAYING ||
+           state == ArrayState::MUTED;
+}
+
+/// Returns the state in an operator's words.
+std::string toldOf(osgMidair::ArrayState state)
+{
+    constexpr const char* kTold[] = {"no array is connected",
+                                     "connecting to the array",
+                                     "the array is ready; nothing to play",
+                                     "the array is playing",
+                                     "the array is muted",
+                                     "the array is unplugged or has failed",
+                                     "the array doesn't respond to commands"};
+    return kTold[static_cast<int>(state)];
+}
+
 void countMessages(MonitorView& view, const osgMidair::HapticStatistics& statistics)
 {
     std::map<std::string, std::uint64_t> counts;
@@ -50,8 +86,8 @@ void countMessages(MonitorView& view, const osgMidair::HapticStatistics& statist
     }
 }
 
-/// Takes a reading that was begun at \a time_s. \a isOurMute: the page
-/// has muted or unmuted meanwhile, so that no other has.
+/// Adds a reading that began at \a time_s. \a isOurMute: the page itself was muting or unmuting, so
+/// the mute is not somebody else's.
 void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool isOurMute)
 {
     const osgMidair::HapticStatistics& now = reading.statistics;
@@ -60,7 +96,7 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
     {
         const double gone_s = time_s - view.frame_s;
         const auto frames = static_cast<double>(now.frames - last.frames);
-        // Over about a second, so that single frames don't make it jump.
+        // Averages over about a second.
         if (view.isRead && gone_s > 0.0)
             view.framesPerSecond +=
                 (frames / gone_s - view.framesPerSecond) * std::min(1.0, gone_s / 1.0);
@@ -69,11 +105,8 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
     if (!view.isRead || now.state != last.state)
     {
         view.state_s = time_s;
-        const std::string before =
-            view.isRead ? fmt::format("was {}, ", midair::bridge::stateName(last.state)) : "";
-        addEvent(view,
-                 time_s,
-                 fmt::format("the array {}is {}", before, midair::bridge::stateName(now.state)));
+        const bool isRoutine = view.isRead && isUsual(last.state) && isUsual(now.state);
+        (isRoutine ? addRoutine : addEvent)(view, time_s, toldOf(now.state));
     }
     if (view.isRead && !isOurMute && reading.isMuted != view.isMuteKnown)
     {
@@ -90,7 +123,7 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
     view.isRead = true;
 }
 
-/// Returns true if an array in \a state does what was asked for.
+/// Returns true if an array in \a state follows the request.
 bool isAsAsked(osgMidair::ArrayState state, bool muted)
 {
     using osgMidair::ArrayState;
@@ -106,8 +139,7 @@ std::future<void> startThread(std::function<void()> body)
     std::future<void> ended = promise.get_future();
     auto run = [body = std::move(body), promise = std::move(promise)]() mutable
     {
-        // Signals are for the program's own threads, but those of a crash, upon which it may
-        // silence the array.
+        // Blocks all signals except those of a crash, on which the program may silence the array.
         sigset_t all;
         ::sigfillset(&all);
         for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP})
@@ -122,7 +154,7 @@ std::future<void> startThread(std::function<void()> body)
         {
             thrown = std::current_exception();
         }
-        body = nullptr; // what it holds is let go before anybody is told
+        body = nullptr; // free its captures before reporting
         if (thrown)
             promise.set_exception(thrown);
         else
@@ -145,8 +177,7 @@ void MonitorWatch::end()
     }
     _changed.notifyAll();
     if (_reading.wait_for(std::chrono::seconds(2)) != std::future_status::ready)
-        std::fprintf(stderr,
-                     "the operator's page: reading the scene hangs; it is left to itself\n");
+        std::fprintf(stderr, "the operator's page: reading the scene hangs and is abandoned\n");
 }
 
 void MonitorWatch::run()
@@ -169,7 +200,7 @@ void MonitorWatch::run()
             problem = error.what();
         }
         lock.lock();
-        // A mute of ours that was under way during this reading is told by setMuted().
+        // A mute by the page during this reading is reported by setMuted().
         if (problem.empty())
             takeReading(_view, std::move(reading), begin_s, isUnderWay || begun != _mutesBegun);
         else
@@ -198,7 +229,7 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
     {
         _source->setMuted(muted);
     }
-    catch (...) // it is over all the same: what others mute is theirs
+    catch (...) // the page's mute has ended; later changes are somebody else's
     {
         const base::Lock lock(_mutex);
         ++_mutesEnded;

@@ -37,6 +37,9 @@ TEST(CFieldBytes, AFieldOfItsBytesIsEqual)
     double level_dB = 0.0;
     EXPECT_EQ(midair_field_figure(again, "exposure.level_dB", &level_dB), MIDAIR_OK);
     EXPECT_EQ(level_dB, solved.figure("exposure.level_dB"));
+    double force_N = 0.0;
+    EXPECT_EQ(midair_field_figure(again, "fingertipForce_N", &force_N), MIDAIR_OK);
+    EXPECT_EQ(force_N, solved.figure("fingertipForce_N"));
     midair_point point{};
     EXPECT_EQ(midair_field_points(again, &point, 1), MIDAIR_TOO_SMALL);
     EXPECT_EQ(midair_field_close(again), MIDAIR_OK);

@@ -1,5 +1,6 @@
 // What a field of the C interface tells: levels, pressures, figures, and that it outlives its
 // scene.
+#include "haptics/probe/Feeling.h"
 #include "tests/engine-bridge/c/Star.h"
 
 #include <atomic>
@@ -111,6 +112,13 @@ TEST(CField, OutlivesSceneAndArray)
     {
         Opened of;
         addStar(of.scene);
+        ASSERT_EQ(midair_set(of.scene, "feelThreshold", "1 N"), MIDAIR_OK);
+        ASSERT_EQ(midair_solve(of.scene, &field), MIDAIR_OK);
+        char faint[32] = "";
+        EXPECT_EQ(midair_field_text(field, "feeling", faint, sizeof(faint), nullptr), MIDAIR_OK);
+        EXPECT_EQ(std::string(faint), "too weak to feel");
+        EXPECT_EQ(midair_field_close(field), MIDAIR_OK);
+        ASSERT_EQ(midair_set(of.scene, "feelThreshold", "0"), MIDAIR_OK);
         ASSERT_EQ(midair_solve(of.scene, &field), MIDAIR_OK);
     }
     double level_Pa = 0.0;
@@ -119,6 +127,15 @@ TEST(CField, OutlivesSceneAndArray)
     double ears_dB = 0.0;
     EXPECT_EQ(midair_field_figure(field, "exposure.level_dB", &ears_dB), MIDAIR_OK);
     EXPECT_GT(ears_dB, 100.0);
+    double force_N = 0.0;
+    EXPECT_EQ(midair_field_figure(field, "fingertipForce_N", &force_N), MIDAIR_OK);
+    EXPECT_GT(force_N, 1e-4);
+    EXPECT_LT(force_N, 1.0);
+    char feeling[32] = "";
+    EXPECT_EQ(midair_field_text(field, "feeling", feeling, sizeof(feeling), nullptr), MIDAIR_OK);
+    EXPECT_EQ(std::string(feeling),
+              midair::haptics::strengthName(
+                  midair::haptics::strengthOf(force_N, midair::haptics::PlayedAs::HELD)));
     EXPECT_EQ(midair_field_figure(field, "levelPa", &level_Pa), MIDAIR_UNKNOWN);
     EXPECT_NE(std::string(midair_last_error()).find("level_Pa"), std::string::npos);
     std::size_t figures = 0;

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <string>
 
 namespace
 {
@@ -116,4 +118,67 @@ TEST(CHead, IsOpenedByANameOrOfOnesOwn)
         updatesUntil(of.scene, [&] { return midair_last_head(of.scene, &last) == MIDAIR_OK; }));
     EXPECT_EQ(last.position[0], 0.25);
     EXPECT_EQ(midair_open_head(of.scene, "none"), MIDAIR_OK);
+}
+
+namespace
+{
+
+/// A plate whose picture's place is known, and how far off its parts may be.
+std::string displayFile()
+{
+    std::string path = ::testing::TempDir() + "midair-c-display.json";
+    std::ofstream(path) << R"({
+  "screen": { "lowerLeft_m": [-0.172, 0.203, -0.15], "lowerRight_m": [0.172, 0.203, -0.15],
+              "upperLeft_m": [-0.172, 0.397, -0.15], "pixels": [1920, 1080] },
+  "optics": [ { "kind": "plate", "point_m": [0, 0.30, 0.15], "normal": [0, -1, 1] } ],
+  "eye": "fixed 0 -0.60 0.25", "ipd_m": 0.063, "stereo": "side-by-side", "accuracy_mm": 2 })";
+    return path;
+}
+
+midair_coincidence coincidenceIn(midair_scene* scene)
+{
+    midair_coincidence all[16]{};
+    std::size_t count = 0;
+    EXPECT_EQ(midair_list_coincidence(scene, all, 16, &count), MIDAIR_OK) << midair_last_error();
+    return count == 1 ? all[0] : midair_coincidence{};
+}
+
+} // namespace
+
+TEST(CCoincidence, IsUnknownUntilAllOfItIsKnown)
+{
+    Focus of;
+    std::size_t count = 1;
+    EXPECT_EQ(midair_list_coincidence(of.scene, nullptr, 0, &count), MIDAIR_OK);
+    EXPECT_EQ(count, 0u) << "nothing is played";
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK) << midair_last_error();
+    ASSERT_TRUE(updatesUntil(of.scene, [&] { return coincidenceIn(of.scene).object != 0; }));
+    midair_coincidence now = coincidenceIn(of.scene);
+    EXPECT_EQ(now.object, of.points);
+    EXPECT_EQ(now.state[MIDAIR_PART_TOTAL], MIDAIR_PART_UNKNOWN);
+    EXPECT_EQ(now.state[MIDAIR_PART_ARRAY], MIDAIR_PART_NONE);
+    EXPECT_EQ(now.state[MIDAIR_PART_TRACKER], MIDAIR_PART_NONE);
+    EXPECT_EQ(now.state[MIDAIR_PART_MOTION], MIDAIR_PART_KNOWN);
+    EXPECT_STREQ(now.unknown, "no display is known; airError isn't set");
+
+    EXPECT_NE(midair_set_display(of.scene, "no such file"), MIDAIR_OK);
+    ASSERT_EQ(midair_set_display(of.scene, displayFile().c_str()), MIDAIR_OK)
+        << midair_last_error();
+    ASSERT_EQ(midair_set(of.scene, "headError", "10 mm"), MIDAIR_OK) << midair_last_error();
+    ASSERT_EQ(midair_set(of.scene, "airError", "1 C"), MIDAIR_OK) << midair_last_error();
+    ASSERT_TRUE(updatesUntil(
+        of.scene,
+        [&] { return coincidenceIn(of.scene).state[MIDAIR_PART_TOTAL] == MIDAIR_PART_KNOWN; }))
+        << coincidenceIn(of.scene).unknown;
+    now = coincidenceIn(of.scene);
+    EXPECT_STREQ(now.unknown, "");
+    EXPECT_STREQ(now.largest, "display");
+    EXPECT_NEAR(now.median_m[MIDAIR_PART_DISPLAY], 2e-3, 3e-4); // the picture is at the focus
+    EXPECT_GT(now.most_m[MIDAIR_PART_TOTAL], now.median_m[MIDAIR_PART_TOTAL]);
+    EXPECT_GT(now.median_m[MIDAIR_PART_TOTAL], now.median_m[MIDAIR_PART_DISPLAY]);
+
+    ASSERT_EQ(midair_set_display(of.scene, ""), MIDAIR_OK) << midair_last_error();
+    EXPECT_TRUE(updatesUntil(
+        of.scene,
+        [&] { return coincidenceIn(of.scene).state[MIDAIR_PART_TOTAL] == MIDAIR_PART_UNKNOWN; }));
 }

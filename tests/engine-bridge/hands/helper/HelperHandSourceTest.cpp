@@ -48,7 +48,7 @@ TEST(HelperHandSource, OneThatEndsIsStartedAgainAndTold)
 {
     HelperHandSource source(shell("exit 3"));
     const std::string message = firstMessage(source); // a busy machine may see a later one
-    EXPECT_EQ(message.rfind("helper test: there is no more of the helper, and the helper ended "
+    EXPECT_EQ(message.rfind("helper test: the helper closed its socket, and the helper ended "
                             "with 3; no hands, it is started again in ",
                             0),
               0U)
@@ -83,7 +83,7 @@ TEST(HelperHandSource, OneThatSaysNothingIsEnded)
     ASSERT_TRUE(eventually([&] { return source.process() > 0; }));
     const int process = source.process();
     EXPECT_NE(firstMessage(source).find(
-                  "the helper has said nothing for 0.2 s, and the helper was killed by signal 9"),
+                  "the helper has sent nothing for 0.2 s, and the helper was killed by signal 9"),
               std::string::npos);
     EXPECT_FALSE(isAlive(process));
 }

@@ -111,7 +111,7 @@ TEST_F(OpenXrFaults, ProgramThatHasAnInstanceOfItsOwn)
     EXPECT_EQ(
         message(),
         "openxr: this program has an OpenXR instance already, and the loader allows no second "
-        "one (XR_ERROR_LIMIT_REACHED); no hands. Set hands with InjectedHands instead");
+        "one (XR_ERROR_LIMIT_REACHED); no hands. Hand its session over: osgMidair::XrSession");
     destroy(instance);
 }
 

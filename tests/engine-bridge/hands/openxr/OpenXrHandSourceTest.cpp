@@ -71,8 +71,8 @@ TEST_F(OpenXrHands, AreThoseOfNowWhereTheRuntimeTellsNoLaterOnes)
     ASSERT_TRUE(framesUntil([&] { return FakeAccess()->located > 10 && !frame.hands.empty(); }));
     EXPECT_EQ(said,
               std::vector<std::string>{
-                  "openxr: Fake XR 1.2.3 tells no hands of a later time (XR_ERROR_TIME_INVALID): "
-                  "they are those of now, and are felt late. prediction=kalman predicts them"});
+                  "openxr: Fake XR 1.2.3 doesn't predict hands (XR_ERROR_TIME_INVALID): their "
+                  "present poses are used, and felt late. prediction=kalman predicts them"});
 }
 
 TEST_F(OpenXrHands, ComeAndGoWithTheTracker)
@@ -185,10 +185,23 @@ TEST_F(OpenXrHands, AMovedOriginIsTold)
     ASSERT_TRUE(handsCome(1));
     FakeAccess()->otherEvent = XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING;
     ASSERT_TRUE(framesUntil([&] { return !said.empty(); }));
-    EXPECT_EQ(
-        said[0],
-        "openxr: Fake XR 1.2.3 moves the origin of its stage space: hands are no longer where "
-        "they were calibrated to be");
+    EXPECT_EQ(said[0],
+              "openxr: Fake XR 1.2.3 moves the origin of its stage space: the calibration of hands "
+              "is no longer valid");
+}
+
+TEST_F(OpenXrHands, EachOfTwoSourcesHasAHorizonOfItsOwn)
+{
+    show(1, handAt(1, kTip));
+    open();
+    OpenXrHandSource other(options);
+    source->setHorizon(0.047);
+    other.setHorizon(0.011);
+    HandFrame seen;
+    for (const XrDuration ahead : {47000000, 11000000, 47000000, 11000000})
+        EXPECT_TRUE(
+            framesUntil([&] { return other.frameAt(7.0, seen) && FakeAccess()->ahead == ahead; }))
+            << ahead;
 }
 
 TEST_F(OpenXrHands, TwoSourcesShareTheProgramsOneInstance)

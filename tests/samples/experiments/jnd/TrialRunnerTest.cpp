@@ -118,7 +118,7 @@ TEST_F(TrialRuns, DoNotCountWhatWasMuted)
 TEST_F(TrialRuns, DoNotCountWhatBrokeOffOrWasNeverPlayed)
 {
     goToLine();
-    EXPECT_EQ(runner.step(2.5, kSilent).voided, "the line broke off: there is no such field");
+    EXPECT_EQ(runner.step(2.5, kSilent).voided, "the line was interrupted: there is no such field");
     runner.begin(10.0);
     EXPECT_TRUE(runner.step(14.9, kSilent).voided.empty());
     EXPECT_EQ(runner.step(15.1, kSilent).voided,

@@ -102,9 +102,10 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
     EXPECT_EQ(run.outcome.output.find(corners, first + 1), std::string::npos) << "told each round";
     EXPECT_EQ(run.outcome.output.find("no such file"), std::string::npos) << run.outcome.output;
     for (const char* name : {"star.mtl", "dangling.obj"})
-        EXPECT_NE(run.outcome.output.find(name + std::string(" is no model")), std::string::npos);
+        EXPECT_NE(run.outcome.output.find(name + std::string(" is not a model")),
+                  std::string::npos);
     const Visit none = visit("gallery", "'" + out.path + "'", out);
     EXPECT_EQ(none.outcome.code, 1);
-    EXPECT_NE(none.outcome.output.find("there is no model in the folder"), std::string::npos)
+    EXPECT_NE(none.outcome.output.find("no models in the folder"), std::string::npos)
         << none.outcome.output;
 }

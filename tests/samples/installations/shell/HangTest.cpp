@@ -1,6 +1,7 @@
 // An installation whose frames hang is silenced by its hold, and ends when it is told to.
 #include "device/recording/Recording.h"
 #include "samples/installations/shell/Installation.h"
+#include "samples/installations/shell/MuteMemory.h"
 #include "tests/Emulator.h"
 #include "tests/Eventually.h"
 #include "tests/samples/Ending.h"
@@ -33,7 +34,9 @@ namespace
 class Hanging : public Installation
 {
 public:
-    explicit Hanging(int to) : _to(to) {}
+    /// \a gone: folder that is removed before; what is said on stderr then goes to \a to. Empty:
+    /// none.
+    explicit Hanging(int to, std::string gone = {}) : _to(to), _gone(std::move(gone)) {}
     InstallationTitle title() const override { return {"hanging", "A test.", "Nobody"}; }
     std::string arrayOf(const std::string&) const override { return "board"; }
     void build(Stage& stage) override
@@ -47,6 +50,8 @@ public:
     void update(const Moment& now) override
     {
         if (now.statistics.state != osgMidair::ArrayState::PLAYING) return;
+        if (!_gone.empty()) std::filesystem::remove_all(_gone);
+        if (!_gone.empty()) ::dup2(_to, STDERR_FILENO);
         EXPECT_EQ(::write(_to, "r", 1), 1);
         for (;;)
             ::pause();
@@ -56,7 +61,38 @@ public:
 
 private:
     const int _to;
+    const std::string _gone;
 };
+
+/// Ends an installation by a signal while its frame hangs.
+Ending endingOfHung(const std::string& device, const std::string& state, const std::string& gone)
+{
+    return endingOf(
+        [&](int to)
+        {
+            Hanging installation(to, gone);
+            // The hold is longer than it may take, so it isn't what silences it.
+            std::string words[] = {"midair-hanging",
+                                   "--headless",
+                                   "--pictures",
+                                   "0",
+                                   "--frames",
+                                   "100000",
+                                   "--out",
+                                   std::filesystem::temp_directory_path().string(),
+                                   "--state",
+                                   state,
+                                   "--device",
+                                   device,
+                                   "--set",
+                                   "earLimit=none"};
+            std::vector<char*> line;
+            for (std::string& word : words)
+                line.push_back(word.data());
+            return runInstallation(installation, static_cast<int>(line.size()), line.data());
+        },
+        SIGTERM);
+}
 
 namespace recording = midair::device::recording;
 
@@ -236,29 +272,8 @@ TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
 {
     const OwnFolder folder("hanging");
     const std::string file = folder.path + "/show.recording";
-    const Ending ending = endingOf(
-        [&](int to)
-        {
-            Hanging installation(to);
-            // Longer than it may take: the hold doesn't silence it.
-            std::string words[] = {"midair-hanging",
-                                   "--headless",
-                                   "--pictures",
-                                   "0",
-                                   "--frames",
-                                   "100000",
-                                   "--out",
-                                   folder.path,
-                                   "--device",
-                                   "record:" + file + "?hold=30s",
-                                   "--set",
-                                   "earLimit=none"};
-            std::vector<char*> line;
-            for (std::string& word : words)
-                line.push_back(word.data());
-            return runInstallation(installation, static_cast<int>(line.size()), line.data());
-        },
-        SIGTERM);
+    const Ending ending =
+        endingOfHung("record:" + file + "?hold=30s", folder.path + "/state.json", {});
     EXPECT_EQ(ending.signal, SIGTERM);
     EXPECT_LT(ending.seconds, 15.0) << "it was the hold's end that silenced it";
     std::ifstream in(file, std::ios::binary);
@@ -271,4 +286,20 @@ TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
     ASSERT_GE(kinds.size(), 2U);
     EXPECT_EQ(kinds.front(), recording::Kind::FIELD);
     EXPECT_EQ(kinds.back(), recording::Kind::SILENCE);
+    const MuteMemory next(folder.path + "/state.json", 0.0);
+    EXPECT_FALSE(next.startsMuted());
+    EXPECT_EQ(next.crashes(), 0) << "who is asked to end has not crashed";
+}
+
+TEST(InstallationThatHangs, SaysOnceThatItsStateCantBeWritten)
+{
+    const OwnFolder folder("unwritten");
+    const std::string gone = folder.path + "/gone";
+    std::filesystem::create_directories(gone);
+    const std::string state = gone + "/state.json";
+    const Ending ending = endingOfHung("sim:?hold=30s", state, gone);
+    EXPECT_EQ(ending.signal, SIGTERM);
+    const std::size_t first = ending.said.find("\"" + state + "\"");
+    ASSERT_NE(first, std::string::npos) << ending.said;
+    EXPECT_EQ(ending.said.find(state, first + state.size()), std::string::npos) << ending.said;
 }

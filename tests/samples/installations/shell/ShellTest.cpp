@@ -1,4 +1,5 @@
 #include "samples/installations/shell/InstallationOptions.h"
+#include "samples/installations/shell/Looks.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/shared/views/Offscreen.h"
@@ -42,8 +43,7 @@ TEST(EarChoice, IsNeededForAllButSimulators)
     osgMidair::HapticSettings settings;
     settings.device = "usb:";
     InstallationOptions options;
-    EXPECT_NE(whyEarLimitIsMissing(settings, options).find("device \"usb:\" is no simulator"),
-              std::string::npos);
+    EXPECT_NE(whyEarLimitIsMissing(settings, options).find("\"usb:\""), std::string::npos);
     settings.earLimit = 100.0; // of a scene or of the installation: no operator's word
     EXPECT_FALSE(whyEarLimitIsMissing(settings, options).empty());
     options.settings = {{"earLimit", "none"}};
@@ -94,7 +94,7 @@ TEST(EarChoice, NoInstallationStartsWithoutOne)
         const Visit refused =
             visit(name, "--frames 5 --device 'record:" + file + "'" + results, out);
         EXPECT_EQ(refused.outcome.code, 1) << name << refused.outcome.output;
-        EXPECT_NE(refused.outcome.output.find("% of the pressure would be left"), std::string::npos)
+        EXPECT_NE(refused.outcome.output.find("% of the pressure"), std::string::npos)
             << name << refused.outcome.output;
         EXPECT_FALSE(std::filesystem::exists(file)) << name << " opened it";
         EXPECT_FALSE(std::filesystem::exists(out.path + "/r.csv")) << "a rehearsal keeps nothing";
@@ -128,7 +128,7 @@ TEST(MuteMemory, WhatWasMutedStaysMuted)
     }
     MuteMemory second(file, 2000.0);
     EXPECT_TRUE(second.startsMuted());
-    EXPECT_EQ(second.reason(), "it was muted when it ended");
+    EXPECT_NE(second.reason().find("muted"), std::string::npos) << second.reason();
     EXPECT_EQ(second.crashes(), 0);
     EXPECT_TRUE(second.keep(false));
     EXPECT_TRUE(second.end());
@@ -204,7 +204,7 @@ TEST(MuteMemory, WhatIsNotUnderstoodMutes)
         std::ofstream(file) << text;
         const MuteMemory memory(file, 1000.0);
         EXPECT_TRUE(memory.startsMuted()) << text;
-        EXPECT_EQ(memory.reason(), "\"" + file + "\" isn't understood") << text;
+        EXPECT_NE(memory.reason().find("\"" + file + "\""), std::string::npos) << text;
     }
     const MuteMemory none(folder.path + "/none/desk.json", 1000.0);
     EXPECT_FALSE(none.startsMuted());
@@ -268,6 +268,32 @@ TEST(VisitorSign, ShowsTheMuteInPlainViews)
     if (muted < 0) GTEST_SKIP() << "no OpenGL without a display";
     EXPECT_GT(muted, 100);
     EXPECT_EQ(redPixels(""), 0);
+}
+
+// Letters follow the window's height, are readable in a small one, and no line leaves it.
+TEST(VisitorSign, FollowsTheWindow)
+{
+    VisitorSign sign;
+    sign.setInvitation("Touch the keys: each vibrates with its own note");
+    sign.setCaption("E   139 Hz");
+    const auto pixelsOfUnit = [&](double width, double height)
+    {
+        sign.update(width, height);
+        // Of the letters, in the window: the camera maps units to -1 .. 1.
+        const auto* camera = dynamic_cast<const osg::Camera*>(sign.node()->asGroup()->getChild(0));
+        EXPECT_LT(sign.height(), 0.25F) << width;
+        return 0.5 * height * camera->getProjectionMatrix()(1, 1);
+    };
+    EXPECT_NEAR(26.0 * pixelsOfUnit(640, 480), 16.0, 1e-3) << "the small letters";
+    EXPECT_NEAR(pixelsOfUnit(1200, 800), 0.8, 1e-6);
+    EXPECT_NEAR(pixelsOfUnit(1920, 1080), 1.08, 1e-6);
+    const double wide = pixelsOfUnit(640, 480);
+    EXPECT_LT(pixelsOfUnit(240, 480), 0.7 * wide) << "the line fits into the window";
+    sign.setCaption("");
+    sign.update(640, 480);
+    const float without = sign.height();
+    sign.setCaption("E   139 Hz");
+    EXPECT_GT(sign.height(), without);
 }
 
 // A tracker that sees nobody, from the first frame on: the array is open, and silent.

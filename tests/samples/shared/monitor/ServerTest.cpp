@@ -354,7 +354,7 @@ TEST_F(Server, AProgramThatHangsIsToldAndKeepsTheFramesGoing)
     // The mute waits for the array to confirm it, which it can't; the page says so in time.
     const std::string answer = ask(mute());
     EXPECT_EQ(statusOf(answer), 504) << answer;
-    EXPECT_NE(answer.find("may not have been done"), std::string::npos);
+    EXPECT_NE(answer.find("may not have been"), std::string::npos);
     EXPECT_EQ(_installation->mutes, 1) << "it was done all the same";
     EXPECT_EQ(statusOf(ask(requestHead("GET /status.json"))), 200) << "others are answered";
     _installation->hang(false);
@@ -446,8 +446,7 @@ TEST(ServerEnd, DoesNotWaitForWhatHangs)
         testing::internal::CaptureStderr();
     }
     const std::string told = testing::internal::GetCapturedStderr();
-    EXPECT_NE(told.find("reading the scene hangs; it is left to itself"), std::string::npos)
-        << told;
+    EXPECT_NE(told.find("reading the scene hangs"), std::string::npos) << told;
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
     installation->hang(false);
     EXPECT_TRUE(eventually([&] { return installation.use_count() == 1; })) << "and it ends";

@@ -210,7 +210,7 @@ TEST_F(SolveFigures, OutsideTheWorkspaceEveryWayOfPlayingIsSilence)
         fs::remove_all(out());
         const Outcome outcome = shell(command(kStar + " --position 0 0 5" + turns, out()));
         EXPECT_EQ(outcome.code, 1) << outcome.output;
-        EXPECT_NE(outcome.output.find("solves for 0 of "), std::string::npos) << outcome.output;
+        EXPECT_NE(outcome.output.find("uses 0 of "), std::string::npos) << outcome.output;
         EXPECT_NE(outcome.output.find("note        there are no control points"), std::string::npos)
             << outcome.output;
         expectFigures();

@@ -169,14 +169,10 @@ TEST(SolveProbe, WhatIsWrongIsNamed)
     EXPECT_NE(wrong("--ringing 1").find("--ringing"), std::string::npos);
     EXPECT_NE(wrong("--ringing nan").find("--ringing"), std::string::npos);
     EXPECT_NE(wrong("--probe-patch 1mm").find("--probe-patch requires --probe"), std::string::npos);
-    EXPECT_NE(
-        wrong("--probe 0 0 0.2 --probe-patch 1mm")
-            .find("--probe-patch: no place of the felt surface is within 0.001 m of a --probe"),
-        std::string::npos);
-    EXPECT_NE(
-        wrong("--probe-points --duration 1000")
-            .find("samples are more than 1e+07 in all: shorten --duration, or lower --probe-rate"),
-        std::string::npos);
+    EXPECT_NE(wrong("--probe 0 0 0.2 --probe-patch 1mm").find("0.001 m of a --probe"),
+              std::string::npos);
+    EXPECT_NE(wrong("--probe-points --duration 1000").find("limit of 1e+07 samples"),
+              std::string::npos);
 }
 
 } // namespace

@@ -94,7 +94,7 @@ TEST(Solve, CertifiesTheFieldOnRequest)
     const std::string out = folder("certify");
     const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.08 --certify --out " + out);
     ASSERT_EQ(outcome.code, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("certificate misfit and power of the field "), std::string::npos);
+    EXPECT_NE(outcome.output.find("\ncertificate "), std::string::npos);
     const nlohmann::json certificate = readSummary(out).at("certificate");
     const double bound = certificate.at("bound"), best = certificate.at("best");
     EXPECT_GT(bound, 0.0);
@@ -299,10 +299,7 @@ TEST(Solve, WhatIsWrongIsNamed)
     const std::string csv = testing::TempDir() + "midair-broken.csv";
     const std::string solve = kProgram + " --points-file " + csv;
     std::ofstream(csv) << "x_m,y_m,nx,ny,nz,target\n";
-    EXPECT_EQ(shell(solve).output,
-              "midair-solve: " + csv +
-                  ":1: there is no column z_m; the header must hold x_m,y_m,z_m,nx,ny,nz and "
-                  "target_Pa or target\n");
+    EXPECT_NE(shell(solve).output.find(csv + ":1: there is no column z_m"), std::string::npos);
     std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target\n0,0,0,0,1,0,1\n0,nan,0,0,1,0,1\n";
     EXPECT_EQ(shell(solve).output,
               "midair-solve: " + csv + ":3: y_m is 'nan', it must be a finite number\n");
@@ -320,6 +317,18 @@ TEST(Solve, WhatIsWrongIsNamed)
     EXPECT_NE(shell(kProgram + " " + kStar + " --temperature 100").output.find("100"),
               std::string::npos);
     EXPECT_NE(shell(kProgram + " " + kStar + " --size -1").code, 0);
+}
+
+TEST(Solve, SaysThatItReadsObjAlone)
+{
+    for (const std::string file : {MIDAIR_ROOT "/samples/models/panel.gltf", "nowhere.STL"})
+    {
+        const Outcome other = shell(kProgram + " " + file);
+        EXPECT_EQ(other.code, 2) << other.output;
+        for (const char* said : {".obj", "midair-check", "midair-demo"})
+            EXPECT_NE(other.output.find(said), std::string::npos) << other.output;
+    }
+    EXPECT_NE(shell(kProgram + " --help").output.find(".obj"), std::string::npos);
 }
 
 TEST(Solve, NeedsNoSceneGraphButForItsPicture)

@@ -151,7 +151,7 @@ TEST_F(Sweep, WrongTablesAreRefusedByRowAndColumn)
          "row 0: there is no parameter \"temprature\" (did you mean temperature?)");
     says(R"([{"points-file": "points.csv"}, {"points-file": "points.csv", "temperature": 400}])",
          "row 1: ");
-    says(R"([{"temperature": 20}])", "has neither a model nor a points-file");
+    says(R"([{"temperature": 20}])", "points-file");
     says(R"({"cros": {}})", "\"cros\" is unknown");
     says(R"([{"points-file": "points.csv", "out": "/tmp"}])", "there is no parameter \"out\"");
     says(R"([{"points-file": "points.csv", "array": "nonesuch"}])", "nonesuch");

@@ -1,0 +1,61 @@
+// midair-sensation-bench: processor time of a sample of each classic and of files, on one core, at
+// 1,000 fields a second.
+#include "haptics/sensation/SensationClassics.h"
+#include "haptics/sensation/SensationEvaluator.h"
+#include "haptics/sensation/SensationPlayer.h"
+#include "haptics/sensation/SensationReader.h"
+#include "tests/benchmarks/Timing.h"
+
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace midair::haptics;
+
+int main(int argc, char** argv)
+{
+    std::vector<std::string> names(argv + 1, argv + argc);
+    if (names.empty()) names = sensationClassics();
+    constexpr int kSamples = 20000;
+    std::printf("%-32s %12s %15s\n", "us a sample (median of 9)", "played", "as AdapTics");
+    try
+    {
+        for (const std::string& name : names)
+        {
+            const auto sensation = std::make_shared<const Sensation>(loadSensation(name));
+            const SensationEvaluator evaluator(sensation);
+            double sum = 0.0;
+            const double played_ms =
+                midair::bench::median_ms(9,
+                                         [&]
+                                         {
+                                             SensationPlayer player(sensation);
+                                             for (int k = 0; k < kSamples; ++k)
+                                                 sum += player.sampleAt(k).intensity;
+                                         });
+            const double evaluated_ms =
+                midair::bench::median_ms(9,
+                                         [&]
+                                         {
+                                             const SensationValues values(*sensation);
+                                             SensationState state;
+                                             for (int k = 0; k < kSamples; ++k)
+                                                 sum +=
+                                                     evaluator.evaluate(k, values, state).intensity;
+                                         });
+            std::printf("%-32s %12.3f %15.3f%s\n",
+                        name.substr(name.rfind('/') + 1).c_str(),
+                        1e3 * played_ms / kSamples,
+                        1e3 * evaluated_ms / kSamples,
+                        sum < 0.0 ? " " : "");
+        }
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-sensation-bench: %s\n", error.what());
+        return 2;
+    }
+    return 0;
+}
