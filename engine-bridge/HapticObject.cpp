@@ -49,13 +49,30 @@ bool operator==(const HapticMaterial& a, const HapticMaterial& b)
     return all(a) == all(b);
 }
 
+bool operator==(const SensationProperties& a, const SensationProperties& b)
+{
+    const auto all = [](const SensationProperties& s)
+    {
+        return std::tie(s.isMeant,
+                        s.pattern,
+                        s.attach,
+                        s.joint,
+                        s.trigger,
+                        s.speed,
+                        s.seed,
+                        s.parameters,
+                        s.plays);
+    };
+    return all(a) == all(b);
+}
+
 bool operator==(const HapticProperties& a, const HapticProperties& b)
 {
     return a.pressure == b.pressure && a.pressureInPa == b.pressureInPa &&
            a.spacing_m == b.spacing_m && a.sampling == b.sampling && a.side == b.side &&
            a.priority == b.priority && a.modulationFrequency_Hz == b.modulationFrequency_Hz &&
            a.modulationDepth == b.modulationDepth && a.render == b.render &&
-           a.material == b.material;
+           a.material == b.material && a.sensation == b.sensation;
 }
 
 bool isClipped(const std::vector<Eigen::Vector4d>& clips, const Eigen::Vector3d& place)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/SharedMesh.h"
+#include "haptics/sensation/Sensation.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
 
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::bridge
@@ -56,6 +58,46 @@ enum class Render
     AUTO     ///< CONTACT while hands are tracked accurately enough, else OBJECT
 };
 
+/// A sensation that is played instead of an object's surface.
+struct SensationProperties
+{
+    /// The frame of its samples.
+    enum class Attach
+    {
+        PLACE,   ///< the object's own
+        SURFACE, ///< on the surface, where it is touched or under the object's origin
+        HAND     ///< of a joint of a hand, z out of the palm
+    };
+    /// When it begins and ends.
+    enum class Trigger
+    {
+        ALWAYS,      ///< at once; one that has stopped begins anew
+        PROGRAM,     ///< when plays changes
+        TOUCH_BEGIN, ///< when a hand begins to touch the object
+        TOUCH_STAY,  ///< while a hand touches the object
+        TOUCH_END    ///< when a hand ends to touch the object
+    };
+
+    bool isMeant = false;                              ///< false: the object has no sensation
+    std::shared_ptr<const haptics::Sensation> pattern; ///< null though meant: it is silent
+    Attach attach = Attach::PLACE;
+    int joint = 0; ///< HandJointName, for HAND
+    Trigger trigger = Trigger::ALWAYS;
+    double speed = 1.0;                                     ///< 0 .. 10; factor
+    int seed = 1;                                           ///< of random intensities
+    std::vector<std::pair<std::string, double>> parameters; ///< set by the program
+    int plays = 0; ///< another number above 0 begins it anew, 0 ends it
+
+    /// Returns true if it needs hands.
+    bool needsHands() const
+    {
+        return isMeant && (attach == Attach::HAND || trigger == Trigger::TOUCH_BEGIN ||
+                           trigger == Trigger::TOUCH_STAY || trigger == Trigger::TOUCH_END);
+    }
+};
+
+bool operator==(const SensationProperties& a, const SensationProperties& b);
+
 /// How an object should feel. Ranges are checked where the members are set.
 struct HapticProperties
 {
@@ -71,6 +113,7 @@ struct HapticProperties
     double modulationDepth = 1.0;
     Render render = Render::INHERIT;
     HapticMaterial material; ///< used when touched
+    SensationProperties sensation;
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);

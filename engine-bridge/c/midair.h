@@ -174,6 +174,14 @@ extern "C"
                                                size_t count,
                                                int32_t in_pascal,
                                                midair_object* object);
+    /// Adds a sensation without a mesh: the property "sensation" is \a sensation, a classic with
+    /// parameters ("circle?radius=20mm"), the path of an .adaptics file, or such a file's text. It
+    /// plays at the object's pose; the properties "attach", "trigger", "parameters", "pressure",
+    /// .. say where, when and how (midair_sensations() in midair_play.h lists what plays).
+    /// MIDAIR_REFUSED: it can't be read.
+    MIDAIR_API midair_status midair_add_sensation(midair_scene* scene,
+                                                  const char* sensation,
+                                                  midair_object* object);
     /// Replaces the vertices of a mesh or the positions of points; their number must stay the same.
     MIDAIR_API midair_status midair_move_vertices(midair_scene* scene,
                                                   midair_object object,

@@ -308,6 +308,28 @@ extern "C"
         double force_N;       ///< an upper estimate; 0 while nothing is played
     } midair_touch;
 
+    /// A sensation of an object, as of the newest field.
+    typedef struct midair_sensation
+    {
+        midair_object object;
+        int32_t playing;        ///< 1: from its begin until it has faded out
+        int32_t stopped;        ///< 1: its pattern has come to its stop
+        double pattern_time_ms; ///< time in the pattern, which jumps and speed change
+        double position[3];     ///< m, array frame; of the focus
+        double intensity;       ///< 0 .. 1, with fades
+        double pressure_Pa;     ///< wanted peak
+    } midair_sensation;
+
+    /// Copies the sensations of the newest field, like midair_contacts().
+    MIDAIR_API midair_status midair_sensations(midair_scene* scene,
+                                               midair_sensation* sensations,
+                                               size_t capacity,
+                                               size_t* count);
+    /// Begins the sensation of \a object anew with the next midair_update(), or ends it: \a plays
+    /// 0. Its property "trigger" must be program.
+    MIDAIR_API midair_status midair_sensation_play(midair_scene* scene,
+                                                   midair_object object,
+                                                   int32_t plays);
     /// Copies the contacts of the newest field; \a count: their number, even if \a capacity is too
     /// small.
     MIDAIR_API midair_status midair_contacts(midair_scene* scene,

@@ -294,6 +294,7 @@ bool ContactTracker::advance(double dt_s)
                                  own_Pa,
                                  contact.id,
                                  static_cast<int>(j),
+                                 contact.path.patch().object,
                                  contact.path.patch().centre,
                                  contact.path.patch().normal});
         }

@@ -39,6 +39,7 @@ struct ContactFocus
     double pressure_Pa = 0.0;                           ///< peak, > 0
     std::uint64_t contact = 0;                          ///< Contact::id
     int index = 0;                                      ///< within this contact
+    std::uint64_t object = 0;                           ///< HapticObject::touchId()
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of its patch
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of its patch, out of the object
 };

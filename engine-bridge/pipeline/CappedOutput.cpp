@@ -166,12 +166,14 @@ std::string CappedOutput::asking(const haptics::ControlPoints& points,
         _asking.pressure_Pa = ofLast_Pa;
     if (_asking.object < 0) return {};
     const double asked_Pa = _asking.pressure_Pa;
+    const bool isTouch =
+        _asking.isContact && !_context.areSensations[static_cast<std::size_t>(_asking.object)];
     const bool isLarge = asked_Pa >= 1000.0;
     return fmt::format("{} wants {:.3g} {}, by its {}",
                        _context.paths[static_cast<std::size_t>(_asking.object)],
                        isLarge ? asked_Pa / 1000.0 : asked_Pa,
                        isLarge ? "kPa" : "Pa",
-                       _asking.isContact ? "contactForce" : "pressure");
+                       isTouch ? "contactForce" : "pressure");
 }
 
 // Reports the binding cap, and the object that asks for too much. A contact that does is solved for

@@ -92,7 +92,7 @@ void ContactStage::playNext(HologramResult* result)
     const HologramOptions& options = _context.options;
     const double now_s = _context.clock.now_s();
     const double cap_Pa = options.contacts.field.absolute ? _output.maxPressure_Pa() : 0.0;
-    RenderedField rendered = _renderer->render(now_s, _whole, cap_Pa);
+    RenderedField rendered = _renderer->render(now_s, _whole, cap_Pa, 1.0 / period_s());
     std::vector<base::Message> failure;
     if (rendered.isFailed)
         failure.emplace_back(base::MessageCode::SOLVER_REFUSED, "contacts: " + rendered.error);
@@ -103,7 +103,7 @@ void ContactStage::playNext(HologramResult* result)
     sequence.report.capFactor = 1.0;
     sequence.modulation.fieldRate_Hz = options.fieldRate;
     haptics::ControlPoints points = _whole.points();
-    points.targets *= _renderer->view().whole;
+    points.targets *= _renderer->whole();
     haptics::append(points, rendered.foci);
     const int foci = rendered.foci.size();
     sequence.report.points = points.size();
@@ -111,6 +111,7 @@ void ContactStage::playNext(HologramResult* result)
     sequence.fields = {std::move(rendered.q)};
     HologramResult unseen;
     _output.play(options.array, std::move(sequence), result ? *result : unseen, foci);
+    _renderer->noteCap((result ? *result : unseen).sequence.report.capFactor);
     _field_s = now_s;
     _isPlayed = true;
     const std::vector<Eigen::VectorXcf> planned = _output.device().planned();
@@ -119,6 +120,8 @@ void ContactStage::playNext(HologramResult* result)
     ++_context.counters.contactFields;
     if (!result) return;
     _shown_s = now_s;
+    _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED},
+                             _renderer->sensationProblems());
     result->touched = std::make_shared<const ContactScene>(_renderer->view());
     _output.measure(options.array, *result);
     result->fingertip.how = haptics::PlayedAs::CIRCLING;
@@ -131,10 +134,10 @@ RestStep ContactStage::attend(bool /*isPlaying*/)
 {
     if (!isActive() && !_isPlayed) return {};
     const double now_s = _context.clock.now_s();
-    if (_output.device().isHoldOver()) return silence(); // frames stand still
-    if (!isActive()) return playWhole();
     RestStep step;
     step.isAll = true;
+    if (_output.device().isHoldOver()) return _isPlayed ? silence() : step; // frames stand still
+    if (!isActive()) return playWhole();
     if (now_s < _field_s + period_s()) return step;
     const bool isShown = now_s >= _shown_s + kShow_s;
     if (isShown) step.result = std::make_shared<HologramResult>(*_context.last);
@@ -145,7 +148,8 @@ RestStep ContactStage::attend(bool /*isPlaying*/)
 
 RestStep ContactStage::silence()
 {
-    end();
+    _renderer->endContacts();
+    _isPlayed = false;
     _output.device().silence(ArrayOutput::Silence::FAILED);
     RestStep step;
     step.result = std::make_shared<HologramResult>(*_context.last);
@@ -172,6 +176,8 @@ RestStep ContactStage::playWhole()
 
 std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
 {
+    constexpr double kWait_s = 0.01;
+    if (isActive() && _output.device().isHoldOver()) return kWait_s;
     if (isActive()) return std::max(_field_s + period_s() - _context.clock.now_s(), 0.0);
     if (_isPlayed) return 0.0; // they have just ended
     return std::nullopt;

@@ -56,8 +56,12 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _context.counters.superseded += superseded;
     _said.before = base::MessageLog::saidNow();
     _context.paths.resize(snapshot.objects.size());
+    _context.areSensations.resize(snapshot.objects.size());
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
+    {
         _context.paths[i] = snapshot.objects[i].path;
+        _context.areSensations[i] = snapshot.objects[i].properties.sensation.isMeant;
+    }
     try
     {
         if (_invalid) throw base::CodedError(_invalid->code, _invalid->text);

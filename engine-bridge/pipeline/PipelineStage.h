@@ -34,7 +34,8 @@ struct PipelineContext
     base::MessageLog messages;
     HologramCounters counters;
     std::shared_ptr<const HologramResult> last; ///< null: there is none yet
-    std::vector<std::string> paths; ///< of the objects of the newest snapshot, for messages
+    std::vector<std::string> paths;  ///< of the objects of the newest snapshot, for messages
+    std::vector<bool> areSensations; ///< the same objects
 };
 
 /// Result of a stage's step while no snapshot comes.

@@ -196,7 +196,8 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.share = object.share;
         placed.pose = object.pose;
         tellUnused(object);
-        if (!(object.share > 0.0)) continue; // it is rendered where touched
+        // Where touched, or as a sensation.
+        if (!(object.share > 0.0) || p.sensation.isMeant) continue;
         if (!usable(object)) continue;
         tellIfLarge(object, snapshot.metresPerUnit);
         tellIfSmall(snapshot, object);
@@ -359,6 +360,7 @@ bool PointAssembler::usable(const HapticObject& object)
 void PointAssembler::tellUnused(const HapticObject& object)
 {
     const HapticProperties& p = object.properties;
+    if (p.sensation.isMeant) return;
     const Render render = p.render == Render::INHERIT ? _options.render : p.render;
     if (render == Render::OBJECT && !(p.material == HapticMaterial()))
         tellOnce(base::MessageCode::PROPERTY_INVALID,

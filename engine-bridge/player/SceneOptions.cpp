@@ -3,6 +3,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/playing/EarBound.h"
+#include "engine-bridge/sensations/SensationLibrary.h"
 #include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Words.h"
 #include "haptics/sequence/FieldSettings.h"
@@ -108,6 +109,7 @@ HapticProperties propertiesOf(const ObjectSettings& settings, const HapticMateri
                    ? Render::INHERIT
                    : renderOf(static_cast<SceneSettings::Render>(settings.render));
     p.material = material;
+    p.sensation = sensationOf(settings).properties;
     return p;
 }
 

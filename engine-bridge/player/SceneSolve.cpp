@@ -96,6 +96,13 @@ std::unique_ptr<EarBound> boundOf(const SceneSolve& scene, const SolvedScene& so
 SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages)
 {
     SolvedScene solved;
+    for (const HapticObject& object : scene.snapshot.objects)
+        if (object.properties.sensation.isMeant)
+            messages.say(base::about(base::MessageCode::SENSATION_LIMITED,
+                                     object.path,
+                                     "its sensation is a course in time, which a single field "
+                                     "hasn't; it is left out",
+                                     object.origin));
     solved.medium = haptics::mediumOf(scene.settings);
     solved.ears = earsOf(scene);
     ReachAndShadow around;

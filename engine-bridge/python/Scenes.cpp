@@ -209,6 +209,14 @@ PyObjectOfScene addPoints(const std::shared_ptr<PyScene>& scene,
     return object;
 }
 
+PyObjectOfScene addSensation(const std::shared_ptr<PyScene>& scene, const py::object& sensation)
+{
+    PyObjectOfScene object{scene, 0};
+    const std::string text = pathOf(sensation);
+    checked(midair_add_sensation, scene->get(), text.c_str(), &object.number);
+    return object;
+}
+
 void setPose(const PyObjectOfScene& object, const Doubles& matrix)
 {
     if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
@@ -371,6 +379,16 @@ void addPlaces(ObjectClass& object)
              py::arg("vertices"),
              "Replaces the vertices, or the places of points: as many, (n, 3), in m.")
         .def(
+            "play",
+            [](const PyObjectOfScene& object)
+            { checked(midair_sensation_play, object.scene->get(), object.number, 1); },
+            "Begins its sensation anew with the next update(); its trigger is program.")
+        .def(
+            "stop",
+            [](const PyObjectOfScene& object)
+            { checked(midair_sensation_play, object.scene->get(), object.number, 0); },
+            "Ends its sensation with the next update(); its trigger is program.")
+        .def(
             "remove",
             [](const PyObjectOfScene& object)
             { checked(midair_remove, object.scene->get(), object.number); },
@@ -410,6 +428,14 @@ void addHands(py::module_& module)
                          share);
     PYBIND11_NUMPY_DTYPE(
         midair_touch, object, hand, finger, touching, reserved, position, distance_m, force_N);
+    PYBIND11_NUMPY_DTYPE(midair_sensation,
+                         object,
+                         playing,
+                         stopped,
+                         pattern_time_ms,
+                         position,
+                         intensity,
+                         pressure_Pa);
     PYBIND11_NUMPY_DTYPE(midair_ear, position, level_dB, eq_dB, max_dB);
     PYBIND11_NUMPY_DTYPE(midair_coincidence, object, median_m, most_m, state, largest, unknown);
     module.attr("hand_dtype") = py::dtype::of<midair_hand>();
@@ -482,6 +508,12 @@ void addSolving(SceneClass& scene)
              "Adds control points, solved without sampling, and returns their Object. positions: "
              "(n, "
              "3), m; pressures: (n,), Pa if pascal, else relative to each other, None: 1.")
+        .def("add_sensation",
+             &addSensation,
+             py::arg("sensation"),
+             "Adds a sensation and returns its Object: a classic, \"circle?radius=20mm\", the path "
+             "of an .adaptics file, or such a file's text. Its properties say where, when and how "
+             "it plays: attach, trigger, parameters, pressure.")
         .def("solve",
              &solve,
              py::arg("raise_if_silent") = false,
@@ -618,6 +650,11 @@ void addHandsAndState(SceneClass& scene)
             [](const PyScene& s) { return all(s, midair_touches); },
             "Fingers near objects with touchEvents, a structured array, shape (n,): position (3,) "
             "in m, distance_m, force_N and so on; a copy.")
+        .def_property_readonly(
+            "sensations",
+            [](const PyScene& s) { return all(s, midair_sensations); },
+            "The sensations of the newest field, a structured array, shape (n,): playing, "
+            "position (3,) in m, intensity, pattern_time_ms and so on; a copy.")
         .def("close", &PyScene::close, "Stops playing, silences the device, frees the scene.")
         .def(
             "__enter__", [](const std::shared_ptr<PyScene>& s) { return s; }, "Returns the scene.")

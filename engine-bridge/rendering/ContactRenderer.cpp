@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,12 +21,8 @@ constexpr double kLongestStep_s = 0.02; ///< longest time step of one field
 /// An object that fades beside others changes its share in this many steps, each of them a solve.
 constexpr double kShareSteps = 4.0;
 
-std::uint64_t objectOf(const std::vector<Contact>& contacts, std::uint64_t id)
-{
-    const auto found = std::find_if(
-        contacts.begin(), contacts.end(), [id](const Contact& one) { return one.id == id; });
-    return found == contacts.end() ? 0 : found->path.patch().object;
-}
+/// The priority of nothing.
+constexpr int kNoPriority = std::numeric_limits<int>::min();
 
 } // namespace
 
@@ -40,7 +37,8 @@ ContactRenderer::ContactRenderer(const haptics::TransducerArray& array,
     _options(options),
     _tracker(options.tracker, medium),
     _field(array, medium, options.field),
-    _shares(options.shares)
+    _shares(options.shares),
+    _sensations(array, medium)
 {
 }
 
@@ -52,35 +50,46 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
     // A frame's time may go back a little, by the age of its data.
     const double now_s = _isUpdated ? std::max(time_s, _updated_s) : time_s;
     std::vector<HapticObject> touched;
-    _indices.clear();
+    _objects.clear();
     for (std::size_t i = 0; i < objects.size(); ++i)
     {
-        if (_shares.renderOf(objects[i]) == Render::OBJECT) continue;
-        touched.push_back(objects[i]);
-        _indices.emplace(objects[i].touchId(), static_cast<int>(i));
+        const HapticObject& object = objects[i];
+        if (_shares.renderOf(object) == Render::OBJECT) continue;
+        if (object.mesh && object.mesh->triangles.cols() > 0) touched.push_back(object);
+        _objects.emplace(object.touchId(),
+                         Known{static_cast<int>(i),
+                               object.properties.priority,
+                               object.properties.sensation.isMeant});
     }
     _tracker.update(touched, hands, now_s);
+    _sensations.update(objects, hands, _tracker.contacts(), now_s);
     _shares.update(objects, _tracker.contacts(), hands, now_s, std::max(rest_s, 0.0));
     _updated_s = now_s;
     _isUpdated = true;
     if (!_wasActive) _rendered_s = now_s;
     // The largest share of all scales the field; these are the others relative to it.
     const double most = _shares.mostWhole();
+    _wholePriority = kNoPriority;
     for (HapticObject& object : objects)
     {
         const double share = _shares.whole(object.touchId());
+        if (share > 0.0) _wholePriority = std::max(_wholePriority, object.properties.priority);
         object.share = most > 0.0 ? std::ceil(kShareSteps * share / most) / kShareSteps : 0.0;
     }
 }
 
 void ContactRenderer::clear()
 {
-    _tracker.end();
+    endContacts();
     _shares.clear();
-    _foci.clear();
-    _recent.clear();
-    _wasActive = false;
+    _sensations.clear();
     _isUpdated = false;
+}
+
+void ContactRenderer::endContacts()
+{
+    _tracker.end();
+    pause();
 }
 
 void ContactRenderer::pause()
@@ -93,13 +102,48 @@ void ContactRenderer::pause()
 bool ContactRenderer::isActive(double now_s) const
 {
     if (!_isUpdated) return false;
-    if (_shares.isFading()) return true;
+    if (_shares.isFading() || _sensations.isActive() || _precedence.isFading()) return true;
     if (now_s - _updated_s > kStale_s) return false;
     const std::vector<Contact>& contacts = _tracker.contacts();
-    return std::any_of(contacts.begin(),
-                       contacts.end(),
-                       [](const Contact& one)
-                       { return one.wanted_m > 0.0 || one.depth_m > kLeastDepth_m; });
+    return std::any_of(
+        contacts.begin(), contacts.end(), [this](const Contact& one) { return presses(one); });
+}
+
+bool ContactRenderer::presses(const Contact& contact) const
+{
+    const auto known = _objects.find(contact.path.patch().object);
+    if (known != _objects.end() && known->second.isSensation) return false;
+    return contact.wanted_m > 0.0 || contact.depth_m > kLeastDepth_m;
+}
+
+// The field of whole objects is one, so it has the priority of its most important object; it makes
+// nothing else give way.
+void ContactRenderer::settlePrecedence(double dt_s)
+{
+    int highest = _sensations.highestPriority(kNoPriority);
+    if (_rendered_s - _updated_s <= kStale_s && highest > kNoPriority)
+        for (const Contact& contact : _tracker.contacts())
+        {
+            const auto known = _objects.find(contact.path.patch().object);
+            if (known != _objects.end() && presses(contact))
+                highest = std::max(highest, known->second.priority);
+        }
+    _precedence.advance(dt_s, highest);
+    const double level = _wholePriority > kNoPriority ? _precedence.level(_wholePriority) : 1.0;
+    _whole = _shares.mostWhole() * level;
+}
+
+void ContactRenderer::addContacts(double now_s)
+{
+    if (now_s - _updated_s > kStale_s) return;
+    for (ContactFocus focus : _tracker.foci())
+    {
+        const auto known = _objects.find(focus.object);
+        if (known == _objects.end() || known->second.isSensation) continue;
+        focus.pressure_Pa *=
+            _shares.contacts(focus.object) * _precedence.level(known->second.priority);
+        if (focus.pressure_Pa > 0.0) _foci.push_back(focus);
+    }
 }
 
 haptics::ControlPoints
@@ -108,8 +152,8 @@ ContactRenderer::pointsWithObjects(const std::vector<ContactFocus>& foci) const
     haptics::ControlPoints points = pointsOf(foci);
     for (const ContactFocus& focus : foci)
     {
-        const auto found = _indices.find(objectOf(_tracker.contacts(), focus.contact));
-        points.object.push_back(found == _indices.end() ? 0 : found->second);
+        const auto found = _objects.find(focus.object);
+        points.object.push_back(found == _objects.end() ? 0 : found->second.index);
     }
     return points;
 }
@@ -118,32 +162,30 @@ void ContactRenderer::addWhole(double now_s,
                                const haptics::FieldSequence& whole,
                                Eigen::VectorXcf& q) const
 {
-    const double factor = _shares.mostWhole();
-    if (whole.isEmpty() || !(factor > 0.0)) return;
+    if (whole.isEmpty() || !(_whole > 0.0)) return;
     const haptics::Modulator modulator(whole.modulation);
     const auto step = modulator.at(now_s, static_cast<int>(whole.fields.size()));
     const Eigen::VectorXcf& field = whole.fields[static_cast<std::size_t>(step.field)];
-    if (field.size() == q.size()) q += static_cast<float>(factor * step.amplitude) * field;
+    if (field.size() == q.size()) q += static_cast<float>(_whole * step.amplitude) * field;
     const float most = q.cwiseAbs().maxCoeff();
     if (most > 1.0f) q /= most;
 }
 
-RenderedField
-ContactRenderer::render(double now_s, const haptics::FieldSequence& whole, double most_Pa)
+RenderedField ContactRenderer::render(double now_s,
+                                      const haptics::FieldSequence& whole,
+                                      double most_Pa,
+                                      double rate_Hz)
 {
     RenderedField rendered;
-    const double dt_s = std::clamp(now_s - _rendered_s, 0.0, kLongestStep_s);
+    _step_s = std::clamp(now_s - _rendered_s, 0.0, kLongestStep_s);
     _rendered_s = now_s;
     _wasActive = true;
-    _tracker.advance(dt_s);
-    _shares.advance(dt_s);
+    _tracker.advance(_step_s);
+    _shares.advance(_step_s);
+    settlePrecedence(_step_s);
     _foci.clear();
-    if (now_s - _updated_s <= kStale_s)
-        for (ContactFocus focus : _tracker.foci())
-        {
-            focus.pressure_Pa *= _shares.contacts(objectOf(_tracker.contacts(), focus.contact));
-            if (focus.pressure_Pa > 0.0) _foci.push_back(focus);
-        }
+    addContacts(now_s);
+    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _precedence, _foci);
     std::vector<ContactFocus> played = _foci;
     for (ContactFocus& focus : played)
         if (most_Pa > 0.0) focus.pressure_Pa = std::min(focus.pressure_Pa, most_Pa);
@@ -163,10 +205,16 @@ void ContactRenderer::keep(double now_s, Eigen::VectorXcf played)
         _recent.pop_front();
 }
 
+double ContactRenderer::whole() const
+{
+    return _wasActive ? _whole : _shares.mostWhole();
+}
+
 ContactScene ContactRenderer::view() const
 {
     ContactScene scene;
-    scene.whole = _shares.mostWhole();
+    scene.whole = whole();
+    scene.sensations = _sensations.views();
     scene.recent.assign(_recent.begin(), _recent.end());
     for (const Contact& contact : _tracker.contacts())
     {

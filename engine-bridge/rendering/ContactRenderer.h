@@ -4,6 +4,8 @@
 #include "engine-bridge/contact/ContactTracker.h"
 #include "engine-bridge/rendering/ContactView.h"
 #include "engine-bridge/rendering/RenderShares.h"
+#include "engine-bridge/sensations/Precedence.h"
+#include "engine-bridge/sensations/SensationRenderer.h"
 #include "haptics/sequence/FieldSequence.h"
 
 #include <cstdint>
@@ -38,11 +40,12 @@ struct RenderedField
     std::string error;
 };
 
-/// Makes the fields of objects rendered by contacts: foci on the skin, added to the field of whole
-/// objects.
+/// Makes the fields of objects rendered by contacts, foci on the skin, and of sensations, added to
+/// the field of whole objects. A sensation of a higher priority than theirs fades contacts and
+/// whole objects out, and the other way round.
 ///
 /// update() takes frames, render() makes fields, about a thousand a second. It is idle (isActive())
-/// while no hand touches and nothing fades.
+/// while no hand touches, no sensation plays and nothing fades.
 class ContactRenderer
 {
 public:
@@ -67,21 +70,31 @@ public:
                 const HandFrame& hands,
                 double time_s,
                 double rest_s);
-    /// Ends all contacts.
+    /// Ends all contacts and sensations.
     void clear();
+    /// Ends all contacts. Sensations wait, and go on with the next render().
+    void endContacts();
     /// No field is rendered for now: view() has no foci until the next render().
     void pause();
 
-    /// Returns true if fields have to be rendered at \a now_s: an object is touched, or fades.
+    /// Returns true if fields have to be rendered at \a now_s: an object is touched, a sensation
+    /// plays, or one of them fades.
     bool isActive(double now_s) const;
     /// Renders the field for \a now_s, continuing the last call's, on top of \a whole, the field of
     /// whole objects without caps. No focus is solved for more than \a most_Pa (0: no limit), so
-    /// that one that exceeds a cap doesn't weaken the others.
-    RenderedField render(double now_s, const haptics::FieldSequence& whole, double most_Pa = 0.0);
+    /// that one that exceeds a cap doesn't weaken the others. \a rate_Hz: of fields, for
+    /// sensations.
+    RenderedField render(double now_s,
+                         const haptics::FieldSequence& whole,
+                         double most_Pa = 0.0,
+                         double rate_Hz = 0.0);
+    /// Takes the factor, 0 .. 1, by which caps have lowered the last render().
+    void noteCap(double factor) { _sensations.noteCap(factor, _step_s); }
     /// Stores the device's version of the last render(), for view().
     void keep(double now_s, Eigen::VectorXcf played);
 
     ContactScene view() const;
+    double whole() const; ///< see ContactScene::whole
     /// Returns the field of the last keep(); null: none.
     std::shared_ptr<const TimedField> newest() const
     {
@@ -89,19 +102,37 @@ public:
     }
     /// Problems of hands and objects, one sentence each, in the last update().
     std::vector<std::string> problems() const;
+    /// Problems of sensations in the last render().
+    std::vector<base::Message> sensationProblems() const { return _sensations.problems(); }
 
 private:
+    /// What update() has found out about an object that isn't always whole.
+    struct Known
+    {
+        int index = 0;
+        int priority = 0;
+        bool isSensation = false;
+    };
+
     haptics::ControlPoints pointsWithObjects(const std::vector<ContactFocus>& foci) const;
     void addWhole(double now_s, const haptics::FieldSequence& whole, Eigen::VectorXcf& q) const;
+    bool presses(const Contact& contact) const;
+    void settlePrecedence(double dt_s);
+    void addContacts(double now_s);
 
     ContactRendererOptions _options;
     ContactTracker _tracker;
     ContactField _field;
     RenderShares _shares;
-    std::unordered_map<std::uint64_t, int> _indices; ///< of the objects of the last update()
-    std::vector<ContactFocus> _foci;                 ///< from the last render()
+    SensationRenderer _sensations;
+    Precedence _precedence;
+    std::unordered_map<std::uint64_t, Known> _objects; ///< of the last update()
+    int _wholePriority = 0;          ///< the highest of objects that are played as a whole
+    std::vector<ContactFocus> _foci; ///< from the last render()
     double _updated_s = 0.0;
     double _rendered_s = 0.0;
+    double _step_s = 0.0; ///< of the last render()
+    double _whole = 1.0;  ///< 0 .. 1; factor on the field of whole objects, in the last render()
     bool _isUpdated = false;
     bool _wasActive = false; ///< in the last render()
     std::deque<std::shared_ptr<const TimedField>> _recent;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/contact/ContactPatch.h"
+#include "engine-bridge/sensations/SensationView.h"
 
 #include <Eigen/Core>
 
@@ -35,6 +36,7 @@ struct TimedField
 struct ContactScene
 {
     std::vector<ContactView> contacts;
+    std::vector<SensationView> sensations;
     double whole = 0.0; ///< 0 .. 1; factor on the field of whole objects
     /// the fields of the last kRecent_s, in order
     std::vector<std::shared_ptr<const TimedField>> recent;

@@ -56,6 +56,7 @@ RenderShares::RenderShares(const RenderSharesOptions& options) : _options(option
 Render RenderShares::renderOf(const HapticObject& object) const
 {
     const Render own = object.properties.render;
+    if (object.properties.sensation.isMeant) return Render::CONTACT; // never its whole surface
     return own == Render::INHERIT ? _options.render : own;
 }
 

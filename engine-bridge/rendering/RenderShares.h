@@ -41,7 +41,8 @@ public:
     /// Throws InputError for options that are not valid.
     explicit RenderShares(const RenderSharesOptions& options = {});
 
-    /// Returns the render mode of \a object, its own or the scene's.
+    /// Returns the render mode of \a object, its own or the scene's; CONTACT for one with a
+    /// sensation, which is never played as a whole.
     Render renderOf(const HapticObject& object) const;
     /// Returns true if any of \a objects is not always played as a whole.
     bool concerns(const std::vector<HapticObject>& objects) const;

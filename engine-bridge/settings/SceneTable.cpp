@@ -38,7 +38,8 @@ const base::SettingTable<SceneSettings>& sceneTable()
 const base::SettingTable<ObjectSettings>& objectTable()
 {
     using P = ObjectSettings;
-    static const base::SettingTable<P> table(base::joined<P>({strengthRows<P>(), touchRows<P>()}));
+    static const base::SettingTable<P> table(
+        base::joined<P>({strengthRows<P>(), touchRows<P>(), sensationRows<P>()}));
     return table;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/sensations/SensationTexts.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/settings/SettingTable.h"
 #include "haptics/base/settings/SettingText.h"
@@ -7,6 +8,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 // Settings and properties shared by scene files and the C interface, with the same names, ranges,
@@ -277,6 +279,58 @@ std::vector<base::Setting<P>> touchRows()
                      "share that a vibration of 150 Hz takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero()};
+}
+
+/// Returns the problem of the attachment of \a settings; empty: none.
+template<typename P>
+std::string problemOfAttach(const P& settings)
+{
+    return problemOfAttachment(settings.attach);
+}
+
+/// Returns the problem of the parameters of \a settings; empty: none.
+template<typename P>
+std::string problemOfParameters(const P& settings)
+{
+    std::vector<std::pair<std::string, double>> values;
+    return readParameters(settings.parameters, values);
+}
+
+/// Rows of ObjectSettings \a P for sensations.
+template<typename P>
+std::vector<base::Setting<P>> sensationRows()
+{
+    return {
+        base::Row<P>("sensation",
+                     &P::sensation,
+                     "sensation that is played instead of the surface: a classic with parameters, "
+                     "circle?radius=20mm, the path of an .adaptics file, or such a file's text"),
+        base::Row<P>("attach",
+                     &P::attach,
+                     "where the sensation is played: place, surface, or a joint of a hand: "
+                     "hand:palm, hand:index_tip")
+            .judgedBy(problemOfAttach<P>),
+        base::Row<P>("trigger",
+                     base::choiceOf<P, &P::trigger>(),
+                     "when the sensation is played: always, by the program's plays, or by touches "
+                     "of the object")
+            .words({{"always", "ALWAYS", P::ALWAYS},
+                    {"program", "PROGRAM", P::PROGRAM},
+                    {"touch-begin", "TOUCH_BEGIN", P::TOUCH_BEGIN},
+                    {"touch-stay", "TOUCH_STAY", P::TOUCH_STAY},
+                    {"touch-end", "TOUCH_END", P::TOUCH_END}}),
+        base::Row<P>("sensationSpeed", &P::sensationSpeed, "factor on the sensation's speed")
+            .range(0.0, 10.0),
+        base::Row<P>("seed", &P::seed, "seed of the sensation's random intensities")
+            .range(1, 1000000),
+        base::Row<P>(
+            "parameters", &P::parameters, "parameters of the sensation: strength=0.4; size=3")
+            .judgedBy(problemOfParameters<P>),
+        base::Row<P>("plays",
+                     &P::plays,
+                     "begins a sensation with trigger=program: each other number above 0 begins it "
+                     "anew, 0 ends it")
+            .range(0, 1000000000)};
 }
 
 } // namespace midair::bridge

@@ -1,6 +1,7 @@
 #include "haptics/sensation/SensationPlayer.h"
 
 #include "haptics/base/Units.h"
+#include "haptics/sensation/SensationFigures.h"
 #include "haptics/sensation/UniformDraw.h"
 
 #include <algorithm>
@@ -138,10 +139,17 @@ SensationSample SensationPlayer::sampleAt(double time_ms)
         point.position_mm.z() -= sensation().transform.translation_mm[2].at(_values);
 
     SensationSample sample;
+    const double rate_Hz = _options.fieldRate_Hz;
+    sample.isOutline = rate_Hz > 0.0 && point.brush.length_mm() > 0.0 &&
+                       SensationFigures::kLeastPoints * std::abs(point.brush.draw_Hz) > rate_Hz;
+    sample.isUnmodulated =
+        rate_Hz > 0.0 && kLeastOfPeriod * std::abs(point.brush.modulation_Hz) > rate_Hz;
     sample.position_mm = point.position_mm;
-    sample.position_mm.head<2>() += point.brush.at(base::kTwoPi * _now.draw_turns);
-    const double intensity =
-        point.intensity * (0.5 + 0.5 * std::cos(base::kTwoPi * _now.modulation_turns));
+    if (!sample.isOutline)
+        sample.position_mm.head<2>() += point.brush.at(base::kTwoPi * _now.draw_turns);
+    const double wave =
+        sample.isUnmodulated ? 1.0 : 0.5 + 0.5 * std::cos(base::kTwoPi * _now.modulation_turns);
+    const double intensity = point.intensity * wave;
     sample.intensity = std::clamp(intensity, 0.0, 1.0);
     sample.isLimited = sample.intensity != intensity;
     sample.patternTime_ms = _shown_ms;

@@ -13,10 +13,11 @@ namespace midair::haptics
 /// Options of a player; any number is played.
 struct SensationPlayerOptions
 {
-    double speed = 1.0;       ///< factor on the pattern's own speed; 0 holds the pattern
-    std::uint64_t seed = 1;   ///< of random intensities
-    bool dropsHeight = false; ///< leaves out the transform's translation along z, which only
-                              ///< patterns in the array's frame need
+    double speed = 1.0;        ///< factor on the pattern's own speed; 0 holds the pattern
+    std::uint64_t seed = 1;    ///< of random intensities
+    double fieldRate_Hz = 0.0; ///< at which it is sampled; 0: fast enough for any pattern
+    bool dropsHeight = false;  ///< leaves out the transform's translation along z, which only
+                               ///< patterns in the array's frame need
 };
 
 /// Plays a pattern field by field. It differs from AdapTics (SensationEvaluator) where that depends
@@ -27,6 +28,9 @@ struct SensationPlayerOptions
 /// - Random intensities hold for kHold_ms, and repeat with the seed.
 /// - The whole sample, brush included, is in the pattern's own frame, so that its user turns it as
 ///   one.
+/// - Where fields come too slowly, nothing aliases: a brush with fewer than
+///   SensationFigures::kLeastPoints fields a turn is an outline (SensationSample::isOutline), a
+///   modulation with fewer than kLeastOfPeriod fields a period is left out.
 /// - Intensities are limited to 0 .. 1. A pattern that has stopped is silent, and so is a sample
 ///   that isn't finite, which keeps its place.
 class SensationPlayer
@@ -34,6 +38,7 @@ class SensationPlayer
 public:
     static constexpr double kStep_ms = 0.05; ///< 20 kHz, the rate of AdapTics' engine
     static constexpr double kHold_ms = 5.0;
+    static constexpr double kLeastOfPeriod = 4.0;
 
     explicit SensationPlayer(std::shared_ptr<const Sensation> sensation,
                              const SensationPlayerOptions& options = {});
@@ -43,6 +48,7 @@ public:
     SensationValues& values() { return _values; }
     const SensationValues& values() const { return _values; }
     void setSpeed(double speed) { _options.speed = speed; }
+    void setFieldRate(double rate_Hz) { _options.fieldRate_Hz = rate_Hz; }
 
     /// Returns the sample at \a time_ms since the start. Times should not descend; at an earlier
     /// one the pattern holds. After 20,000 jumps for one sample, those of a second, the rest of the

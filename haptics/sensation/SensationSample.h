@@ -32,6 +32,9 @@ struct SensationSample
     bool isStopped = false;      ///< the pattern has ended
     bool isFinite = true;        ///< false: a formula gave NaN or infinity
     bool isLimited = false;      ///< the pattern asks for an intensity outside 0 .. 1
+    bool isOutline = false; ///< fields are too slow for the brush: position_mm is the path's point,
+                            ///< and all of the curve round it is meant at once
+    bool isUnmodulated = false; ///< fields are too slow for the modulation, which is left out
     DrawnBrush brush;
 };
 

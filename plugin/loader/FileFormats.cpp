@@ -67,6 +67,7 @@ void registerSerializers()
     registerProperties();
     registerHapticScene();
     registerHapticSurface();
+    registerHapticSensation();
     registerHapticPoints();
     registerHapticOverlays();
 }

@@ -1,14 +1,18 @@
 #include "plugin/scene/SceneCollector.h"
 
+#include "engine-bridge/PoseAndStretch.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/drawn/DrawnState.h"
+#include "engine-bridge/sensations/SensationLibrary.h"
+#include "haptics/base/text/Words.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <osgMidair/HapticSurface>
 
 #include <osg/Geode>
+#include <osgDB/FileUtils>
 
 #include <algorithm>
 #include <cmath>
@@ -41,6 +45,9 @@ constexpr std::size_t kInstanceWork = 2048;
 constexpr std::size_t kTagWork = 512;
 /// What it costs to meet an instance for the first time, likewise.
 constexpr std::size_t kMeetWork = 256;
+constexpr std::size_t kLongestPath = 4096;
+/// The meshId of what has none; a MeshCache counts up from 1, PointMeshes from 2^63.
+constexpr std::uint64_t kNoMesh = std::uint64_t(1) << 62;
 
 bool isPlain(const osg::Node& node)
 {
@@ -57,6 +64,30 @@ bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
     return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
 }
 
+/// Returns \a property with the path of its sensation's file, which OSG finds like a model's.
+HapticProperty located(const HapticProperty& property)
+{
+    HapticProperty found = property;
+    const std::string file = property.sensation.size() < kLongestPath
+                                 ? osgDB::findDataFile(property.sensation)
+                                 : std::string();
+    if (!file.empty()) found.sensation = file;
+    return found;
+}
+
+bool isSensation(const HapticProperty& property)
+{
+    return !midair::base::trimmed(property.sensation).empty();
+}
+
+/// A sensation without a surface.
+const midair::bridge::SharedMesh& noMesh()
+{
+    static const midair::bridge::SharedMesh mesh =
+        std::make_shared<const midair::haptics::TriangleMesh>();
+    return mesh;
+}
+
 } // namespace
 
 std::string problemOfMaterial(const HapticProperty& property)
@@ -69,13 +100,20 @@ std::string problemOfMaterial(const HapticProperty& property)
     return problem;
 }
 
+std::string problemOfSensation(const HapticProperty& property)
+{
+    const midair::bridge::MadeSensation made = midair::bridge::sensationOf(located(property));
+    if (made.problem.empty() || made.properties.pattern) return made.problem;
+    return made.problem + "; it is silent";
+}
+
 midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 {
     const midair::bridge::ObjectMaterial made = midair::bridge::materialOf(property);
-    if (made.problem.empty()) return propertiesOf(property, made.material);
+    if (made.problem.empty()) return propertiesOf(located(property), made.material);
     midair::bridge::HapticMaterial silent;
     silent.mostForce_N = 0.0;
-    return propertiesOf(property, silent);
+    return propertiesOf(located(property), silent);
 }
 
 PaintOptions paintOf(const HapticProperty& property)
@@ -303,6 +341,8 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
         wrong.push_back(std::move(what));
     if (std::string what = problemOfMaterial(known.property); !what.empty())
         wrong.push_back(std::move(what));
+    if (std::string what = problemOfSensation(known.property); !what.empty())
+        wrong.push_back(std::move(what));
     const std::vector<std::string>& why = known.property.whySilenced;
     std::vector<midair::base::Message> told;
     for (const std::string& what : wrong)
@@ -481,6 +521,9 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
         return false;
     }
     tellGeometry(known, false);
+    midair::bridge::PoseAndStretch place;
+    if (_parts.empty() && isSensation(known.property) && midair::bridge::decompose(matrix, place))
+        _parts.push_back({kNoMesh, kNoMesh, noMesh(), 0, place.pose});
     if (!_parts.empty()) tellCause(known, MessageCode::OBJECT_INVALID, "");
     if (!_parts.empty() || _meshes.isBeingRead(content)) return !_parts.empty();
     const WhyUnfelt why = whyUnfelt(*instance.node, !known.geometry.empty());

@@ -37,6 +37,9 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 /// the user's file of materials; empty: nothing.
 std::string problemOfMaterial(const HapticProperty& property);
 
+/// Returns why the sensation of \a property isn't felt as meant; empty: it is, or there is none.
+std::string problemOfSensation(const HapticProperty& property);
+
 /// Returns the part of \a property that describes the paint of the mesh.
 midair::bridge::PaintOptions paintOf(const HapticProperty& property);
 

@@ -4,6 +4,7 @@
 
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
+#include <osgMidair/HapticSensation>
 #include <osgMidair/HapticSurface>
 
 #include <osg/Notify>
@@ -152,6 +153,17 @@ void osgMidair::registerHapticSurface()
                 { return node.getProperty(); },
                 [](HapticSurface& node, const HapticProperty& all) { node.setProperty(all); });
         });
+}
+
+void osgMidair::registerHapticSensation()
+{
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticSensation; },
+        "osgMidair",
+        "osgMidair::HapticSensation",
+        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface "
+        "osgMidair::HapticSensation",
+        [](const char*, osgDB::ObjectWrapper* /*wrapper*/) {});
 }
 
 void osgMidair::registerHapticPoints()

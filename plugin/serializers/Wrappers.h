@@ -13,6 +13,7 @@ namespace osgMidair
 void registerProperties();
 void registerHapticScene();
 void registerHapticSurface();
+void registerHapticSensation();
 void registerHapticPoints();
 void registerHapticOverlays();
 

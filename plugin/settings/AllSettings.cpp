@@ -160,8 +160,8 @@ const SettingTable<HapticSettings>& sceneSettings()
 
 const SettingTable<HapticProperty>& surfaceProperties()
 {
-    static const SettingTable<P> table(
-        joined<P>({bridge::strengthRows<P>(), paint(), bridge::touchRows<P>()}));
+    static const SettingTable<P> table(joined<P>(
+        {bridge::strengthRows<P>(), paint(), bridge::touchRows<P>(), bridge::sensationRows<P>()}));
     return table;
 }
 

@@ -206,6 +206,19 @@ midair_contact contactOf(const bridge::ContactView& view)
     return contact;
 }
 
+midair_sensation sensationOf(const bridge::SensationView& view)
+{
+    midair_sensation sensation{};
+    sensation.object = view.object;
+    sensation.playing = view.isPlaying ? 1 : 0;
+    sensation.stopped = view.isStopped ? 1 : 0;
+    sensation.pattern_time_ms = view.patternTime_ms;
+    Eigen::Vector3d::Map(sensation.position) = view.place;
+    sensation.intensity = view.intensity;
+    sensation.pressure_Pa = view.pressure_Pa;
+    return sensation;
+}
+
 midair_touch touchOf(const bridge::HandContact& near)
 {
     midair_touch touch{};
@@ -234,6 +247,39 @@ midair_contacts(midair_scene* scene, midair_contact* contacts, size_t capacity, 
                                                              ? newest->touched->contacts
                                                              : std::vector<bridge::ContactView>();
             return copyAll(all, contacts, capacity, count, contactOf);
+        });
+}
+
+midair_status
+midair_sensations(midair_scene* scene, midair_sensation* sensations, size_t capacity, size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            const auto newest = of->device.empty() ? nullptr : of->player.latestResult();
+            const std::vector<bridge::SensationView> all =
+                newest && newest->touched ? newest->touched->sensations
+                                          : std::vector<bridge::SensationView>();
+            return copyAll(all, sensations, capacity, count, sensationOf);
+        });
+}
+
+midair_status midair_sensation_play(midair_scene* scene, midair_object object, int32_t plays)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            SceneObject& one = objectOf(*of, object);
+            if (!one.felt.sensation.isMeant) fail(MIDAIR_INVALID, "the object has no sensation");
+            if (one.properties.trigger != ObjectSettings::PROGRAM)
+                fail(MIDAIR_INVALID, "the object's trigger isn't program");
+            constexpr int kMost = 1000000000;
+            one.plays = plays == 0 || one.plays < kMost ? one.plays + (plays ? 1 : 0) : 1;
+            one.properties.plays = one.felt.sensation.plays = plays ? one.plays : 0;
         });
 }
 

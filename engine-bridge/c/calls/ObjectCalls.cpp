@@ -1,5 +1,7 @@
 // midair_add_..(): objects of a scene.
 #include "engine-bridge/c/inside/Scene.h"
+#include "haptics/base/text/Words.h"
+#include "haptics/sensation/SensationReader.h"
 #include "haptics/surface/ObjReader.h"
 
 #include <algorithm>
@@ -179,6 +181,24 @@ midair_status midair_add_points(midair_scene* scene,
             points.felt = forPipeline(points.properties);
             points.felt.sampling = haptics::Sampling::POINTS;
             *object = add(*of, std::move(mesh), std::move(points));
+        });
+}
+
+midair_status
+midair_add_sensation(midair_scene* scene, const char* sensation, midair_object* object)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            given(object, "object");
+            SceneObject made;
+            made.properties.sensation =
+                textGiven(sensation, "sensation", haptics::kMostSensationBytes);
+            if (base::trimmed(made.properties.sensation).empty())
+                fail(MIDAIR_INVALID, "sensation is empty");
+            made.felt = forPipeline(made.properties);
+            *object = add(*of, {}, std::move(made));
         });
 }
 

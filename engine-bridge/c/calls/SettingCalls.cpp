@@ -14,7 +14,7 @@ using namespace midair::capi;
 namespace
 {
 
-constexpr std::size_t kMostText = 65536;
+constexpr std::size_t kMostText = std::size_t(4) << 20; // that of a sensation's pattern
 
 /// Returns the problem of the transducers named in the settings of \a scene; empty: none.
 std::string problemOfMarks(const Scene& scene) MIDAIR_REQUIRES(scene.mutex)

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/sensations/SensationLibrary.h"
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -19,7 +20,10 @@ bridge::HapticProperties forPipeline(const ObjectSettings& properties)
 {
     const bridge::ObjectMaterial made = bridge::materialOf(properties);
     if (!made.problem.empty()) fail(made.isUnknown ? MIDAIR_UNKNOWN : MIDAIR_INVALID, made.problem);
-    return bridge::propertiesOf(properties, made.material);
+    bridge::HapticProperties felt = bridge::propertiesOf(properties, made.material);
+    if (const std::string problem = bridge::sensationOf(properties).problem; !problem.empty())
+        fail(felt.sensation.pattern ? MIDAIR_INVALID : MIDAIR_REFUSED, problem);
+    return felt;
 }
 
 void Misunderstood::note(std::vector<std::string> names, std::string why)

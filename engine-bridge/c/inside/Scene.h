@@ -70,6 +70,7 @@ struct SceneObject
     bridge::ObjectSettings properties;
     bridge::HapticProperties felt; ///< from the properties
     bool isPoints = false;
+    int plays = 0; ///< how often midair_sensation_play() has begun its sensation
     Misunderstood misunderstood;
 };
 

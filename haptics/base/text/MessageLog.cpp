@@ -132,6 +132,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::SCENE_INSIDE, "scene.inside", S::NOTICE, L::STATE, false},
         {C::SCENE_LIMIT, "scene.limit", S::FAULT, L::STATE, false},
         {C::SCENE_UNMARKED, "scene.unmarked", S::NOTICE, L::STATE, true},
+        {C::SENSATION_LIMITED, "sensation.limited", S::WARNING, L::STATE, false},
         {C::SETTINGS_CALIBRATION, "settings.calibration", S::FAULT, L::STATE, true},
         {C::SETTINGS_INVALID, "settings.invalid", S::WARNING, L::STATE, false},
         {C::SETTINGS_LIMITED, "settings.limited", S::WARNING, L::STATE, false},

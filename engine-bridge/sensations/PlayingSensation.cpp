@@ -1,0 +1,250 @@
+#include "engine-bridge/sensations/PlayingSensation.h"
+
+#include "haptics/base/Units.h"
+#include "haptics/sensation/SensationFigures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+using Eigen::Vector3d;
+using Attach = SensationProperties::Attach;
+using Trigger = SensationProperties::Trigger;
+
+constexpr double kNear_m = 0.1;  // hands farther away have the proximity 0
+constexpr double kMetres = 1e-3; // per millimetre of a pattern
+constexpr std::size_t kMostTrail = 512;
+
+haptics::SensationPlayerOptions playerOptions(const SensationProperties& sensation)
+{
+    haptics::SensationPlayerOptions options;
+    options.speed = sensation.speed;
+    options.seed = static_cast<std::uint64_t>(sensation.seed);
+    // An attachment replaces the height above the array, as in AdapTics' engine.
+    options.dropsHeight = sensation.attach != Attach::PLACE;
+    return options;
+}
+
+/// Returns 1 for a hand that touches, 0 for one kNear_m away or none: by the distance to the
+/// surface, without one to \a place.
+double proximityOf(const HandFrame& hands,
+                   const MeshDistance* surface,
+                   const Eigen::Isometry3d& pose,
+                   const Vector3d& place)
+{
+    double nearest_m = kNear_m;
+    const Eigen::Isometry3d toMesh = pose.inverse();
+    for (const HandCapsule& bone : handCapsules(hands))
+        if (surface)
+        {
+            const NearestSpot spot = surface->nearest(moved(bone.shape, toMesh), nearest_m);
+            if (spot.triangle >= 0) nearest_m = std::min(nearest_m, spot.distance_m);
+        }
+        else
+        {
+            const Vector3d along = bone.shape.b - bone.shape.a;
+            const double square = along.squaredNorm();
+            const double t = square > 0.0
+                                 ? std::clamp((place - bone.shape.a).dot(along) / square, 0.0, 1.0)
+                                 : 0.0;
+            const double away_m = (place - bone.shape.a - t * along).norm();
+            nearest_m = std::min(nearest_m, away_m - bone.shape.radius_m);
+        }
+    return 1.0 - std::clamp(nearest_m, 0.0, kNear_m) / kNear_m;
+}
+
+} // namespace
+
+PlayingSensation::PlayingSensation(const HapticObject& object, std::uint64_t contact) :
+    _object(object.touchId()),
+    _contact(contact),
+    _seed(object.properties.sensation.seed),
+    _properties(object.properties),
+    _player(object.properties.sensation.pattern, playerOptions(object.properties.sensation))
+{
+}
+
+const Contact* PlayingSensation::touching(const std::vector<Contact>& contacts) const
+{
+    const Contact* deepest = nullptr;
+    for (const Contact& one : contacts)
+        if (one.path.patch().object == _object && one.wanted_m > 0.0 &&
+            (!deepest || one.wanted_m > deepest->wanted_m))
+            deepest = &one;
+    return deepest;
+}
+
+void PlayingSensation::update(const HapticObject& object, const SensationSurroundings& around)
+{
+    const SensationProperties& wanted = object.properties.sensation;
+    if (wanted.pattern != _properties.sensation.pattern) _player.replace(wanted.pattern);
+    _player.setSpeed(wanted.speed);
+    _properties = object.properties;
+    const Contact* touch = touching(around.contacts);
+    trigger(touch != nullptr, around.time_s);
+    place(object, around, touch);
+    setValues(object, around, touch);
+    _tracking.framed_s = around.time_s;
+}
+
+void PlayingSensation::begin(double now_s)
+{
+    _player.restart();
+    _begun_s = now_s;
+    _isWanted = true;
+    _gain = 0.0;
+}
+
+void PlayingSensation::trigger(bool isTouched, double now_s)
+{
+    const bool wasTouched = std::exchange(_tracking.wasTouched, isTouched);
+    const int plays = std::exchange(_plays, _properties.sensation.plays);
+    switch (_properties.sensation.trigger)
+    {
+    case Trigger::ALWAYS:
+        if (!_isWanted) begin(now_s);
+        break;
+    case Trigger::PROGRAM:
+        if (plays != _plays && _plays > 0) begin(now_s);
+        if (_plays == 0) _isWanted = false;
+        break;
+    case Trigger::TOUCH_BEGIN:
+        if (isTouched && !wasTouched) begin(now_s);
+        break;
+    case Trigger::TOUCH_STAY:
+        if (isTouched && !wasTouched) begin(now_s);
+        if (!isTouched) _isWanted = false;
+        break;
+    case Trigger::TOUCH_END:
+        if (!isTouched && wasTouched) begin(now_s);
+        break;
+    }
+}
+
+// A touch that has ended leaves its frame, so that the sensation fades out where it was.
+void PlayingSensation::place(const HapticObject& object,
+                             const SensationSurroundings& around,
+                             const Contact* touch)
+{
+    std::optional<SensationFrame> frame;
+    switch (_properties.sensation.attach)
+    {
+    case Attach::PLACE:
+        frame.emplace();
+        frame->toArray = object.pose;
+        break;
+    case Attach::SURFACE:
+        if (touch)
+            frame = frameOnSurface(
+                object, around.surface, touch->path.patch().centre, touch->path.patch().normal);
+        else if (_properties.sensation.needsHands())
+            frame = _tracking.isKnown ? std::optional<SensationFrame>(_frame) : std::nullopt;
+        else
+            frame = frameUnderOrigin(object, around.surface);
+        break;
+    case Attach::HAND:
+        if (touch) _tracking.hand = touch->path.patch().hand;
+        frame = frameOfHand(around.hands, _properties.sensation.joint, _tracking.hand);
+        break;
+    }
+    if (frame)
+    {
+        _frame = std::move(*frame);
+        _tracking.isKnown = true;
+        _tracking.seen_s = around.time_s;
+    }
+    else if (around.time_s - _tracking.seen_s > kLost_s)
+    {
+        _tracking.isKnown = false;
+        _tracking.hand = -1;
+    }
+}
+
+// The program's values come last.
+void PlayingSensation::setValues(const HapticObject& object,
+                                 const SensationSurroundings& around,
+                                 const Contact* touch)
+{
+    constexpr double kMillimetres = 1e3;
+    haptics::SensationValues& values = _player.values();
+    const haptics::Sensation& pattern = _player.sensation();
+    const auto knows = [&pattern](const char* name)
+    { return pattern.parameterIndex(name) < pattern.parameters.size(); };
+    if (knows("proximity"))
+        values.set("proximity",
+                   touch ? 1.0
+                         : proximityOf(around.hands,
+                                       around.surface.get(),
+                                       object.pose,
+                                       _frame.toArray.translation()));
+    if (knows("depth")) values.set("depth", touch ? kMillimetres * touch->wanted_m : 0.0);
+    if (knows("speed")) values.set("speed", touch ? touch->speed_m_s : 0.0);
+    for (const auto& [name, value] : _properties.sensation.parameters)
+        values.set(name, value);
+}
+
+bool PlayingSensation::mayPlay(double now_s) const
+{
+    if (!_isWanted || !_tracking.isKnown) return false;
+    if (_sample.isStopped) return false;
+    return !_properties.sensation.needsHands() || now_s - _tracking.framed_s <= kStale_s;
+}
+
+void PlayingSensation::render(
+    double now_s, double dt_s, double most_Pa, double rate_Hz, std::vector<ContactFocus>& foci)
+{
+    if (!isPlaying()) return;
+    _player.setFieldRate(rate_Hz);
+    _sample = _player.sampleAt(1e3 * (now_s - _begun_s));
+    if (_sample.isStopped && _properties.sensation.trigger == Trigger::ALWAYS && _isWanted)
+    {
+        begin(now_s);
+        _sample = _player.sampleAt(0.0);
+    }
+    if (_sample.isStopped) _isWanted = false;
+    const double wanted = mayPlay(now_s) ? 1.0 : 0.0;
+    _gain += std::clamp(wanted - _gain, -dt_s / kFadeOut_s, dt_s / kFadeIn_s);
+
+    ContactFocus focus;
+    focus.object = _object;
+    focus.contact = _contact;
+    focus.centre = origin();
+    focus.normal = _frame.normal();
+    focus.pressure_Pa = most_Pa * intensity();
+    const int points =
+        _sample.isOutline ? static_cast<int>(haptics::SensationFigures::kLeastPoints) : 1;
+    for (focus.index = 0; focus.index < points; ++focus.index)
+    {
+        Vector3d place = kMetres * _sample.position_mm;
+        if (_sample.isOutline)
+            place.head<2>() += kMetres * _sample.brush.at(base::kTwoPi * focus.index / points);
+        focus.position = _frame.at(place);
+        if (focus.pressure_Pa > 0.0 && focus.position.allFinite()) foci.push_back(focus);
+    }
+    _trail.push_back({now_s, focus.position, intensity()});
+    const double turn_s = _sample.brush.draw_Hz > 0.0 ? 1.0 / _sample.brush.draw_Hz : 0.0;
+    const double kept_s = std::clamp(turn_s, SensationView::kTrail_s, 1.0);
+    while (_trail.front().time_s < now_s - kept_s || _trail.size() > kMostTrail)
+        _trail.pop_front();
+}
+
+SensationView PlayingSensation::view() const
+{
+    SensationView view;
+    view.object = _object;
+    view.isPlaying = isPlaying();
+    view.isStopped = _sample.isStopped;
+    view.patternTime_ms = _sample.patternTime_ms;
+    view.intensity = isPlaying() ? intensity() : 0.0;
+    view.place = _frame.at(kMetres * _sample.position_mm);
+    if (isPlaying()) view.trail.assign(_trail.begin(), _trail.end());
+    return view;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,220 @@
+#include "engine-bridge/sensations/SensationRenderer.h"
+
+#include "haptics/sensation/SensationFigures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr std::uint64_t kFirstContact = std::uint64_t(1) << 40; // above those of all touches
+constexpr double kRise_s = 2.0;     // from a capped level to the full one
+constexpr double kMeasure_m = 1e-3; // a strength is that of all places so near
+
+bool hasPattern(const HapticObject& object)
+{
+    return object.properties.sensation.isMeant && object.properties.sensation.pattern;
+}
+
+bool needsSurface(const HapticObject& object)
+{
+    return object.mesh && object.mesh->triangles.cols() > 0;
+}
+
+} // namespace
+
+SensationRenderer::SensationRenderer(const haptics::TransducerArray& array,
+                                     const haptics::Medium& medium)
+{
+    _matrix.bind(array, medium);
+    _matrix.resize(1);
+}
+
+bool SensationRenderer::concerns(const std::vector<HapticObject>& objects)
+{
+    return std::any_of(objects.begin(),
+                       objects.end(),
+                       [](const HapticObject& object)
+                       { return object.properties.sensation.isMeant; });
+}
+
+void SensationRenderer::update(const std::vector<HapticObject>& objects,
+                               const HandFrame& hands,
+                               const std::vector<Contact>& contacts,
+                               double time_s)
+{
+    ++_updates;
+    _meshes.beginUpdate();
+    for (std::size_t i = 0; i < objects.size(); ++i)
+    {
+        const HapticObject& object = objects[i];
+        if (!hasPattern(object)) continue;
+        auto found = _items.find(object.touchId());
+        if (found != _items.end() && found->second.seen == _updates) continue; // another part
+        if (found != _items.end() && found->second.sensation.isOther(object))
+        {
+            _items.erase(found);
+            found = _items.end();
+        }
+        if (found == _items.end())
+            found = _items
+                        .emplace(object.touchId(),
+                                 Item{PlayingSensation(object, kFirstContact + ++_made),
+                                      object.path,
+                                      object.origin})
+                        .first;
+        Item& item = found->second;
+        item.seen = _updates;
+        item.index = static_cast<int>(i);
+        std::shared_ptr<const MeshDistance> surface;
+        if (needsSurface(object)) surface = _meshes.get(object);
+        item.sensation.update(object, {hands, contacts, std::move(surface), time_s});
+    }
+    _meshes.endUpdate();
+    for (auto item = _items.begin(); item != _items.end();)
+        item = item->second.seen == _updates ? std::next(item) : _items.erase(item);
+}
+
+void SensationRenderer::clear()
+{
+    _items.clear();
+    _capped = 1.0;
+}
+
+bool SensationRenderer::isActive() const
+{
+    return std::any_of(_items.begin(),
+                       _items.end(),
+                       [](const auto& one) { return one.second.sensation.isPlaying(); });
+}
+
+int SensationRenderer::highestPriority(int lowest) const
+{
+    int highest = lowest;
+    for (const auto& [object, item] : _items)
+        if (item.sensation.isPlaying()) highest = std::max(highest, item.sensation.priority());
+    return highest;
+}
+
+// Conjugate phases add all amplitudes: sum_i |G_i|.
+double SensationRenderer::mostAt(const Eigen::Vector3d& place)
+{
+    if (!place.allFinite()) return 0.0;
+    _matrix.setPoint(0, place);
+    const int row = 0;
+    double sum = 0.0;
+    for (int block = 0; block < _matrix.blocks(); ++block)
+        _matrix.buildRows(block, &row, 1, &sum);
+    return sum * _matrix.unit_Pa();
+}
+
+void SensationRenderer::render(double now_s,
+                               double dt_s,
+                               double rate_Hz,
+                               double most_Pa,
+                               Precedence& levels,
+                               std::vector<ContactFocus>& foci)
+{
+    _rate_Hz = rate_Hz;
+    std::vector<Item*> playing;
+    for (auto& [object, item] : _items)
+    {
+        item.isLeftOut = false;
+        item.pressure_Pa = 0.0;
+        if (item.sensation.isPlaying()) playing.push_back(&item);
+    }
+    std::stable_sort(playing.begin(),
+                     playing.end(),
+                     [](const Item* a, const Item* b)
+                     { return a->sensation.priority() > b->sensation.priority(); });
+    std::size_t used = 0;
+    for (Item* item : playing)
+    {
+        const HapticProperties& properties = item->sensation.properties();
+        const Eigen::Vector3d place = item->sensation.origin();
+        double pressure_Pa = properties.pressure;
+        if (!properties.pressureInPa)
+        {
+            if (!((place - item->measured).norm() <= kMeasure_m))
+            {
+                item->measured = place;
+                item->most_Pa = mostAt(place);
+            }
+            pressure_Pa *= item->most_Pa;
+        }
+        if (most_Pa > 0.0) pressure_Pa = std::min(pressure_Pa, most_Pa);
+        item->pressure_Pa = pressure_Pa;
+        const double level = levels.level(properties.priority);
+        const bool isFull = used >= kMostFoci;
+        std::vector<ContactFocus> own;
+        item->sensation.render(
+            now_s, dt_s, isFull ? 0.0 : _capped * level * pressure_Pa, rate_Hz, own);
+        item->isLeftOut = isFull && level > 0.0 && item->sensation.intensity() > 0.0;
+        used += own.empty() ? 0 : 1;
+        foci.insert(foci.end(), own.begin(), own.end());
+    }
+}
+
+void SensationRenderer::noteCap(double factor, double dt_s)
+{
+    _capped =
+        factor < 1.0 ? _capped * std::max(factor, 0.0) : std::min(_capped + dt_s / kRise_s, 1.0);
+}
+
+std::vector<SensationView> SensationRenderer::views() const
+{
+    std::vector<SensationView> all;
+    for (const auto& [object, item] : _items)
+    {
+        SensationView& view = all.emplace_back(item.sensation.view());
+        view.index = item.index;
+        view.pressure_Pa = item.pressure_Pa * _capped * view.intensity;
+    }
+    return all;
+}
+
+std::vector<base::Message> SensationRenderer::problems() const
+{
+    std::vector<base::Message> all;
+    for (const auto& [object, item] : _items)
+    {
+        const haptics::SensationSample& sample = item.sensation.sample();
+        if (!item.sensation.isPlaying()) continue;
+        std::vector<std::string> whys;
+        if (!sample.isFinite)
+            whys.emplace_back("a formula of its sensation gives no number; it is silent there");
+        if (sample.isLimited)
+            whys.emplace_back(
+                "its sensation asks for an intensity outside 0 .. 1, which is limited");
+        if (sample.isOutline)
+            whys.push_back(fmt::format("its brush turns {:g} times a second, and {:g} fields a "
+                                       "second are fewer than {:g} a "
+                                       "turn; its outline is played instead",
+                                       sample.brush.draw_Hz,
+                                       _rate_Hz,
+                                       haptics::SensationFigures::kLeastPoints));
+        if (sample.isUnmodulated)
+            whys.push_back(fmt::format(
+                "its modulation of {:g} Hz is left out: {:g} fields a second are fewer than {:g} a "
+                "period",
+                sample.brush.modulation_Hz,
+                _rate_Hz,
+                haptics::SensationPlayer::kLeastOfPeriod));
+        if (item.isLeftOut)
+            whys.push_back(fmt::format(
+                "it isn't played: {} sensations have a focus already, those of higher priority",
+                kMostFoci));
+        for (const std::string& why : whys)
+            all.push_back(
+                base::about(base::MessageCode::SENSATION_LIMITED, item.path, why, item.origin));
+    }
+    return all;
+}
+
+} // namespace midair::bridge

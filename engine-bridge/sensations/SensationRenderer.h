@@ -1,0 +1,89 @@
+#pragma once
+
+#include "engine-bridge/hands/TouchMeshes.h"
+#include "engine-bridge/sensations/PlayingSensation.h"
+#include "engine-bridge/sensations/Precedence.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/text/MessageLog.h"
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// Makes the foci of all sensations of a scene, field by field.
+///
+/// Of several, those with the highest priority play, at most kMostFoci at once; the others fade.
+class SensationRenderer
+{
+public:
+    static constexpr std::size_t kMostFoci = 10; ///< sensations that have a focus in one field
+
+    /// \a array, \a medium: valid; copied.
+    SensationRenderer(const haptics::TransducerArray& array, const haptics::Medium& medium);
+
+    /// Returns true if \a objects have a sensation.
+    static bool concerns(const std::vector<HapticObject>& objects);
+    /// Takes a frame at \a time_s of the steady clock, with the \a contacts of its objects.
+    void update(const std::vector<HapticObject>& objects,
+                const HandFrame& hands,
+                const std::vector<Contact>& contacts,
+                double time_s);
+    void clear(); ///< ends all
+
+    /// Returns true if a sensation plays or fades.
+    bool isActive() const;
+    /// Returns the highest priority of those that play; \a lowest if none does.
+    int highestPriority(int lowest) const;
+
+    /// Appends the foci of the field at \a now_s, \a dt_s after the last one, at \a rate_Hz fields
+    /// a second. \a levels: factors by priority. No pressure of intensity 1 is above \a most_Pa (0:
+    /// no limit), so that a cap keeps the course of a sensation.
+    void render(double now_s,
+                double dt_s,
+                double rate_Hz,
+                double most_Pa,
+                Precedence& levels,
+                std::vector<ContactFocus>& foci);
+    /// Takes the factor, 0 .. 1, by which the field of the last render() was lowered: later fields
+    /// begin with the lowest one, and rise slowly, since a factor that changed from field to field
+    /// would be felt as a vibration.
+    void noteCap(double factor, double dt_s);
+
+    std::vector<SensationView> views() const;
+    /// What of the last render() isn't played as it should be; about the objects' paths.
+    std::vector<base::Message> problems() const;
+
+private:
+    double mostAt(const Eigen::Vector3d& place);
+
+    /// An object with a sensation.
+    struct Item
+    {
+        PlayingSensation sensation;
+        std::string path;
+        std::shared_ptr<const void> origin;
+        Eigen::Vector3d measured = Eigen::Vector3d::Constant(std::nan("")); ///< place of most_Pa
+        double most_Pa = 0.0; ///< of one focus with the whole array
+        int index = 0;        ///< of the object in its snapshot
+        std::uint64_t seen = 0;
+        bool isLeftOut = false;
+        double pressure_Pa = 0.0; ///< of intensity 1, in the last render()
+    };
+
+    haptics::PropagationMatrix _matrix; ///< of one point
+    TouchMeshes _meshes;
+    std::map<std::uint64_t, Item> _items; ///< by HapticObject::touchId()
+    std::uint64_t _updates = 0;
+    std::uint64_t _made = 0;
+    double _rate_Hz = 0.0;
+    double _capped = 1.0; ///< 0 .. 1; see noteCap()
+};
+
+} // namespace midair::bridge
