@@ -22,13 +22,16 @@ namespace
 
 using midair::bridge::ContactScene;
 using midair::bridge::ContactView;
+using midair::bridge::SensationView;
+using midair::bridge::TrailPoint;
 
 const OverlayRegistration kContactRegistration(
     {9,
      "Contacts",
      "contacts",
      "what is played where hands touch",
-     "where hands touch: the patch of the object, the path of the foci on the skin, the foci",
+     "where hands touch: the patch of the object, the path of the foci on the skin, the foci; and "
+     "the trails of sensations",
      osgGA::GUIEventAdapter::KEY_F12,
      70,
      makeOverlay<ContactOverlay>});
@@ -37,6 +40,7 @@ constexpr int kCorners = 48; ///< of an ellipse
 constexpr float kLineWidth = 3.0F;
 constexpr double kLeastDot_m = 0.6e-3;
 constexpr double kMostDot_m = 1.2e-3;
+constexpr double kJump_m = 0.02; // farther than any brush draws from field to field
 const osg::Vec3f kPatch(0.95F, 0.97F, 1.00F);
 const osg::Vec3f kPath(1.00F, 0.62F, 0.22F);
 const osg::Vec3f kFocus(1.00F, 0.30F, 0.20F);
@@ -117,6 +121,9 @@ public:
         if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
             for (const ContactView& contact : result->touched->contacts)
                 if (contact.foci.cols() > 0) scene.contacts.push_back(contact);
+        if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
+            for (const SensationView& sensation : result->touched->sensations)
+                if (sensation.isPlaying) scene.sensations.push_back(sensation);
         _owner._contacts = static_cast<int>(scene.contacts.size());
         drawLines(scene);
         drawDots(scene);
@@ -130,7 +137,7 @@ private:
     {
         osg::Vec3Array& vertices = verticesOf(*lines);
         osg::Vec4ubArray& colors = colorsOf(*lines);
-        if (vertices.empty() && scene.contacts.empty()) return;
+        if (vertices.empty() && scene.contacts.empty() && scene.sensations.empty()) return;
         vertices.clear();
         colors.clear();
         const auto line = [&](const osg::Vec3& from, const osg::Vec3& to, const osg::Vec4ub& color)
@@ -158,6 +165,17 @@ private:
                 line(osgVec(pathAt(k)), osgVec(pathAt(k + 1)), bytes(kPath, opacity));
             }
         }
+        // Where a sensation's focus was in its last turn, brighter where it was stronger.
+        for (const SensationView& sensation : scene.sensations)
+            for (std::size_t k = 1; k < sensation.trail.size(); ++k)
+            {
+                const TrailPoint& from = sensation.trail[k - 1];
+                const TrailPoint& to = sensation.trail[k];
+                const bool isJump = (to.place - from.place).norm() > kJump_m;
+                if (!(from.intensity > 0.0) || !(to.intensity > 0.0) || isJump) continue;
+                const auto strength = static_cast<float>(0.25 + 0.75 * to.intensity);
+                line(osgVec(from.place), osgVec(to.place), bytes(kPath, strength));
+            }
         showChanges(*lines);
     }
 
@@ -171,6 +189,10 @@ private:
             foci += static_cast<int>(contact.foci.cols());
             most_Pa = std::max(most_Pa, contact.pressure_Pa.maxCoeff());
         }
+        const auto sounds = [](const SensationView& sensation)
+        { return sensation.intensity > 0.0; };
+        foci += static_cast<int>(
+            std::count_if(scene.sensations.begin(), scene.sensations.end(), sounds));
         if (before == 0 && foci == 0) return;
         resizeDiscs(*dots, foci);
         int next = 0;
@@ -186,6 +208,16 @@ private:
                         bytes(kFocus, opacity),
                         osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m)));
             }
+        for (const SensationView& sensation : scene.sensations)
+            if (sounds(sensation))
+                setDisc(*dots,
+                        next++,
+                        osgVec(sensation.place),
+                        bytes(kFocus, 1.0F),
+                        osg::Vec3(0.0F,
+                                  0.0F,
+                                  static_cast<float>(kLeastDot_m + (kMostDot_m - kLeastDot_m) *
+                                                                       sensation.intensity)));
         showChanges(*dots);
     }
 

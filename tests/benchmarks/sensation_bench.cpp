@@ -1,10 +1,11 @@
-// midair-sensation-bench: processor time of a sample of each classic and of files, on one core, at
-// 1,000 fields a second.
+// midair-sensation-bench [FILE or CLASSIC]..: processor time of a sample of each, of all classics
+// if none is given, on one core, at 1,000 fields a second; then how circles play in real time.
 #include "haptics/sensation/SensationClassics.h"
 #include "haptics/sensation/SensationEvaluator.h"
 #include "haptics/sensation/SensationPlayer.h"
 #include "haptics/sensation/SensationReader.h"
 #include "tests/benchmarks/Timing.h"
+#include "tests/benchmarks/sensation/Played.h"
 
 #include <cstdio>
 #include <exception>
@@ -50,6 +51,30 @@ int main(int argc, char** argv)
                         1e3 * played_ms / kSamples,
                         1e3 * evaluated_ms / kSamples,
                         sum < 0.0 ? " " : "");
+        }
+        std::printf("\n%-12s %9s %9s %18s %6s %20s %20s\n",
+                    "circles",
+                    "fields/s",
+                    "skipped",
+                    "late ms (99 %)",
+                    "core",
+                    "focus mm (largest)",
+                    "turns Hz (jump)");
+        for (const int count : {1, 10})
+        {
+            const midair::bench::PlayedFigures played = midair::bench::playCircles(count, 10.0);
+            std::printf(
+                "%-12d %9.1f %7.2f %% %10.3f (%5.3f) %4.1f %% %10.3f (%7.3f) %11.4f (%6.4f)\n",
+                count,
+                played.fields_Hz,
+                100.0 * played.skipped,
+                played.late_ms[0],
+                played.late_ms[1],
+                100.0 * played.core,
+                played.away_mm[0],
+                played.away_mm[1],
+                played.frequency_Hz,
+                played.mostJump_turns);
         }
     }
     catch (const std::exception& error)

@@ -6,6 +6,7 @@
 #include "samples/shared/SettingOptions.h"
 #include "samples/tools/check/LoadedScene.h"
 #include "samples/tools/check/Remedy.h"
+#include "samples/tools/check/SensationCheck.h"
 
 #include <osgMidair/FileFormats>
 #include <osgMidair/HapticPoints>
@@ -197,7 +198,7 @@ public:
              ++frame)
         {
             update(frame, frame);
-            if (hasHands())
+            if (isInRealTime())
                 std::this_thread::sleep_until(
                     start + std::chrono::duration<double>((frame + 1) * kFrameTime_s));
             gather();
@@ -249,13 +250,20 @@ private:
         }
     }
 
-    /// Contacts follow the wall clock, not frames, so frames with hands run in real time.
-    bool hasHands() const
+    /// Contacts and sensations follow the wall clock, so frames with hands or sensations run in
+    /// real time.
+    bool isInRealTime() const
     {
+        const auto plays = [](const osgMidair::FoundObject& object)
+        { return !object.property.sensation.empty(); };
         return std::any_of(_loaded.scenes().begin(),
                            _loaded.scenes().end(),
-                           [](const LoadedScene::Scene& scene)
-                           { return isRecording(scene.node->getGrantedSettings().hands); });
+                           [&plays](const LoadedScene::Scene& scene)
+                           {
+                               const auto found = scene.node->getFoundObjects();
+                               return isRecording(scene.node->getGrantedSettings().hands) ||
+                                      std::any_of(found.begin(), found.end(), plays);
+                           });
     }
 
     bool isReading() const
@@ -456,9 +464,10 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
         toldOf(object, scene, {"object.large", "object.units", "object.small"});
     object.isSizeWrong = !large.empty();
     // With hands or animation, an object may play in some frames only.
-    if (object.points == 0 && object.feltFrames == 0)
+    const bool isJudged = isSensation(object) && !silencing(scene) && judgeSensation(object, scene);
+    if (object.points == 0 && object.feltFrames == 0 && !isJudged)
         judgeUnfelt(object, scene);
-    else if (object.feltFrames > 0 && object.feltFrames < frames)
+    else if (object.feltFrames > 0 && object.feltFrames < frames && !isSensation(object))
         object.notes.push_back(
             fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
     // For an object of the wrong size, the size is the only fault worth reporting.

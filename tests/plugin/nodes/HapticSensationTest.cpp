@@ -138,12 +138,12 @@ TEST(HapticSensation, TagsNameOneOnAnyNode)
 
 TEST(HapticSensation, IsKeptInFiles)
 {
-    const osg::ref_ptr<HapticSensation> node = new HapticSensation("rain?repeat=yes");
+    const osg::ref_ptr<HapticSensation> node = new HapticSensation("click?repeat=yes");
     node->setAttach("hand:palm");
     node->setTrigger(HapticProperty::TOUCH_STAY);
     node->setSensationSpeed(0.5);
     node->setSeed(7);
-    node->setParameter("strength", 0.4);
+    node->setParameter("radius", 4.5);
     node->setPlays(3);
     findPlugins();
     for (const char* type : {"Ascii", "Binary", "XML"})
