@@ -8,6 +8,7 @@
 #include "engine-bridge/hands/opening/HandOpening.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/sensations/SensationRenderer.h"
 #include "haptics/base/Bytes.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/ThrownBy.h"
@@ -19,6 +20,7 @@
 #include "haptics/solvers/ManyStarts.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/hands/KitHands.h"
+#include "plugin/scene/SceneCollector.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
 
@@ -54,8 +56,8 @@ struct BakedLimits
 
 constexpr double kSecond_ns = 1e9;
 
-/// The clock for baking with hands: it advances only when the baker moves it on, from field to
-/// field.
+/// The clock for baking with hands or sensations: it advances only when the baker moves it on, from
+/// field to field.
 class BakingClock : public midair::base::Clock
 {
 public:
@@ -276,6 +278,8 @@ void addLiveHands(const HapticSettings& settings,
         const auto own = object.property.render;
         if (own == HapticProperty::CONTACT || own == HapticProperty::AUTO)
             all.push_back(object.path + ": its render is contact or auto: contacts need hands");
+        const midair::bridge::SensationProperties sensation = forBridge(object.property).sensation;
+        if (sensation.needsHands()) all.push_back(object.path + ": its sensation needs hands");
     }
 }
 
@@ -388,6 +392,10 @@ struct FieldBaker::Part
         if (granted.isSilenced)
             fail("the scene isn't played: " +
                  (granted.whySilenced.empty() ? "isSilenced is set" : granted.whySilenced.front()));
+        const std::vector<midair::bridge::HapticObject>& objects = collected.snapshot->objects;
+        const bool hadSensations = std::exchange(
+            touches.areSensations, midair::bridge::SensationRenderer::concerns(objects));
+        if (hadSensations != touches.areSensations && !hands) pipeline.reset(); // another clock
         limits = limitsOfDevice(granted.device);
         if (pipeline && opened != collected.settings) pipeline.reset();
     }
@@ -423,11 +431,11 @@ struct FieldBaker::Part
         {
             return std::make_unique<midair::device::GuardedDevice>(
                 std::make_unique<BakingDevice>(
-                    layout.transducers, clock, hands ? touches.sent : nullptr),
+                    layout.transducers, clock, isPlayedOn() ? touches.sent : nullptr),
                 most,
                 layout.transducers);
         };
-        if (hands) options.clock = &clock;
+        if (isPlayedOn()) options.clock = &clock;
         options.solverFactory =
             [](const std::string& name, const midair::haptics::SolverOptions& wanted)
         {
@@ -458,9 +466,9 @@ struct FieldBaker::Part
     // Completes everything that a scene at rest gets step by step.
     std::shared_ptr<const HologramResult> solve()
     {
-        if (hands) touches.snapshot = *collected.snapshot;
-        if (hands) touches.snapshot.time_s = clock.now_s();
-        auto result = pipeline->process(hands ? touches.snapshot : *collected.snapshot);
+        if (isPlayedOn()) touches.snapshot = *collected.snapshot;
+        if (isPlayedOn()) touches.snapshot.time_s = clock.now_s();
+        auto result = pipeline->process(isPlayedOn() ? touches.snapshot : *collected.snapshot);
         for (int more = 0; more < kMostRest && pipeline->rest_s() <= 0.0; ++more)
             if (auto better = pipeline->attend()) result = better;
         for (const midair::base::Message& message : result->told)
@@ -476,10 +484,13 @@ struct FieldBaker::Part
         return result;
     }
 
-    // Returns the fields of contacts between two frames.
+    // True if fields come between frames: of contacts or sensations.
+    bool isPlayedOn() const { return hands || touches.areSensations; }
+
+    // Returns the fields of contacts and sensations between two frames.
     std::vector<BakedField> playOn(std::uint64_t end_ns)
     {
-        if (!hands) return {};
+        if (!isPlayedOn()) return {};
         touches.sent->take();
         // A field is due when its period is over, with a margin for rounding errors.
         const double rate_Hz = SceneAccess::engine(*scene).grantedSettings().fieldRate;
@@ -524,9 +535,10 @@ struct FieldBaker::Part
     BakedLimits limits;
     std::string arrayText; ///< JSON of the array; empty: not read yet
     unsigned int transducers = 0;
-    /// Contacts of recorded hands between frames.
+    /// Contacts of recorded hands, and sensations, between frames.
     struct Touches
     {
+        bool areSensations = false; ///< of the newest frame
         std::shared_ptr<SentFields> sent = std::make_shared<SentFields>();
         midair::bridge::SceneSnapshot snapshot; ///< of the newest frame, by the clock
         std::vector<BakedField> last;           ///< of the frame before; empty: no contact

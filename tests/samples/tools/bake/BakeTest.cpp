@@ -236,3 +236,29 @@ TEST_F(Baking, WhatRecordedHandsTouchIsPlayedFieldByField)
     ASSERT_EQ(bake("--out b.midair --merge 1.part 2.part").code, 0);
     EXPECT_TRUE(read("a.midair") == read("b.midair")) << "whoever solves it";
 }
+
+// Sensations have a course of their own; what needs unknown hands is refused.
+TEST_F(Baking, SensationsArePlayedFieldByField)
+{
+    const auto sceneOf = [](const std::string& properties)
+    {
+        return "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
+               "osgMidair::HapticScene { UniqueID 1 Children 1 {\n"
+               "  osgMidair::HapticSensation { UniqueID 2 Name \"drawn\" Sensation "
+               "\"circle?radius=10mm\" " +
+               properties + " }\n} FormatVersion 1 Array \"octagon\" }\n";
+    };
+    write("drawn.osgt", sceneOf("Pressure 1000 PressureUnit PASCAL"));
+    ASSERT_EQ(bake("drawn.osgt --frames 0:30 --fps 60 --out a.midair").code, 0);
+    const std::vector<Entry> all = entries("a.midair");
+    const auto sounds = [](const Entry& one) { return one.kind == Kind::FIELD; };
+    EXPECT_NEAR(static_cast<double>(std::count_if(all.begin(), all.end(), sounds)), 500.0, 30.0);
+    ASSERT_EQ(bake("drawn.osgt --frames 0:30 --fps 60 --out b.midair").code, 0);
+    EXPECT_TRUE(read("a.midair") == read("b.midair"));
+
+    write("touched.osgt", sceneOf("Attach \"hand:palm\""));
+    const Outcome refused = bake("touched.osgt --frames 0:30 --fps 60 --out c.midair");
+    EXPECT_NE(refused.code, 0);
+    EXPECT_NE(refused.output.find("its sensation needs hands"), std::string::npos)
+        << refused.output;
+}
