@@ -494,6 +494,41 @@ class Messages(unittest.TestCase):
         return False
 
 
+class Sensations(unittest.TestCase):
+    """What designers draw plays when the program says so."""
+
+    def test_one_plays_and_stops(self):
+        with midair.Scene("board") as scene:
+            circle = scene.add_sensation("circle?radius=10mm")
+            circle["pressure"], circle["trigger"], circle["parameters"] = "500 Pa", "program", "radius=8"
+            pose = np.eye(4)
+            pose[2, 3] = 0.15
+            circle.set_pose(pose)
+            scene.play("sim:")
+            now = 0.0
+
+            def comes(reached):
+                nonlocal now
+                for _ in range(4000):
+                    now += 0.01
+                    scene.update(now)
+                    if reached(scene.sensations):
+                        return True
+                    time.sleep(0.005)
+                return False
+
+            self.assertTrue(comes(lambda all: len(all) == 1 and not all[0]["playing"]))
+            circle.play()
+            self.assertTrue(comes(lambda all: all[0]["intensity"] >= 1.0), scene.messages)
+            place = scene.sensations[0]["position"]
+            self.assertAlmostEqual(np.hypot(place[0], place[1]), 0.008, places=6)
+            circle.stop()
+            self.assertTrue(comes(lambda all: not all[0]["playing"]))
+            with self.assertRaises(midair.Error) as refused:
+                scene.add_sensation("cirle")
+            self.assertIn("circle", str(refused.exception))
+
+
 class Forces(unittest.TestCase):
     """A touch has a force while the array plays, and at no other time."""
 
