@@ -9,7 +9,7 @@ import unittest
 
 ROOT = pathlib.Path(os.environ["MIDAIR_ROOT"])
 SCRIPTS = ROOT / "samples" / "python"
-NAMES = ["star", "focus", "loudness", "cycle", "touch", "own_solver"]
+NAMES = ["star", "focus", "loudness", "cycle", "touch", "sensation", "own_solver"]
 
 
 class Gallery(unittest.TestCase):
