@@ -2,6 +2,8 @@
 #include "tests/engine-bridge/c/Played.h"
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <midair_play.h>
@@ -31,6 +33,24 @@ struct Circle : Opened
     }
 
     midair_object circle = 0;
+};
+
+/// The newest field of a scene; null: none yet.
+struct Newest
+{
+    explicit Newest(midair_scene* scene)
+    {
+        if (midair_newest_field(scene, &field) >= 0) midair_field_about(field, &info);
+    }
+    ~Newest()
+    {
+        if (field) midair_field_close(field);
+    }
+    Newest(const Newest&) = delete;
+    Newest& operator=(const Newest&) = delete;
+
+    midair_field* field = nullptr;
+    midair_field_info info{};
 };
 
 } // namespace
@@ -63,6 +83,67 @@ TEST(CPlay, SensationsBeginAndEndByTheProgram)
     ASSERT_EQ(midair_sensation_play(of.scene, of.circle, 0), MIDAIR_OK);
     EXPECT_TRUE(updatesUntil(of.scene, [&] { return of.newest().playing == 0; }));
     EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_SILENT));
+}
+
+// Silence is the same promise, whatever plays.
+TEST(CPlay, SensationsKeepWhatIsPromisedOfEveryField)
+{
+    const auto begun = [](Circle& of, const char* device)
+    {
+        EXPECT_EQ(midair_sensation_play(of.scene, of.circle, 1), MIDAIR_OK);
+        EXPECT_EQ(midair_play(of.scene, device), MIDAIR_OK);
+        EXPECT_TRUE(updatesUntil(of.scene, [&] { return of.newest().intensity > 0.0; }))
+            << of.messages();
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
+    };
+    {
+        Circle of;
+        begun(of, "sim:?hold=200ms");
+        EXPECT_TRUE(eventually([&] { return stateOf(of.scene) == MIDAIR_STATE_SILENT; }))
+            << "nobody leads it";
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << "somebody does again";
+    }
+    {
+        Circle of;
+        begun(of, "sim:");
+        ASSERT_EQ(midair_mute(of.scene, 1), MIDAIR_OK);
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_MUTED));
+        ASSERT_EQ(midair_mute(of.scene, 0), MIDAIR_OK);
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+        ASSERT_EQ(midair_set(of.scene, "enabled", "false"), MIDAIR_OK);
+        EXPECT_TRUE(
+            updatesUntil(of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }));
+        ASSERT_EQ(midair_set(of.scene, "enabled", "true"), MIDAIR_OK);
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+        EXPECT_NE(midair_object_set(of.scene, of.circle, "pressure", "much"), MIDAIR_OK);
+        EXPECT_TRUE(
+            updatesUntil(of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }))
+            << "a pressure that isn't understood";
+    }
+    {
+        Circle of;
+        ASSERT_EQ(midair_set(of.scene, "maxPressure", "100 Pa"), MIDAIR_OK);
+        begun(of, "sim:");
+        std::vector<midair_point> points(16);
+        EXPECT_TRUE(updatesUntil(of.scene,
+                                 [&]
+                                 {
+                                     Newest newest(of.scene);
+                                     if (!newest.field || newest.info.points != 1) return false;
+                                     EXPECT_EQ(midair_field_points(newest.field, points.data(), 16),
+                                               MIDAIR_OK);
+                                     EXPECT_LE(points[0].achieved_Pa, 100.0 * 1.001);
+                                     return points[0].achieved_Pa > 50.0;
+                                 }));
+        ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "0"), MIDAIR_OK);
+        EXPECT_TRUE(
+            updatesUntil(of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }));
+    }
+    {
+        Circle of;
+        begun(of, "sim:?unplug_at=1s");
+        EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_LOST));
+    }
 }
 
 TEST(CScene, SensationsAreRefusedByName)
