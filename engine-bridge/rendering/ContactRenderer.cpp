@@ -97,6 +97,7 @@ void ContactRenderer::pause()
     _foci.clear();
     _recent.clear();
     _wasActive = false;
+    _precedence = {};
 }
 
 bool ContactRenderer::isActive(double now_s) const

@@ -41,8 +41,8 @@ public:
         return object.properties.sensation.seed != _seed;
     }
 
-    /// True from its begin until it has faded out after its end.
-    bool isPlaying() const { return _isWanted || _gain > 0.0; }
+    /// True from its begin until it has faded out after its end; false while its hand is lost.
+    bool isPlaying() const { return (_isWanted && _tracking.isKnown) || _gain > 0.0; }
     int priority() const { return _properties.priority; }
     std::uint64_t object() const { return _object; }
     const HapticProperties& properties() const { return _properties; }

@@ -235,6 +235,7 @@ TEST(SensationRenderer, AHandCarriesItOnItsPalmSideMirroredOnTheLeft)
         scene.hands = {};
         EXPECT_EQ(scene.run(0.05).foci.size(), 1) << "held";
         EXPECT_EQ(scene.run(0.15).foci.size(), 0) << "lost";
+        EXPECT_FALSE(scene.renderer.isActive(scene.now_s)) << "no field is made for nobody";
         scene.hands = open(hand, overMiddle());
         EXPECT_EQ(scene.run(0.03).foci.size(), 1) << "found";
     }
