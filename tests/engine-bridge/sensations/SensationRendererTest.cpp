@@ -218,7 +218,7 @@ TEST(SensationRenderer, AHandCarriesItOnItsPalmSideMirroredOnTheLeft)
         scene.hands = open(hand, overMiddle());
         RenderedField field = scene.run(0.03);
         ASSERT_EQ(field.foci.size(), 1);
-        const HandJoint& palm = scene.hands.hands[0].joints[PALM];
+        const HandJoint palm = scene.hands.hands[0].joints[PALM];
         const Vector3d away = field.foci.positions.col(0) - palm.position;
         EXPECT_NEAR(away.y(), -palm.radius_m, 1e-9) << "the palm's side, OpenXR's -y";
         EXPECT_NEAR(std::hypot(away.x(), away.z()), 0.01, 1e-9);
@@ -389,8 +389,11 @@ TEST(SensationRenderer, BrokenOnesAreSilent)
     EXPECT_FALSE(scene.renderer.isActive(scene.now_s));
 
     patterns::Json broken = patterns::pattern({patterns::standard(0.0, patterns::coords(0, 0, 0))});
+    const patterns::Json one = {{"type", "constant"}, {"value", 1.0}};
+    const patterns::Json zero = {{"type", "constant"}, {"value", 0.0}};
     broken["pattern_transform"]["playback_speed"] = {
-        {"type", "formula"}, {"value", {{"divide", {{{"constant", 1.0}}, {{"constant", 0.0}}}}}}};
+        {"type", "formula"},
+        {"value", {{"type", "divide"}, {"value", patterns::Json::array({one, zero})}}}};
     scene.objects[0].properties.sensation.pattern = patterns::read(broken);
     RenderedField field = scene.run(0.05);
     EXPECT_EQ(field.foci.size(), 0);
