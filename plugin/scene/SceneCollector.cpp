@@ -104,7 +104,7 @@ std::string problemOfSensation(const HapticProperty& property)
 {
     const midair::bridge::MadeSensation made = midair::bridge::sensationOf(located(property));
     if (made.problem.empty() || made.properties.pattern) return made.problem;
-    return made.problem + "; it is silent";
+    return "it is silent: " + made.problem;
 }
 
 midair::bridge::HapticProperties forBridge(const HapticProperty& property)

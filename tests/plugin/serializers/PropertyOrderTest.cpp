@@ -28,7 +28,9 @@ Written unusual(const Setting<T>& row)
                              "\"board\"",
                              "\"3\"",
                              "\"3:0.5\"",
-                             "\"0 0 0.3\""})
+                             "\"0 0 0.3\"",
+                             "\"surface\"",
+                             "\"a=1\""})
     {
         T object;
         std::string what;
