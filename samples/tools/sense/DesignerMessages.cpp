@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace midair::samples
@@ -17,7 +18,7 @@ constexpr double kMostParameter = 1e12;
 constexpr double kMostEntry = 1e6;   // of a matrix, mm
 constexpr double kUnevenness = 1e-4; // of a rotation
 
-double finite(double value)
+double finiteOrZero(double value)
 {
     return std::isfinite(value) ? value : 0.0;
 }
@@ -97,14 +98,14 @@ std::string playbackUpdate(const std::vector<DesignerSample>& samples)
     {
         Json eval;
         Json& point = eval["ul_control_point"];
-        point["coords"]["x"] = finite(one.position_mm.x());
-        point["coords"]["y"] = finite(one.position_mm.y());
-        point["coords"]["z"] = finite(one.position_mm.z());
-        point["intensity"] = finite(one.intensity);
-        eval["pattern_time"] = finite(one.pattern_ms);
+        point["coords"]["x"] = finiteOrZero(one.position_mm.x());
+        point["coords"]["y"] = finiteOrZero(one.position_mm.y());
+        point["coords"]["z"] = finiteOrZero(one.position_mm.z());
+        point["intensity"] = finiteOrZero(one.intensity);
+        eval["pattern_time"] = finiteOrZero(one.pattern_ms);
         eval["stop"] = one.isStopped;
-        eval["next_eval_params"]["last_eval_pattern_time"] = finite(one.pattern_ms);
-        eval["next_eval_params"]["time_offset"] = finite(one.offset_ms);
+        eval["next_eval_params"]["last_eval_pattern_time"] = finiteOrZero(one.pattern_ms);
+        eval["next_eval_params"]["time_offset"] = finiteOrZero(one.offset_ms);
         evals.push_back(std::move(eval));
     }
     return messageOf("playback_update", Json{{"evals", std::move(evals)}});

@@ -23,7 +23,7 @@ namespace midair::samples
 namespace
 {
 
-constexpr long kTick_ms = 16;          // 60 times a second
+constexpr long kMostWait_ms = 20;
 constexpr double kTick_s = 1.0 / 60.0; // between two
 constexpr double kFarewell_s = 0.25;   // for the last messages to leave
 constexpr long kHandshake_ms = 2000;   // for a request, and for an answer at the end
@@ -182,10 +182,10 @@ private:
     void closed(const Handle& handle)
     {
         if (!isClient(handle)) return;
-        std::string why;
-        if (const Server::connection_ptr connection = _server.get_con_from_hdl(handle);
-            connection->get_ec() == websocketpp::processor::error::message_too_big)
-            why = ", as its message was too large";
+        const Server::connection_ptr connection = _server.get_con_from_hdl(handle);
+        const bool isLarge =
+            connection->get_local_close_code() == websocketpp::close::status::message_too_big;
+        const std::string why = isLarge ? ", as its message was too large" : "";
         leave("the client has disconnected" + why);
     }
 
@@ -240,7 +240,8 @@ private:
         _output.update(now_s);
         if (_end_s > 0.0 && now_s >= _end_s) return _server.stop();
         _next_s = std::max(_next_s + kTick_s, now_s);
-        const auto wait_ms = std::clamp(static_cast<long>(1e3 * (_next_s - now_s)), 0L, kTick_ms);
+        const auto wait_ms =
+            std::clamp(static_cast<long>(1e3 * (_next_s - now_s)), 0L, kMostWait_ms);
         _server.set_timer(wait_ms,
                           [this](const websocketpp::lib::error_code& error)
                           {

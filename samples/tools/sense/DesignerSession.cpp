@@ -137,10 +137,10 @@ void DesignerSession::setStart(const Value& data, double now_s)
 {
     const double start =
         data.number("playstart", -1e15, 1e15, "ms since 1970, or 0 to end playing");
-    const double offset_ms = data.number(
-        "playstart_offset", -kMostTime_ms, kMostTime_ms, "ms from now on to the pattern's time 0");
     _owesStop = false;
     if (start == 0.0) return end();
+    const double offset_ms = data.number(
+        "playstart_offset", -kMostTime_ms, kMostTime_ms, "ms from now on to the pattern's time 0");
     if (!_sensation) throw InputError("message: update_playstart: there is no pattern to play");
     // The Designer means the time that it shows; what was sent since delays the start.
     const double begin_ms = -offset_ms;
