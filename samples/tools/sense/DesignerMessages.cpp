@@ -1,9 +1,10 @@
 #include "samples/tools/sense/DesignerMessages.h"
 
+#include <Eigen/LU>
+
 #include <cmath>
 #include <utility>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace midair::samples

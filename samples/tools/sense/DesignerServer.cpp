@@ -39,6 +39,20 @@ std::string lowerCase(std::string text)
     return text;
 }
 
+/// Returns a sentence about a page that may not connect.
+std::string refusalOf(const std::string& origin)
+{
+    const std::string shown = base::printable(origin, 100);
+    try
+    {
+        return fmt::format("refused a page of {}; --origin {} allows it", shown, originFrom(shown));
+    }
+    catch (const base::InputError&)
+    {
+        return fmt::format("refused a page of {}", shown);
+    }
+}
+
 } // namespace
 
 std::string originFrom(const std::string& origin)
@@ -81,11 +95,7 @@ public:
         listen(options);
     }
 
-    int port()
-    {
-        asio::error_code error;
-        return _server.get_local_endpoint(error).port();
-    }
+    int port() const { return _port; }
 
     void run(const std::function<bool()>& isStopAsked)
     {
@@ -125,6 +135,8 @@ private:
             _server.listen(asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(),
                                                    static_cast<unsigned short>(options.port)));
             _server.start_accept();
+            asio::error_code error;
+            _port = _server.get_local_endpoint(error).port();
         }
         catch (const websocketpp::exception& error)
         {
@@ -142,8 +154,7 @@ private:
         namespace code = websocketpp::http::status_code;
         if (!isAllowedOrigin(origin, _origins))
         {
-            const std::string shown = base::printable(origin, 100);
-            tellOnce(fmt::format("refused a page of {}; --origin {} allows it", shown, shown));
+            tellOnce(refusalOf(origin));
             connection->set_body("This page may not play on this array.\n");
             connection->set_status(code::forbidden);
             return false;
@@ -288,6 +299,7 @@ private:
     std::function<bool()> _isStopAsked;
     std::vector<std::string> _origins;
     Server _server;
+    int _port = 0;
     Handle _client; ///< that plays; empty: none
     PingWatch _watch;
     std::set<std::string> _told;

@@ -133,7 +133,7 @@ int playSensation(const SensePlayOptions& options, const SensePlaybackOptions& o
     if (!waitForDevice(playback, own)) return isStopAsked() ? EXIT_DONE : EXIT_DEVICE;
     playFrames(playback, player, options, next);
     std::printf("%s\n", playback.status().c_str());
-    return playback.isOpen() ? EXIT_DONE : EXIT_DEVICE;
+    return playback.isWorking() ? EXIT_DONE : EXIT_DEVICE;
 }
 
 int serveDesigner(int port, const std::vector<std::string>& origins, const SensePlaybackOptions& on)

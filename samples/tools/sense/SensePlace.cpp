@@ -21,7 +21,9 @@ Eigen::Matrix4d patternPlace(const Eigen::Matrix3Xd& positions, const Eigen::Mat
     const Eigen::Vector3d z = mean.normalized();
     place.topLeftCorner<3, 3>() =
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), z).toRotationMatrix();
-    place.topRightCorner<3, 1>() = positions.rowwise().mean() + kPatternHeight_m * z;
+    const Eigen::Vector3d middle_m =
+        0.5 * (positions.rowwise().minCoeff() + positions.rowwise().maxCoeff());
+    place.topRightCorner<3, 1>() = middle_m + kPatternHeight_m * z;
     return place;
 }
 

@@ -228,6 +228,12 @@ bool SensePlayback::isOpening() const
 bool SensePlayback::isOpen() const
 {
     const int state = _scene->state().state;
+    return state != MIDAIR_STATE_CLOSED && state != MIDAIR_STATE_OPENING;
+}
+
+bool SensePlayback::isWorking() const
+{
+    const int state = _scene->state().state;
     return state == MIDAIR_STATE_SILENT || state == MIDAIR_STATE_PLAYING ||
            state == MIDAIR_STATE_MUTED;
 }

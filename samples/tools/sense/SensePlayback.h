@@ -46,9 +46,10 @@ public:
     void end() override;
     void update(double time_s) override;
 
-    bool isOpening() const;     ///< array and device are being opened
-    bool isOpen() const;        ///< false: the device couldn't be opened, or is lost or at fault
-    std::string status() const; ///< a line about the device and what it has played
+    bool isOpening() const;               ///< array and device are being opened
+    bool isOpen() const;                  ///< false: it is being opened, or that has failed
+    bool isWorking() const;               ///< false: the device is lost, at fault, or not open
+    std::string status() const;           ///< a line about the device and what it has played
     const Eigen::Matrix4d& place() const; ///< of the point of patternPlace(), array frame
 
     /// Silences the array for good. Any thread; waits for nothing.

@@ -37,6 +37,11 @@ bool SensePlayback::isOpen() const
     return false;
 }
 
+bool SensePlayback::isWorking() const
+{
+    return false;
+}
+
 std::string SensePlayback::status() const
 {
     return {};

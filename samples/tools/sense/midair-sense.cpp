@@ -120,7 +120,8 @@ void addLiveOptions(CLI::App& app, SenseArguments& arguments, LiveArguments& liv
     app.add_option("--origin",
                    live.origins,
                    "--serve: a page that may connect, such as https://example.org; may be "
-                   "repeated; pages of this machine always may");
+                   "repeated; pages of this machine always may")
+        ->allow_extra_args(false);
 }
 
 /// Returns the parameters of --set, at the start, and then those of --params.
