@@ -103,6 +103,7 @@ std::string DesignerSession::refuse(const std::string& what, bool ends)
     if (ends)
     {
         _owesStop = _owesStop || isPlaying();
+        _sentFrom_ms.reset(); // nobody knows what the output has
         end();
     }
     const std::string shown = base::printable(what, kMostShown);

@@ -112,6 +112,12 @@ struct SensePlayback::Scene
         const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = place * own * transform;
         require(midair_set_pose(scene, object, pose.data()));
     }
+    void remove()
+    {
+        midair_remove(scene, object);
+        object = 0;
+        parameters.clear();
+    }
     midair_device_state state() const
     {
         midair_device_state now{};
@@ -127,6 +133,7 @@ struct SensePlayback::Scene
     midair_object object = 0; ///< 0: no pattern so far
     Eigen::Matrix4d place = Eigen::Matrix4d::Identity();
     Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
+    std::string parameters; ///< as they were set last
     bool isTracking = false;
     int plays = 0; ///< how often it was begun
 };
@@ -155,8 +162,7 @@ void SensePlayback::setSensation(const std::string& sensation)
     }
     catch (...)
     {
-        midair_remove(of.scene, of.object);
-        of.object = 0;
+        of.remove();
         throw;
     }
 }
@@ -170,7 +176,9 @@ void SensePlayback::setParameters(const SenseParameters& parameters)
                 fmt::format("the parameter \"{}\" can't be set, as its name has = or ;", name));
         else
             text += fmt::format("{}{}={}", text.empty() ? "" : "; ", name, value);
-    if (_scene->object != 0 && !text.empty()) _scene->set("parameters", text);
+    if (_scene->object == 0 || text == _scene->parameters) return;
+    _scene->set("parameters", text);
+    _scene->parameters = text;
 }
 
 void SensePlayback::setTransform(const Eigen::Matrix4d& transform)
@@ -211,8 +219,7 @@ void SensePlayback::end()
     if (_scene->object == 0) return;
     if (midair_object_set(_scene->scene, _scene->object, "plays", "0") >= 0) return;
     _scene->tellOnce(midair_last_error());
-    midair_remove(_scene->scene, _scene->object); // silent all the same
-    _scene->object = 0;
+    _scene->remove(); // silent all the same
 }
 
 void SensePlayback::update(double time_s)

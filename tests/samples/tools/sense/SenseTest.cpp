@@ -114,11 +114,12 @@ TEST(Sense, PlaysOnADevice)
 
 TEST(Sense, ServesUntilItIsEnded)
 {
+    const std::string out = testing::TempDir() + "midair-sense-served.txt";
     const Outcome served =
-        shell(MIDAIR_BIN "/midair-sense --serve --array board --port 0 > served.txt & "
-                         "for i in $(seq 600); do grep -q ws://127.0.0.1: served.txt && break; "
-                         "sleep 0.1; done; kill -TERM $!; wait $!; code=$?; cat served.txt; "
-                         "rm served.txt; exit $code");
+        shell("out=" + out +
+              "; " MIDAIR_BIN "/midair-sense --serve --array board --port 0 > $out & "
+              "for i in $(seq 600); do grep -q ws://127.0.0.1: $out && break; sleep 0.1; done; "
+              "kill -TERM $!; wait $!; code=$?; cat $out; rm $out; exit $code");
     EXPECT_EQ(served.code, 0) << served.output;
     EXPECT_NE(served.output.find("plays on board by sim:, up to 3000 Pa"), std::string::npos)
         << served.output;
