@@ -116,7 +116,7 @@ struct SensePlayback::Scene
     {
         midair_remove(scene, object);
         object = 0;
-        parameters.clear();
+        parameters = "";
     }
     midair_device_state state() const
     {
@@ -133,7 +133,8 @@ struct SensePlayback::Scene
     midair_object object = 0; ///< 0: no pattern so far
     Eigen::Matrix4d place = Eigen::Matrix4d::Identity();
     Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-    std::string parameters; ///< as they were set last
+    /// As they were set last; none: a new pattern may have changed them.
+    std::optional<std::string> parameters = "";
     bool isTracking = false;
     int plays = 0; ///< how often it was begun
 };
@@ -149,7 +150,11 @@ SensePlayback::~SensePlayback() = default;
 void SensePlayback::setSensation(const std::string& sensation)
 {
     Scene& of = *_scene;
-    if (of.object != 0) return of.set("sensation", sensation);
+    if (of.object != 0)
+    {
+        of.parameters.reset();
+        return of.set("sensation", sensation);
+    }
     require(midair_add_sensation(of.scene, sensation.c_str(), &of.object));
     try
     {
