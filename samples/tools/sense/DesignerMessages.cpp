@@ -54,8 +54,13 @@ Eigen::Matrix4d transformIn(const base::JsonValue& value)
     if (value.list(right, 4).size() != 4) value.wrong(right);
     Eigen::Matrix4d matrix;
     for (int row = 0; row < 4; ++row)
-        matrix.row(row) =
-            value[static_cast<std::size_t>(row)].vector(4, kMostEntry, right).transpose();
+    {
+        const base::JsonValue entries = value[static_cast<std::size_t>(row)];
+        if (entries.list(right, 4).size() != 4) entries.wrong(right);
+        for (int column = 0; column < 4; ++column)
+            matrix(row, column) =
+                entries[static_cast<std::size_t>(column)].number(-kMostEntry, kMostEntry, right);
+    }
     const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
     const bool isRigid = (turn * turn.transpose()).isIdentity(kUnevenness) &&
                          turn.determinant() > 0.0 &&
