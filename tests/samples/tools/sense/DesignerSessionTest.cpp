@@ -1,6 +1,7 @@
 // AdapTics' protocol, message by message, at times that the tests set.
 #include "samples/tools/sense/DesignerSession.h"
 
+#include "haptics/sensation/SensationReader.h"
 #include "tests/samples/tools/sense/FakeOutput.h"
 
 #include <algorithm>
@@ -257,6 +258,19 @@ TEST_F(DesignerSessions, EndsOnWhatIsNoMessage)
         EXPECT_FALSE(_output.isPlaying) << text.substr(0, 60);
         _session.reset();
     }
+}
+
+TEST_F(DesignerSessions, RefusesWhatIsTooLarge)
+{
+    play();
+    const std::string large =
+        take(updatePattern(std::string(midair::haptics::kMostSensationBytes, 'x')));
+    EXPECT_NE(large.find("at most 4194304 are possible"), std::string::npos) << large;
+    EXPECT_FALSE(_output.isPlaying);
+    play();
+    const std::string larger = take(std::string(DesignerSession::kMostBytes + 1, ' '));
+    EXPECT_NE(larger.find("bytes; at most"), std::string::npos) << larger;
+    EXPECT_FALSE(_output.isPlaying);
 }
 
 TEST_F(DesignerSessions, OtherMistakesChangeNothing)
