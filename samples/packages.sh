@@ -13,6 +13,7 @@ midair_packages=(
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
     zlib1g-dev libexpat1-dev              # arrays from Ultraino's simulator
     libcpp-httplib-dev                    # the operator's page
+    libwebsocketpp-dev libasio-dev        # the AdapTics Designer as a client
     nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
     fonts-dejavu-core                     # their text
@@ -51,8 +52,8 @@ midair_arm64_packages=(
     cmake ninja-build ccache pkg-config
     locales procps psmisc                 # what tests need that would be skipped
     python3-matplotlib                    # plots; it runs as it is
-    libeigen3-dev nlohmann-json3-dev libcli11-dev
-    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libapriltag,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+    libeigen3-dev nlohmann-json3-dev libcli11-dev libasio-dev
+    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libapriltag,libtinygltf,libcpp-httplib,libwebsocketpp,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
     zlib1g-dev:arm64
 )
 # For tests/run.sh --cluster alone.

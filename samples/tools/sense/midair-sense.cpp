@@ -1,4 +1,5 @@
 // midair-sense: shows what a sensation does, without an array: figures, samples and a picture.
+// Plays one on an array, or those of an AdapTics Designer.
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
@@ -8,7 +9,9 @@
 #include "haptics/sensation/SensationFigures.h"
 #include "haptics/sensation/SensationPlayer.h"
 #include "haptics/sensation/SensationReader.h"
+#include "samples/shared/ToolOptions.h"
 #include "samples/tools/sense/SenseFiles.h"
+#include "samples/tools/sense/SenseLive.h"
 #include "samples/tools/sense/SensePicture.h"
 
 #include <cmath>
@@ -49,6 +52,18 @@ struct SenseArguments
     std::uint64_t seed = 1;
     bool conformance = false;
     bool list = false;
+    bool play = false;
+    bool serve = false;
+};
+
+/// Options of what is played on an array.
+struct LiveArguments
+{
+    SensePlaybackOptions on;
+    std::vector<double> place_m;
+    double seconds = 0.0; ///< 0: until the pattern stops
+    int port = 8037;
+    std::vector<std::string> origins;
 };
 
 void addOptions(CLI::App& app, SenseArguments& arguments)
@@ -75,6 +90,38 @@ void addOptions(CLI::App& app, SenseArguments& arguments)
     app.add_option("--picture",
                    arguments.picture,
                    "draw path, intensity and spectrum into this .png, .svg or .pdf file");
+}
+
+void addLiveOptions(CLI::App& app, SenseArguments& arguments, LiveArguments& live)
+{
+    CLI::Option* const play = app.add_flag("--play", arguments.play, "play it on an array");
+    app.add_flag("--serve",
+                 arguments.serve,
+                 "play what an AdapTics Designer on this machine sends (ws://127.0.0.1:PORT/)")
+        ->excludes(play);
+    app.add_option("--device", live.on.device, "URI of the device, as for scenes")
+        ->capture_default_str();
+    app.add_option("--array", live.on.array, "octagon, board, a shipped array, or a JSON file")
+        ->capture_default_str();
+    app.add_option("--pressure", live.on.pressure_Pa, "peak pressure at intensity 1, Pa")
+        ->check(CLI::Range(1.0, 1e5))
+        ->capture_default_str();
+    app.add_option("--place",
+                   live.place_m,
+                   "X Y Z, m, in the array's frame: the middle of a classic, or (0, 0, 200) mm of "
+                   "a file; default: 0.2 m in front of the array, or the origin within it")
+        ->expected(3);
+    app.add_option("--hands", live.on.hands, "source of hands, for the Designer's tracking");
+    app.add_option("--seconds", live.seconds, "--play: s; default: until the pattern stops")
+        ->check(CLI::Range(1e-3, 86400.0));
+    app.add_option("--port", live.port, "--serve: port; 0: any free one")
+        ->check(CLI::Range(0, 65535))
+        ->capture_default_str();
+    app.add_option("--origin",
+                   live.origins,
+                   "--serve: a page that may connect, such as https://example.org; may be "
+                   "repeated; pages of this machine always may")
+        ->allow_extra_args(false);
 }
 
 /// Returns the parameters of --set, at the start, and then those of --params.
@@ -178,26 +225,15 @@ void writeCsv(const std::string& path, const std::vector<TimedSample>& samples)
     if (!out) throw InputError("\"" + path + "\" can't be written");
 }
 
-int run(int argc, char** argv)
+int listClassics()
 {
-    SenseArguments arguments;
-    CLI::App app("Shows what a sensation does, without an array: extent, duration, draw speed and "
-                 "points a turn; samples as CSV; a picture.\n"
-                 "Example: midair-sense 'circle?radius=30mm' --rate 1000 --csv circle.csv",
-                 "midair-sense");
-    addOptions(app, arguments);
-    CLI11_PARSE(app, argc, argv);
-    if (arguments.list)
-        for (const std::string& name : haptics::sensationClassics())
-            std::fputs(haptics::describeClassic(name).c_str(), stdout);
-    if (arguments.list) return 0;
-    if (arguments.name.empty())
-    {
-        std::fprintf(stderr,
-                     "midair-sense: name an .adaptics file or a classic; --list lists the "
-                     "classics\n");
-        return 2;
-    }
+    for (const std::string& name : haptics::sensationClassics())
+        std::fputs(haptics::describeClassic(name).c_str(), stdout);
+    return EXIT_DONE;
+}
+
+int show(const SenseArguments& arguments)
+{
     const auto sensation =
         std::make_shared<const haptics::Sensation>(haptics::loadSensation(arguments.name));
     const std::vector<SetParameter> set = parametersOf(arguments);
@@ -209,15 +245,42 @@ int run(int argc, char** argv)
 
     if (arguments.csv != "-") printFigures(figures, arguments.rate_Hz);
     if (!arguments.conformance) printProblems(figures.isBroken, figures.isLimited);
-    if (arguments.csv.empty() && arguments.picture.empty()) return 0;
+    if (arguments.csv.empty() && arguments.picture.empty()) return EXIT_DONE;
     const double end_ms =
         arguments.duration_s > 0.0 ? most_ms : figures.duration_ms.value_or(most_ms);
     const std::vector<TimedSample> samples = sampled(sensation, arguments, set, end_ms);
     if (!arguments.csv.empty()) writeCsv(arguments.csv, samples);
-    if (arguments.picture.empty()) return 0;
+    if (arguments.picture.empty()) return EXIT_DONE;
     const std::string problem = drawSensation(arguments.picture, sensation->name, samples);
     if (!problem.empty()) throw InputError(problem);
-    return 0;
+    return EXIT_DONE;
+}
+
+int run(int argc, char** argv)
+{
+    SenseArguments arguments;
+    LiveArguments live;
+    CLI::App app("Shows what a sensation does, without an array: extent, duration, draw speed and "
+                 "points a turn; samples as CSV; a picture. Or plays it.\n"
+                 "Examples: midair-sense 'circle?radius=30mm' --rate 1000 --csv circle.csv\n"
+                 "          midair-sense heartbeat --play --device usb: --array board\n"
+                 "          midair-sense --serve --device usb: --array board",
+                 "midair-sense");
+    addOptions(app, arguments);
+    addLiveOptions(app, arguments, live);
+    int status = EXIT_DONE;
+    if (!parseTool(app, argc, argv, status)) return status;
+    if (arguments.list) return listClassics();
+    live.on.seed = arguments.seed;
+    if (!live.place_m.empty())
+        live.on.place_m = Eigen::Vector3d(live.place_m[0], live.place_m[1], live.place_m[2]);
+    if (arguments.serve && !arguments.name.empty())
+        throw InputError("--serve takes no sensation: the Designer sends it");
+    if (arguments.serve) return serveDesigner(live.port, live.origins, live.on);
+    if (arguments.name.empty())
+        throw InputError("name an .adaptics file or a classic; --list lists the classics");
+    if (!arguments.play) return show(arguments);
+    return playSensation({arguments.name, parametersOf(arguments), live.seconds}, live.on);
 }
 
 } // namespace
@@ -231,6 +294,6 @@ int main(int argc, char** argv)
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-sense: %s\n", error.what());
-        return 2;
+        return EXIT_WRONG;
     }
 }

@@ -97,6 +97,35 @@ TEST(Sense, DrawsAPicture)
     std::filesystem::remove(file);
 }
 
+TEST(Sense, PlaysOnADevice)
+{
+    const Outcome clicked = sense("click --play --array board --pressure 2000");
+    EXPECT_EQ(clicked.code, 0) << clicked.output;
+    EXPECT_NE(clicked.output.find("plays on board by sim:, up to 2000 Pa; the pattern's origin is "
+                                  "at (0.000, 0.000, 0.200) m"),
+              std::string::npos)
+        << clicked.output;
+    const Outcome timed = sense("circle --play --set radius=10 --seconds 0.1");
+    EXPECT_EQ(timed.code, 0) << timed.output;
+    const Outcome failed = sense("circle --play --device record:/nowhere/file.hfr");
+    EXPECT_EQ(failed.code, 3) << failed.output;
+    EXPECT_NE(failed.output.find("/nowhere/file.hfr"), std::string::npos) << failed.output;
+}
+
+TEST(Sense, ServesUntilItIsEnded)
+{
+    const std::string out = testing::TempDir() + "midair-sense-served.txt";
+    const Outcome served =
+        shell("out=" + out +
+              "; " MIDAIR_BIN "/midair-sense --serve --array board --port 0 > $out & "
+              "for i in $(seq 600); do grep -q ws://127.0.0.1: $out && break; sleep 0.1; done; "
+              "kill -TERM $!; wait $!; code=$?; cat $out; rm $out; exit $code");
+    EXPECT_EQ(served.code, 0) << served.output;
+    EXPECT_NE(served.output.find("plays on board by sim:, up to 3000 Pa"), std::string::npos)
+        << served.output;
+    EXPECT_NE(served.output.find("fields played"), std::string::npos) << served.output;
+}
+
 TEST(Sense, RefusesWhatItCannotRead)
 {
     const std::vector<std::pair<std::string, std::string>> wrong = {
@@ -106,7 +135,12 @@ TEST(Sense, RefusesWhatItCannotRead)
         {"circle --set radios=1", "did you mean radius?"},
         {"circle --set radius", "should be NAME=VALUE"},
         {"circle --params /nowhere.csv", "/nowhere.csv"},
-        {"circle --csv /nowhere/out.csv", "can't be written"}};
+        {"circle --csv /nowhere/out.csv", "can't be written"},
+        {"circel --play", "did you mean circle?"},
+        {"circle --play --set radios=1", "did you mean radius?"},
+        {"circle --play --array nosuch", "array 'nosuch'"},
+        {"circle --serve", "the Designer sends it"},
+        {"--serve --origin example.org", "should be https://HOST"}};
     for (const auto& [arguments, message] : wrong)
     {
         const Outcome refused = sense(arguments);

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace midair::samples
+{
+
+/// Names and values of a pattern's parameters.
+using SenseParameters = std::vector<std::pair<std::string, double>>;
+
+/// Where a pattern is felt: an array, or its stand-in in a test. It is silent until begin().
+/// Functions may throw InputError with what is refused; then nothing has changed.
+class SenseOutput
+{
+public:
+    virtual ~SenseOutput() = default;
+
+    /// Plays \a sensation, the JSON text of a pattern, the path of a file, or a classic, from the
+    /// same time on.
+    virtual void setSensation(const std::string& sensation) = 0;
+    /// Sets parameters. Others keep their values.
+    virtual void setParameters(const SenseParameters& parameters) = 0;
+    /// Turns and moves the pattern in its place: a rotation and a translation, m.
+    virtual void setTransform(const Eigen::Matrix4d& transform) = 0;
+    /// Plays on the palm of a tracked hand, or in the pattern's place.
+    virtual void setTracking(bool isTracking) = 0;
+    virtual void begin() = 0; ///< plays from time 0 on
+    virtual void end() = 0;   ///< falls silent; doesn't throw
+    /// Keeps the array playing; call it 60 times a second. \a time_s: of the steady clock.
+    virtual void update(double time_s) = 0;
+};
+
+} // namespace midair::samples
