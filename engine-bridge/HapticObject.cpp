@@ -3,6 +3,7 @@
 #include "haptics/base/text/Range.h"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace midair::bridge
@@ -47,6 +48,21 @@ bool operator==(const HapticMaterial& a, const HapticMaterial& b)
                         m.high_Hz);
     };
     return all(a) == all(b);
+}
+
+bool SensationProperties::needsHands() const
+{
+    return isMeant && (attach == Attach::HAND || trigger == Trigger::TOUCH_BEGIN ||
+                       trigger == Trigger::TOUCH_STAY || trigger == Trigger::TOUCH_END);
+}
+
+bool SensationProperties::usesHands() const
+{
+    if (!isMeant || !pattern) return false;
+    const auto isKnown = [this](const char* name)
+    { return pattern->parameterIndex(name) < pattern->parameters.size(); };
+    return needsHands() || attach == Attach::SURFACE ||
+           std::any_of(std::begin(kHandParameters), std::end(kHandParameters), isKnown);
 }
 
 bool operator==(const SensationProperties& a, const SensationProperties& b)

@@ -88,12 +88,14 @@ struct SensationProperties
     std::vector<std::pair<std::string, double>> parameters; ///< set by the program
     int plays = 0; ///< another number above 0 begins it anew, 0 ends it
 
-    /// Returns true if it needs hands.
-    bool needsHands() const
-    {
-        return isMeant && (attach == Attach::HAND || trigger == Trigger::TOUCH_BEGIN ||
-                           trigger == Trigger::TOUCH_STAY || trigger == Trigger::TOUCH_END);
-    }
+    /// Returns true if it doesn't play without hands.
+    bool needsHands() const;
+    /// Returns true if hands change how it plays: needsHands(), a surface that it leaves for
+    /// touches, or a pattern that knows one of kHandParameters.
+    bool usesHands() const;
+
+    /// parameters that the kit sets from hands, where a pattern has them
+    static constexpr const char* kHandParameters[] = {"proximity", "depth", "speed"};
 };
 
 bool operator==(const SensationProperties& a, const SensationProperties& b);

@@ -42,6 +42,7 @@ struct ContactFocus
     std::uint64_t object = 0;                           ///< HapticObject::touchId()
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of its patch
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of its patch, out of the object
+    double share = 1.0; ///< 0 .. 1; of its pressure that it is solved for, to keep below caps
 };
 
 /// One place where a hand touches, from the begin to the end of the touch.

@@ -26,7 +26,10 @@ ContactStage::ContactStage(PipelineContext& context, CappedOutput& output, HandS
 void ContactStage::setOptions()
 {
     const HologramOptions& options = _context.options;
-    _renderer = std::make_unique<ContactRenderer>(options.array, options.medium, options.contacts);
+    auto renderer =
+        std::make_unique<ContactRenderer>(options.array, options.medium, options.contacts);
+    if (_renderer) renderer->continueSensations(*_renderer);
+    _renderer = std::move(renderer);
 }
 
 bool ContactStage::arrive(const SceneSnapshot*& snapshot)
@@ -163,6 +166,7 @@ RestStep ContactStage::playWhole()
 {
     _isPlayed = false;
     _renderer->pause();
+    _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED}, {});
     RestStep step;
     step.isAll = step.isOtherField = true;
     step.result = std::make_shared<HologramResult>(*_context.last);
@@ -186,6 +190,7 @@ std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
 void ContactStage::end()
 {
     _renderer->clear();
+    _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED}, {});
     _isPlayed = false;
 }
 

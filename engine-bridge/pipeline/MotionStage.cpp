@@ -35,7 +35,7 @@ double MotionStage::ahead_s() const
 bool MotionStage::isTouched(const HapticObject& object) const
 {
     const Render own = object.properties.render;
-    if (object.properties.sensation.isMeant) return object.properties.sensation.needsHands();
+    if (object.properties.sensation.isMeant) return object.properties.sensation.usesHands();
     return (own == Render::INHERIT ? _context.options.contacts.shares.render : own) !=
            Render::OBJECT;
 }

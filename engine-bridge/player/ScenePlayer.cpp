@@ -414,7 +414,7 @@ bool ScenePlayer::mayTouch() const
     const auto isTouchable = [this](const HapticObject& object)
     {
         const Render own = object.properties.render;
-        if (object.properties.sensation.isMeant) return object.properties.sensation.needsHands();
+        if (object.properties.sensation.isMeant) return object.properties.sensation.usesHands();
         return own == Render::INHERIT ? _wanted.settings->render != SceneSettings::OBJECT
                                       : own != Render::OBJECT;
     };

@@ -98,6 +98,8 @@ void ContactRenderer::pause()
     _recent.clear();
     _wasActive = false;
     _precedence = {};
+    _sensationPrecedence = {};
+    _sensations.pause();
 }
 
 bool ContactRenderer::isActive(double now_s) const
@@ -118,20 +120,41 @@ bool ContactRenderer::presses(const Contact& contact) const
 }
 
 // The field of whole objects is one, so it has the priority of its most important object; it makes
-// nothing else give way.
+// nothing else give way. What hasn't faded yet has its full level before the highest changes.
 void ContactRenderer::settlePrecedence(double dt_s)
 {
-    int highest = _sensations.highestPriority(kNoPriority);
-    if (_rendered_s - _updated_s <= kStale_s && highest > kNoPriority)
-        for (const Contact& contact : _tracker.contacts())
-        {
-            const auto known = _objects.find(contact.path.patch().object);
-            if (known != _objects.end() && presses(contact))
-                highest = std::max(highest, known->second.priority);
-        }
-    _precedence.advance(dt_s, highest);
+    if (_wholePriority > kNoPriority) _precedence.level(_wholePriority);
+    const int ofSensations = _sensations.highestPriority(kNoPriority);
+    int highest = ofSensations;
+    const bool isFresh = _rendered_s - _updated_s <= kStale_s;
+    for (const Contact& contact : _tracker.contacts())
+    {
+        const auto known = _objects.find(contact.path.patch().object);
+        if (known == _objects.end() || !isFresh || !presses(contact)) continue;
+        _precedence.level(known->second.priority);
+        highest = std::max(highest, known->second.priority);
+    }
+    _precedence.advance(dt_s, ofSensations);
+    _sensationPrecedence.advance(dt_s, highest);
     const double level = _wholePriority > kNoPriority ? _precedence.level(_wholePriority) : 1.0;
     _whole = _shares.mostWhole() * level;
+}
+
+bool ContactRenderer::isOfSensation(const ContactFocus& focus) const
+{
+    const auto known = _objects.find(focus.object);
+    return known != _objects.end() && known->second.isSensation;
+}
+
+// A factor that others bring about is theirs, and comes again with each field.
+void ContactRenderer::noteCap(double factor)
+{
+    const bool isAlone =
+        !(_whole > 0.0 && _wholePriority > kNoPriority) &&
+        std::all_of(_foci.begin(),
+                    _foci.end(),
+                    [this](const ContactFocus& focus) { return isOfSensation(focus); });
+    if (isAlone && !_foci.empty()) _sensations.noteCap(factor, _step_s);
 }
 
 void ContactRenderer::addContacts(double now_s)
@@ -186,10 +209,13 @@ RenderedField ContactRenderer::render(double now_s,
     settlePrecedence(_step_s);
     _foci.clear();
     addContacts(now_s);
-    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _precedence, _foci);
+    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _sensationPrecedence, _foci);
     std::vector<ContactFocus> played = _foci;
     for (ContactFocus& focus : played)
+    {
+        focus.pressure_Pa *= focus.share;
         if (most_Pa > 0.0) focus.pressure_Pa = std::min(focus.pressure_Pa, most_Pa);
+    }
     rendered.isFailed = !_field.solve(played, rendered.q, &rendered.error);
     if (rendered.isFailed) _foci.clear();
     rendered.report = _field.report();

@@ -42,7 +42,7 @@ struct RenderedField
 
 /// Makes the fields of objects rendered by contacts, foci on the skin, and of sensations, added to
 /// the field of whole objects. A sensation of a higher priority than theirs fades contacts and
-/// whole objects out, and the other way round.
+/// whole objects out, and a contact of a higher one fades sensations out.
 ///
 /// update() takes frames, render() makes fields, about a thousand a second. It is idle (isActive())
 /// while no hand touches, no sensation plays and nothing fades.
@@ -89,7 +89,12 @@ public:
                          double most_Pa = 0.0,
                          double rate_Hz = 0.0);
     /// Takes the factor, 0 .. 1, by which caps have lowered the last render().
-    void noteCap(double factor) { _sensations.noteCap(factor, _step_s); }
+    void noteCap(double factor);
+    /// Continues the sensations of \a before, whose options were others.
+    void continueSensations(ContactRenderer& before)
+    {
+        _sensations.continueFrom(before._sensations);
+    }
     /// Stores the device's version of the last render(), for view().
     void keep(double now_s, Eigen::VectorXcf played);
 
@@ -118,6 +123,7 @@ private:
     void addWhole(double now_s, const haptics::FieldSequence& whole, Eigen::VectorXcf& q) const;
     bool presses(const Contact& contact) const;
     void settlePrecedence(double dt_s);
+    bool isOfSensation(const ContactFocus& focus) const;
     void addContacts(double now_s);
 
     ContactRendererOptions _options;
@@ -125,7 +131,8 @@ private:
     ContactField _field;
     RenderShares _shares;
     SensationRenderer _sensations;
-    Precedence _precedence;
+    Precedence _precedence;          ///< of contacts and whole objects, below sensations
+    Precedence _sensationPrecedence; ///< of sensations, below each other and contacts
     std::unordered_map<std::uint64_t, Known> _objects; ///< of the last update()
     int _wholePriority = 0;          ///< the highest of objects that are played as a whole
     std::vector<ContactFocus> _foci; ///< from the last render()

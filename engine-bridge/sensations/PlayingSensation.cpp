@@ -61,13 +61,21 @@ double proximityOf(const HandFrame& hands,
 
 } // namespace
 
-PlayingSensation::PlayingSensation(const HapticObject& object, std::uint64_t contact) :
+PlayingSensation::PlayingSensation(const HapticObject& object, std::uint64_t contact, int plays) :
     _object(object.touchId()),
     _contact(contact),
     _seed(object.properties.sensation.seed),
     _properties(object.properties),
-    _player(object.properties.sensation.pattern, playerOptions(object.properties.sensation))
+    _player(object.properties.sensation.pattern, playerOptions(object.properties.sensation)),
+    _plays(plays)
 {
+}
+
+bool PlayingSensation::isOther(const HapticObject& object) const
+{
+    const SensationProperties& other = object.properties.sensation;
+    return other.seed != _seed ||
+           (other.attach == Attach::PLACE) != (_properties.sensation.attach == Attach::PLACE);
 }
 
 const Contact* PlayingSensation::touching(const std::vector<Contact>& contacts) const
@@ -84,45 +92,51 @@ void PlayingSensation::update(const HapticObject& object, const SensationSurroun
 {
     const SensationProperties& wanted = object.properties.sensation;
     if (wanted.pattern != _properties.sensation.pattern) _player.replace(wanted.pattern);
+    // Those that are no longer set have the pattern's own values again.
+    if (wanted.parameters != _properties.sensation.parameters)
+        _player.values() = haptics::SensationValues(*wanted.pattern);
     _player.setSpeed(wanted.speed);
     _properties = object.properties;
     const Contact* touch = touching(around.contacts);
-    trigger(touch != nullptr, around.time_s);
+    trigger(touch != nullptr);
     place(object, around, touch);
     setValues(object, around, touch);
     _tracking.framed_s = around.time_s;
+    _tracking.isStale = false;
 }
 
-void PlayingSensation::begin(double now_s)
+void PlayingSensation::begin()
 {
     _player.restart();
-    _begun_s = now_s;
+    _begun_s.reset();
     _isWanted = true;
     _gain = 0.0;
+    _sample = {};
+    _limited = {};
 }
 
-void PlayingSensation::trigger(bool isTouched, double now_s)
+void PlayingSensation::trigger(bool isTouched)
 {
     const bool wasTouched = std::exchange(_tracking.wasTouched, isTouched);
     const int plays = std::exchange(_plays, _properties.sensation.plays);
     switch (_properties.sensation.trigger)
     {
     case Trigger::ALWAYS:
-        if (!_isWanted) begin(now_s);
+        if (!_isWanted) begin();
         break;
     case Trigger::PROGRAM:
-        if (plays != _plays && _plays > 0) begin(now_s);
+        if (plays != _plays && _plays > 0) begin();
         if (_plays == 0) _isWanted = false;
         break;
     case Trigger::TOUCH_BEGIN:
-        if (isTouched && !wasTouched) begin(now_s);
+        if (isTouched && !wasTouched) begin();
         break;
     case Trigger::TOUCH_STAY:
-        if (isTouched && !wasTouched) begin(now_s);
+        if (isTouched && !wasTouched) begin();
         if (!isTouched) _isWanted = false;
         break;
     case Trigger::TOUCH_END:
-        if (!isTouched && wasTouched) begin(now_s);
+        if (!isTouched && wasTouched) begin();
         break;
     }
 }
@@ -141,11 +155,10 @@ void PlayingSensation::place(const HapticObject& object,
         break;
     case Attach::SURFACE:
         if (touch)
-            frame = frameOnSurface(
-                object, around.surface, touch->path.patch().centre, touch->path.patch().normal);
+            frame = frameOnSurface(touch->path.patch());
         else if (_properties.sensation.needsHands())
             frame = _tracking.isKnown ? std::optional<SensationFrame>(_frame) : std::nullopt;
-        else
+        else if (around.surface || !object.mesh || object.mesh->triangles.cols() == 0)
             frame = frameUnderOrigin(object, around.surface);
         break;
     case Attach::HAND:
@@ -163,6 +176,7 @@ void PlayingSensation::place(const HapticObject& object,
     {
         _tracking.isKnown = false;
         _tracking.hand = -1;
+        if (_properties.sensation.trigger != Trigger::ALWAYS) _isWanted = false;
     }
 }
 
@@ -189,34 +203,64 @@ void PlayingSensation::setValues(const HapticObject& object,
         values.set(name, value);
 }
 
-bool PlayingSensation::mayPlay(double now_s) const
+bool PlayingSensation::mayPlay() const
 {
-    if (!_isWanted || !_tracking.isKnown) return false;
-    if (_sample.isStopped) return false;
-    return !_properties.sensation.needsHands() || now_s - _tracking.framed_s <= kStale_s;
+    return _isWanted && _tracking.isKnown && !_tracking.isStale && !_sample.isStopped;
+}
+
+// Returns the time since the begin, without the time in which nothing was rendered.
+double PlayingSensation::patternTime_ms(double now_s)
+{
+    if (!_begun_s) _begun_s = now_s;
+    const double gap_s = now_s - _rendered_s;
+    if (_rendered_s > *_begun_s && gap_s > kStale_s) _begun_s = *_begun_s + gap_s;
+    _rendered_s = now_s;
+    return 1e3 * (now_s - *_begun_s);
+}
+
+void PlayingSensation::noteLimits()
+{
+    if (!_sample.isFinite) _limited.isBroken = true;
+    if (_sample.isLimited) _limited.isOutOfRange = true;
+    if (_sample.isOutline && _limited.outline_Hz == 0.0)
+        _limited.outline_Hz = _sample.brush.draw_Hz;
+    if (_sample.isUnmodulated && _limited.modulation_Hz == 0.0)
+        _limited.modulation_Hz = _sample.brush.modulation_Hz;
+    // A faster device plays it as drawn.
+    if (!_sample.isOutline) _limited.outline_Hz = 0.0;
+    if (!_sample.isUnmodulated) _limited.modulation_Hz = 0.0;
+}
+
+Eigen::Vector3d PlayingSensation::middle() const
+{
+    return _frame.at(kMetres * _sample.path_mm);
 }
 
 void PlayingSensation::render(
-    double now_s, double dt_s, double most_Pa, double rate_Hz, std::vector<ContactFocus>& foci)
+    double now_s, double dt_s, double pressure_Pa, double rate_Hz, std::vector<ContactFocus>& foci)
 {
     if (!isPlaying()) return;
     _player.setFieldRate(rate_Hz);
-    _sample = _player.sampleAt(1e3 * (now_s - _begun_s));
+    _sample = _player.sampleAt(patternTime_ms(now_s));
     if (_sample.isStopped && _properties.sensation.trigger == Trigger::ALWAYS && _isWanted)
     {
-        begin(now_s);
-        _sample = _player.sampleAt(0.0);
+        begin();
+        _sample = _player.sampleAt(patternTime_ms(now_s));
     }
+    noteLimits();
     if (_sample.isStopped) _isWanted = false;
-    const double wanted = mayPlay(now_s) ? 1.0 : 0.0;
+    _tracking.isStale = _properties.sensation.needsHands() && now_s - _tracking.framed_s > kStale_s;
+    const double wanted = mayPlay() ? 1.0 : 0.0;
     _gain += std::clamp(wanted - _gain, -dt_s / kFadeOut_s, dt_s / kFadeIn_s);
 
     ContactFocus focus;
     focus.object = _object;
     focus.contact = _contact;
-    focus.centre = origin();
-    focus.normal = _frame.normal();
-    focus.pressure_Pa = most_Pa * intensity();
+    focus.centre = _frame.toArray.translation();
+    // Out of an object is into a hand.
+    focus.normal =
+        _properties.sensation.attach == Attach::HAND ? Vector3d(-_frame.normal()) : _frame.normal();
+    focus.pressure_Pa = pressure_Pa * intensity();
     const int points =
         _sample.isOutline ? static_cast<int>(haptics::SensationFigures::kLeastPoints) : 1;
     for (focus.index = 0; focus.index < points; ++focus.index)

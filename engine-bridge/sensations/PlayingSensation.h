@@ -30,50 +30,68 @@ struct SensationSurroundings
 class PlayingSensation
 {
 public:
-    /// \a object has a sensation with a pattern. \a contact: see ContactFocus.
-    PlayingSensation(const HapticObject& object, std::uint64_t contact);
+    /// \a object has a sensation with a pattern. \a contact: see ContactFocus. \a plays: its
+    /// number of plays that was heeded already, of an object that was gone; 0: none.
+    PlayingSensation(const HapticObject& object, std::uint64_t contact, int plays);
 
     /// Takes a frame, whose \a object is the same one and still has a pattern.
     void update(const HapticObject& object, const SensationSurroundings& around);
     /// Returns true if \a object needs another one of this class.
-    bool isOther(const HapticObject& object) const
-    {
-        return object.properties.sensation.seed != _seed;
-    }
+    bool isOther(const HapticObject& object) const;
 
-    /// True from its begin until it has faded out after its end; false while its hand is lost.
-    bool isPlaying() const { return (_isWanted && _tracking.isKnown) || _gain > 0.0; }
+    /// True from its begin until it has faded out after its end; false while its hand is lost, or
+    /// without a frame.
+    bool isPlaying() const
+    {
+        return (_isWanted && _tracking.isKnown && !_tracking.isStale) || _gain > 0.0;
+    }
     int priority() const { return _properties.priority; }
     std::uint64_t object() const { return _object; }
     const HapticProperties& properties() const { return _properties; }
-    /// Returns the origin of its frame, m, array frame.
-    Eigen::Vector3d origin() const { return _frame.toArray.translation(); }
+    int plays() const { return _plays; } ///< the number of plays that was heeded last
+    /// Returns the point of its path at the last render(), m, array frame.
+    Eigen::Vector3d middle() const;
 
-    /// Appends the foci of the field at \a now_s, \a dt_s after the last one; \a most_Pa: of
+    /// Appends the foci of the field at \a now_s, \a dt_s after the last one; \a pressure_Pa: of
     /// intensity 1 without fades. \a rate_Hz: of fields; slow ones get outlines (SensationPlayer).
-    void render(
-        double now_s, double dt_s, double most_Pa, double rate_Hz, std::vector<ContactFocus>& foci);
-    /// Returns the sample of the last render().
-    const haptics::SensationSample& sample() const { return _sample; }
+    /// Time that passes without it doesn't pass in the pattern.
+    void render(double now_s,
+                double dt_s,
+                double pressure_Pa,
+                double rate_Hz,
+                std::vector<ContactFocus>& foci);
+
+    /// What wasn't played as drawn since its begin.
+    struct Limited
+    {
+        bool isBroken = false;      ///< a number wasn't finite
+        bool isOutOfRange = false;  ///< an intensity outside 0 .. 1
+        double outline_Hz = 0.0;    ///< turns a second of a brush that is played as an outline
+        double modulation_Hz = 0.0; ///< of an amplitude modulation that is left out
+    };
+    const Limited& limited() const { return _limited; }
     double intensity() const { return _gain * _sample.intensity; } ///< 0 .. 1, with fades
     SensationView view() const;
 
     static constexpr double kFadeIn_s = 0.005; ///< against a click at the begin
     static constexpr double kFadeOut_s = 0.02;
-    static constexpr double kLost_s = 0.1; ///< a hand that is lost for longer ends its sensations
+    /// A hand that is lost for longer ends its sensations; those of ALWAYS go on when it is back.
+    static constexpr double kLost_s = 0.1;
     /// Without a frame for this time, what needs hands is silent.
     static constexpr double kStale_s = 0.25;
 
 private:
     const Contact* touching(const std::vector<Contact>& contacts) const;
-    void trigger(bool isTouched, double now_s);
-    void begin(double now_s);
+    void trigger(bool isTouched);
+    void begin();
+    double patternTime_ms(double now_s);
+    void noteLimits();
     void
     place(const HapticObject& object, const SensationSurroundings& around, const Contact* touch);
     void setValues(const HapticObject& object,
                    const SensationSurroundings& around,
                    const Contact* touch);
-    bool mayPlay(double now_s) const;
+    bool mayPlay() const;
 
     /// Its place, and since when.
     struct Tracking
@@ -83,6 +101,7 @@ private:
         double seen_s = 0.0;   ///< when its frame was known last
         double framed_s = 0.0; ///< time of the last frame
         bool wasTouched = false;
+        bool isStale = false; ///< it needs hands, and no frame has come for kStale_s
     };
 
     const std::uint64_t _object;
@@ -92,10 +111,12 @@ private:
     haptics::SensationPlayer _player;
     SensationFrame _frame;
     Tracking _tracking;
-    int _plays = 0;
+    int _plays;
     bool _isWanted = false;
-    double _begun_s = 0.0;
+    std::optional<double> _begun_s; ///< none: with the next render()
+    double _rendered_s = 0.0;
     double _gain = 0.0; ///< 0 .. 1, as it fades
+    Limited _limited;
     haptics::SensationSample _sample;
     SensationTrail _trail;
 };

@@ -56,15 +56,18 @@ std::optional<SensationFrame> frameOfHand(const HandFrame& hands, int joint, int
     return std::nullopt;
 }
 
-SensationFrame frameOnSurface(const HapticObject& object,
-                              std::shared_ptr<const MeshDistance> surface,
-                              const Vector3d& place,
-                              const Vector3d& normal)
+namespace
 {
-    Vector3d along = object.pose.linear().col(0);
+
+SensationFrame frameAt(const Eigen::Isometry3d& pose,
+                       std::shared_ptr<const MeshDistance> surface,
+                       const Vector3d& place,
+                       const Vector3d& normal)
+{
+    Vector3d along = pose.linear().col(0);
     along -= along.dot(normal) * normal;
     constexpr double kAcross = 1e-3;
-    if (along.norm() < kAcross) along = object.pose.linear().col(1).cross(normal);
+    if (along.norm() < kAcross) along = pose.linear().col(1).cross(normal);
     along.normalize();
     SensationFrame frame;
     frame.toArray.linear().col(0) = along;
@@ -72,8 +75,15 @@ SensationFrame frameOnSurface(const HapticObject& object,
     frame.toArray.linear().col(2) = normal;
     frame.toArray.translation() = place;
     frame.surface = std::move(surface);
-    frame.surfacePose = object.pose;
+    frame.surfacePose = pose;
     return frame;
+}
+
+} // namespace
+
+SensationFrame frameOnSurface(const ContactPatch& touch)
+{
+    return frameAt(touch.objectPose, touch.surface, touch.centre, touch.normal);
 }
 
 SensationFrame frameUnderOrigin(const HapticObject& object,
@@ -89,8 +99,10 @@ SensationFrame frameUnderOrigin(const HapticObject& object,
         return frame;
     }
     const Vector3d normal = normalOf(surface->mesh(), spot.triangle);
-    return frameOnSurface(
-        object, std::move(surface), object.pose * spot.onSurface, object.pose.linear() * normal);
+    return frameAt(object.pose,
+                   std::move(surface),
+                   object.pose * spot.onSurface,
+                   object.pose.linear() * normal);
 }
 
 } // namespace midair::bridge

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/HapticObject.h"
+#include "engine-bridge/contact/ContactPatch.h"
 #include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/hands/MeshDistance.h"
 
@@ -32,12 +33,9 @@ struct SensationFrame
 /// None: it isn't tracked.
 std::optional<SensationFrame> frameOfHand(const HandFrame& hands, int joint, int& hand);
 
-/// Returns the frame on \a surface, the mesh of \a object, at \a place with the outer \a normal
-/// (length 1; array frame): x is the object's, as far as it lies in the surface.
-SensationFrame frameOnSurface(const HapticObject& object,
-                              std::shared_ptr<const MeshDistance> surface,
-                              const Eigen::Vector3d& place,
-                              const Eigen::Vector3d& normal);
+/// Returns the frame on the surface at the place of \a touch: z is its normal, x the object's, as
+/// far as it lies in the surface.
+SensationFrame frameOnSurface(const ContactPatch& touch);
 
 /// The same under the object's origin, at the nearest place of the surface.
 SensationFrame frameUnderOrigin(const HapticObject& object,

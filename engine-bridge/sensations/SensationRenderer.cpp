@@ -15,7 +15,8 @@ namespace
 
 constexpr std::uint64_t kFirstContact = std::uint64_t(1) << 40; // above those of all touches
 constexpr double kRise_s = 2.0;     // from a capped level to the full one
-constexpr double kMeasure_m = 1e-3; // a strength is that of all places so near
+constexpr double kMeasure_m = 5e-3; // a strength is that of all places so near
+constexpr std::size_t kMostHeeded = 10000;
 
 bool hasPattern(const HapticObject& object)
 {
@@ -55,21 +56,8 @@ void SensationRenderer::update(const std::vector<HapticObject>& objects,
     {
         const HapticObject& object = objects[i];
         if (!hasPattern(object)) continue;
-        auto found = _items.find(object.touchId());
-        if (found != _items.end() && found->second.seen == _updates) continue; // another part
-        if (found != _items.end() && found->second.sensation.isOther(object))
-        {
-            _items.erase(found);
-            found = _items.end();
-        }
-        if (found == _items.end())
-            found = _items
-                        .emplace(object.touchId(),
-                                 Item{PlayingSensation(object, kFirstContact + ++_made),
-                                      object.path,
-                                      object.origin})
-                        .first;
-        Item& item = found->second;
+        Item& item = itemOf(object);
+        if (item.seen == _updates) continue; // another part
         item.seen = _updates;
         item.index = static_cast<int>(i);
         std::shared_ptr<const MeshDistance> surface;
@@ -77,14 +65,58 @@ void SensationRenderer::update(const std::vector<HapticObject>& objects,
         item.sensation.update(object, {hands, contacts, std::move(surface), time_s});
     }
     _meshes.endUpdate();
+    if (_heeded.size() > kMostHeeded) _heeded.clear();
     for (auto item = _items.begin(); item != _items.end();)
-        item = item->second.seen == _updates ? std::next(item) : _items.erase(item);
+    {
+        if (item->second.seen == _updates)
+        {
+            ++item;
+            continue;
+        }
+        _heeded[item->first] = item->second.sensation.plays();
+        item = _items.erase(item);
+    }
+}
+
+SensationRenderer::Item& SensationRenderer::itemOf(const HapticObject& object)
+{
+    const std::uint64_t id = object.touchId();
+    auto found = _items.find(id);
+    if (found != _items.end() && !found->second.sensation.isOther(object)) return found->second;
+    if (found != _items.end()) _heeded[id] = found->second.sensation.plays();
+    _items.erase(id);
+    const auto heeded = _heeded.find(id);
+    const int plays = heeded == _heeded.end() ? 0 : heeded->second;
+    return _items
+        .emplace(id,
+                 Item{PlayingSensation(object, kFirstContact + ++_made, plays),
+                      object.path,
+                      object.origin})
+        .first->second;
 }
 
 void SensationRenderer::clear()
 {
+    for (const auto& [object, item] : _items)
+        _heeded[object] = item.sensation.plays();
     _items.clear();
     _capped = 1.0;
+}
+
+void SensationRenderer::continueFrom(SensationRenderer& before)
+{
+    _items.swap(before._items);
+    _heeded.swap(before._heeded);
+    _made = before._made;
+    _updates = before._updates;
+    for (auto& [object, item] : _items)
+        item.measured.setConstant(std::nan("")); // the array may be another one
+}
+
+void SensationRenderer::pause()
+{
+    for (auto& [object, item] : _items)
+        item.level = 0.0;
 }
 
 bool SensationRenderer::isActive() const
@@ -114,6 +146,20 @@ double SensationRenderer::mostAt(const Eigen::Vector3d& place)
     return sum * _matrix.unit_Pa();
 }
 
+// Of intensity 1, in Pa.
+double SensationRenderer::pressureOf(Item& item)
+{
+    const HapticProperties& properties = item.sensation.properties();
+    if (properties.pressureInPa) return properties.pressure;
+    const Eigen::Vector3d place = item.sensation.middle();
+    if (!((place - item.measured).norm() <= kMeasure_m))
+    {
+        item.measured = place;
+        item.most_Pa = mostAt(place);
+    }
+    return properties.pressure * item.most_Pa;
+}
+
 void SensationRenderer::render(double now_s,
                                double dt_s,
                                double rate_Hz,
@@ -126,7 +172,7 @@ void SensationRenderer::render(double now_s,
     for (auto& [object, item] : _items)
     {
         item.isLeftOut = false;
-        item.pressure_Pa = 0.0;
+        item.level = 0.0;
         if (item.sensation.isPlaying()) playing.push_back(&item);
     }
     std::stable_sort(playing.begin(),
@@ -136,28 +182,19 @@ void SensationRenderer::render(double now_s,
     std::size_t used = 0;
     for (Item* item : playing)
     {
-        const HapticProperties& properties = item->sensation.properties();
-        const Eigen::Vector3d place = item->sensation.origin();
-        double pressure_Pa = properties.pressure;
-        if (!properties.pressureInPa)
-        {
-            if (!((place - item->measured).norm() <= kMeasure_m))
-            {
-                item->measured = place;
-                item->most_Pa = mostAt(place);
-            }
-            pressure_Pa *= item->most_Pa;
-        }
-        if (most_Pa > 0.0) pressure_Pa = std::min(pressure_Pa, most_Pa);
-        item->pressure_Pa = pressure_Pa;
-        const double level = levels.level(properties.priority);
         const bool isFull = used >= kMostFoci;
+        item->pressure_Pa = pressureOf(*item);
+        item->level = isFull ? 0.0 : levels.level(item->sensation.priority());
         std::vector<ContactFocus> own;
-        item->sensation.render(
-            now_s, dt_s, isFull ? 0.0 : _capped * level * pressure_Pa, rate_Hz, own);
-        item->isLeftOut = isFull && level > 0.0 && item->sensation.intensity() > 0.0;
+        item->sensation.render(now_s, dt_s, item->level * item->pressure_Pa, rate_Hz, own);
+        item->isLeftOut = isFull && item->sensation.intensity() > 0.0;
         used += own.empty() ? 0 : 1;
-        foci.insert(foci.end(), own.begin(), own.end());
+        const bool isOver = most_Pa > 0.0 && item->pressure_Pa > most_Pa;
+        for (ContactFocus& focus : own)
+        {
+            focus.share = _capped * (isOver ? most_Pa / item->pressure_Pa : 1.0);
+            foci.push_back(focus);
+        }
     }
 }
 
@@ -174,7 +211,9 @@ std::vector<SensationView> SensationRenderer::views() const
     {
         SensationView& view = all.emplace_back(item.sensation.view());
         view.index = item.index;
-        view.pressure_Pa = item.pressure_Pa * _capped * view.intensity;
+        view.intensity *= item.level;
+        view.pressure_Pa = item.pressure_Pa * view.intensity;
+        if (item.level == 0.0) view.trail.clear();
     }
     return all;
 }
@@ -184,26 +223,26 @@ std::vector<base::Message> SensationRenderer::problems() const
     std::vector<base::Message> all;
     for (const auto& [object, item] : _items)
     {
-        const haptics::SensationSample& sample = item.sensation.sample();
+        const PlayingSensation::Limited& limited = item.sensation.limited();
         if (!item.sensation.isPlaying()) continue;
         std::vector<std::string> whys;
-        if (!sample.isFinite)
+        if (limited.isBroken)
             whys.emplace_back("a formula of its sensation gives no number; it is silent there");
-        if (sample.isLimited)
+        if (limited.isOutOfRange)
             whys.emplace_back(
                 "its sensation asks for an intensity outside 0 .. 1, which is limited");
-        if (sample.isOutline)
-            whys.push_back(fmt::format("its brush turns {:g} times a second, and {:g} fields a "
-                                       "second are fewer than {:g} a "
-                                       "turn; its outline is played instead",
-                                       sample.brush.draw_Hz,
-                                       _rate_Hz,
-                                       haptics::SensationFigures::kLeastPoints));
-        if (sample.isUnmodulated)
+        if (limited.outline_Hz != 0.0)
+            whys.push_back(fmt::format(
+                "its brush turns {:g} times a second, and {:g} fields a second are fewer than {:g} "
+                "a turn; its outline is played instead",
+                limited.outline_Hz,
+                _rate_Hz,
+                haptics::SensationFigures::kLeastPoints));
+        if (limited.modulation_Hz != 0.0)
             whys.push_back(fmt::format(
                 "its modulation of {:g} Hz is left out: {:g} fields a second are fewer than {:g} a "
                 "period",
-                sample.brush.modulation_Hz,
+                limited.modulation_Hz,
                 _rate_Hz,
                 haptics::SensationPlayer::kLeastOfPeriod));
         if (item.isLeftOut)

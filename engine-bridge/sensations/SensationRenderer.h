@@ -36,6 +36,10 @@ public:
                 const std::vector<Contact>& contacts,
                 double time_s);
     void clear(); ///< ends all
+    /// Continues the sensations of \a before, which has none afterwards.
+    void continueFrom(SensationRenderer& before);
+    /// No field is rendered for now: views() play nothing until the next render().
+    void pause();
 
     /// Returns true if a sensation plays or fades.
     bool isActive() const;
@@ -43,15 +47,15 @@ public:
     int highestPriority(int lowest) const;
 
     /// Appends the foci of the field at \a now_s, \a dt_s after the last one, at \a rate_Hz fields
-    /// a second. \a levels: factors by priority. No pressure of intensity 1 is above \a most_Pa (0:
-    /// no limit), so that a cap keeps the course of a sensation.
+    /// a second. \a levels: factors by priority. ContactFocus::share keeps each below \a most_Pa
+    /// (0: no limit) as a whole, so that a cap leaves the course of a sensation.
     void render(double now_s,
                 double dt_s,
                 double rate_Hz,
                 double most_Pa,
                 Precedence& levels,
                 std::vector<ContactFocus>& foci);
-    /// Takes the factor, 0 .. 1, by which the field of the last render() was lowered: later fields
+    /// Takes the factor, 0 .. 1, by which a field of sensations alone was lowered: later fields
     /// begin with the lowest one, and rise slowly, since a factor that changed from field to field
     /// would be felt as a vibration.
     void noteCap(double factor, double dt_s);
@@ -61,8 +65,6 @@ public:
     std::vector<base::Message> problems() const;
 
 private:
-    double mostAt(const Eigen::Vector3d& place);
-
     /// An object with a sensation.
     struct Item
     {
@@ -74,12 +76,19 @@ private:
         int index = 0;        ///< of the object in its snapshot
         std::uint64_t seen = 0;
         bool isLeftOut = false;
-        double pressure_Pa = 0.0; ///< of intensity 1, in the last render()
+        double pressure_Pa = 0.0; ///< of intensity 1, without caps, in the last render()
+        double level = 0.0;       ///< 0 .. 1; by its priority; 0: it wasn't rendered
     };
+
+    double mostAt(const Eigen::Vector3d& place);
+    Item& itemOf(const HapticObject& object);
+    double pressureOf(Item& item);
 
     haptics::PropagationMatrix _matrix; ///< of one point
     TouchMeshes _meshes;
     std::map<std::uint64_t, Item> _items; ///< by HapticObject::touchId()
+    /// plays() of those that are gone, so that one that comes back doesn't play unasked
+    std::map<std::uint64_t, int> _heeded;
     std::uint64_t _updates = 0;
     std::uint64_t _made = 0;
     double _rate_Hz = 0.0;

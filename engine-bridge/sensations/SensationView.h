@@ -30,7 +30,7 @@ struct SensationView
     double intensity = 0.0;                          ///< 0 .. 1, with fades
     double pressure_Pa = 0.0;                        ///< wanted peak
     Eigen::Vector3d place = Eigen::Vector3d::Zero(); ///< m, array frame
-    /// the places of the last turn, at least kTrail_s
+    /// the places of the last turn, of kTrail_s to a second, at most 512
     std::vector<TrailPoint> trail;
 
     static constexpr double kTrail_s = 0.05;

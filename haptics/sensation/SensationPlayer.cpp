@@ -144,7 +144,7 @@ SensationSample SensationPlayer::sampleAt(double time_ms)
                        SensationFigures::kLeastPoints * std::abs(point.brush.draw_Hz) > rate_Hz;
     sample.isUnmodulated =
         rate_Hz > 0.0 && kLeastOfPeriod * std::abs(point.brush.modulation_Hz) > rate_Hz;
-    sample.position_mm = point.position_mm;
+    sample.position_mm = sample.path_mm = point.position_mm;
     if (!sample.isOutline)
         sample.position_mm.head<2>() += point.brush.at(base::kTwoPi * _now.draw_turns);
     const double wave =
@@ -162,7 +162,7 @@ SensationSample SensationPlayer::sampleAt(double time_ms)
     if (sample.isFinite && sample.isStopped) sample.intensity = 0.0;
     if (!sample.isFinite)
     {
-        sample.position_mm = _place_mm;
+        sample.position_mm = sample.path_mm = _place_mm;
         sample.intensity = 0.0;
         sample.isLimited = false;
     }

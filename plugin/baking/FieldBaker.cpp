@@ -395,6 +395,7 @@ struct FieldBaker::Part
         const std::vector<midair::bridge::HapticObject>& objects = collected.snapshot->objects;
         const bool hadSensations = std::exchange(
             touches.areSensations, midair::bridge::SensationRenderer::concerns(objects));
+        if (hadSensations != touches.areSensations) touches.last.clear();
         if (hadSensations != touches.areSensations && !hands) pipeline.reset(); // another clock
         limits = limitsOfDevice(granted.device);
         if (pipeline && opened != collected.settings) pipeline.reset();
@@ -613,6 +614,11 @@ unsigned int FieldBaker::getNumTransducers() const
 
 void FieldBaker::restart()
 {
+    using midair::base::MessageCode;
+    if (_part->pipeline && _part->touches.areSensations)
+        _part->told.push_back({MessageCode::SENSATION_LIMITED,
+                               "sensations begin anew with each chunk; one chunk for all frames "
+                               "keeps their course"});
     _part->pipeline.reset();
     _part->touches.last.clear();
 }

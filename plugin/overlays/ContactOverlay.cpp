@@ -40,7 +40,7 @@ constexpr int kCorners = 48; ///< of an ellipse
 constexpr float kLineWidth = 3.0F;
 constexpr double kLeastDot_m = 0.6e-3;
 constexpr double kMostDot_m = 1.2e-3;
-constexpr double kJump_m = 0.02; // farther than any brush draws from field to field
+constexpr double kJump_m = 0.06; // a step of the path, not a stroke
 const osg::Vec3f kPatch(0.95F, 0.97F, 1.00F);
 const osg::Vec3f kPath(1.00F, 0.62F, 0.22F);
 const osg::Vec3f kFocus(1.00F, 0.30F, 0.20F);

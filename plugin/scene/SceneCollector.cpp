@@ -64,14 +64,17 @@ bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
     return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
 }
 
-/// Returns \a property with the path of its sensation's file, which OSG finds like a model's.
-HapticProperty located(const HapticProperty& property)
+/// Returns \a property, or its copy in \a found with the path of its sensation's file, which OSG
+/// finds like a model's.
+const HapticProperty& located(const HapticProperty& property, HapticProperty& found)
 {
-    HapticProperty found = property;
-    const std::string file = property.sensation.size() < kLongestPath
-                                 ? osgDB::findDataFile(property.sensation)
-                                 : std::string();
-    if (!file.empty()) found.sensation = file;
+    const std::string& text = property.sensation;
+    const bool isFile = text.size() < kLongestPath && text.find('{') == std::string::npos &&
+                        text.substr(0, text.find('?')).find_first_of("./") != std::string::npos;
+    const std::string file = isFile ? osgDB::findDataFile(text) : std::string();
+    if (file.empty() || file == text) return property;
+    found = property;
+    found.sensation = file;
     return found;
 }
 
@@ -102,7 +105,9 @@ std::string problemOfMaterial(const HapticProperty& property)
 
 std::string problemOfSensation(const HapticProperty& property)
 {
-    const midair::bridge::MadeSensation made = midair::bridge::sensationOf(located(property));
+    HapticProperty found;
+    const midair::bridge::MadeSensation made =
+        midair::bridge::sensationOf(located(property, found));
     if (made.problem.empty() || made.properties.pattern) return made.problem;
     return "it is silent: " + made.problem;
 }
@@ -110,10 +115,12 @@ std::string problemOfSensation(const HapticProperty& property)
 midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 {
     const midair::bridge::ObjectMaterial made = midair::bridge::materialOf(property);
-    if (made.problem.empty()) return propertiesOf(located(property), made.material);
+    HapticProperty found;
+    const HapticProperty& where = located(property, found);
+    if (made.problem.empty()) return propertiesOf(where, made.material);
     midair::bridge::HapticMaterial silent;
     silent.mostForce_N = 0.0;
-    return propertiesOf(located(property), silent);
+    return propertiesOf(where, silent);
 }
 
 PaintOptions paintOf(const HapticProperty& property)

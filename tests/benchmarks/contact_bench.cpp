@@ -118,8 +118,13 @@ turn(bridge::ContactField& field, const bridge::ContactPatch& patch, int foci, d
     {
         std::vector<bridge::ContactFocus> played;
         for (std::size_t j = 0; j < path.foci().size(); ++j)
-            played.push_back(
-                {path.foci()[j].position, 1.0, 1, static_cast<int>(j), patch.centre, patch.normal});
+            played.push_back({path.foci()[j].position,
+                              1.0,
+                              1,
+                              static_cast<int>(j),
+                              0,
+                              patch.centre,
+                              patch.normal});
         fields.emplace_back();
         std::string error;
         if (!field.solve(played, fields.back(), &error)) std::printf("%s\n", error.c_str());

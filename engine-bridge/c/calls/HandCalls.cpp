@@ -278,6 +278,7 @@ midair_status midair_sensation_play(midair_scene* scene, midair_object object, i
             if (one.properties.trigger != ObjectSettings::PROGRAM)
                 fail(MIDAIR_INVALID, "the object's trigger isn't program");
             constexpr int kMost = 1000000000;
+            one.plays = std::max(one.plays, one.properties.plays);
             one.plays = plays == 0 || one.plays < kMost ? one.plays + (plays ? 1 : 0) : 1;
             one.properties.plays = one.felt.sensation.plays = plays ? one.plays : 0;
         });

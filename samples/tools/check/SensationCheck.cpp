@@ -6,6 +6,7 @@
 #include "haptics/sensation/SensationReader.h"
 #include "samples/shared/SettingOptions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -29,12 +30,12 @@ std::string figuresOf(const osgMidair::HapticProperty& property, double rate_Hz)
         const haptics::SensationFigures figures = haptics::measureSensation(player);
         const Eigen::Vector3d size_mm = figures.high_mm - figures.low_mm;
         if (!size_mm.allFinite()) return "its sensation is silent";
-        std::string text =
-            fmt::format("its sensation is {:.0f} x {:.0f} x {:.0f} mm large, {:.1f} m/s fast",
-                        size_mm.x(),
-                        size_mm.y(),
-                        size_mm.z(),
-                        figures.speed_m_s);
+        std::string text = fmt::format(
+            "as authored, its sensation is {:.0f} x {:.0f} x {:.0f} mm large, {:.1f} m/s fast",
+            size_mm.x(),
+            size_mm.y(),
+            size_mm.z(),
+            figures.speed_m_s);
         const double perTurn = figures.pointsPerTurn(rate_Hz);
         if (std::isfinite(perTurn))
             text += fmt::format(", with {:.0f} fields a turn at {:g} a second", perTurn, rate_Hz);
@@ -60,13 +61,18 @@ bool judgeSensation(CheckedObject& object, const CheckedScene& scene)
     using Property = osgMidair::HapticProperty;
     const Property& property = object.property;
     std::string figures = figuresOf(property, scene.granted.fieldRate);
-    const bool isRead = !figures.empty();
-    if (isRead) object.notes.push_back(std::move(figures));
+    if (!figures.empty()) object.notes.push_back(std::move(figures));
+    const bool isBroken = std::any_of(scene.messages.begin(),
+                                      scene.messages.end(),
+                                      [&object](const CheckedMessage& one) {
+                                          return one.message.path == object.path &&
+                                                 one.message.code == "property.invalid";
+                                      });
     if (object.points > 0 || object.feltFrames > 0) return true;
     const bool needsHand =
         property.attach.rfind("hand:", 0) == 0 || property.trigger == Property::TOUCH_BEGIN ||
         property.trigger == Property::TOUCH_STAY || property.trigger == Property::TOUCH_END;
-    if (!isRead) return false;
+    if (isBroken) return false;
     if (property.trigger == Property::PROGRAM && property.plays == 0)
         object.warnings.push_back("not tested: it plays when the program says so");
     else if (needsHand && isRecording(scene.granted.hands))

@@ -275,6 +275,22 @@ TEST(SensationRenderer, WithoutFramesHandsAreUnknown)
     const RenderedField field = scene.run(PlayingSensation::kStale_s + 0.05, false);
     ASSERT_EQ(field.foci.size(), 1);
     EXPECT_NEAR(field.foci.positions(0, 0), 0.05, 0.0101);
+    scene.objects.pop_back();
+    scene.frame();
+    scene.run(PlayingSensation::kStale_s + 0.1, false);
+    EXPECT_FALSE(scene.renderer.isActive(scene.now_s)) << "no field is made for nobody";
+}
+
+// Where nothing was rendered for long, a pattern's loop isn't lost, and nothing is caught up.
+TEST(SensationRenderer, TimeThatIsNotPlayedDoesNotPassInThePattern)
+{
+    Scene scene;
+    scene.objects = {sensation("tapping")};
+    scene.run(0.1);
+    const double before_ms = scene.renderer.view().sensations[0].patternTime_ms;
+    scene.now_s += 7200.0;
+    scene.run(2 * kStep_s);
+    EXPECT_NEAR(scene.renderer.view().sensations[0].patternTime_ms, before_ms + 1.0, 2.0);
 }
 
 TEST(SensationRenderer, TheHighestPriorityPlaysAndEqualOnesAdd)
@@ -333,21 +349,95 @@ TEST(SensationRenderer, ACapLowersItAsAWhole)
              frame["intensity"] = patterns::intensity(patterns::number(0.5));
              return frame;
          }()}));
+    const auto loudness = [&](const RenderedField& field)
+    { return static_cast<double>(field.q.cwiseAbs().maxCoeff()); };
+    const double free = loudness(scene.run(0.02));
     scene.most_Pa = 0.5 * kPressure_Pa;
-    RenderedField field = scene.run(0.02);
+    RenderedField field = scene.run(kStep_s);
     ASSERT_EQ(field.foci.size(), 1);
-    EXPECT_NEAR(field.foci.targets[0], 0.25 * kPressure_Pa, 1e-3) << "its course stays";
+    EXPECT_NEAR(field.foci.targets[0], 0.5 * kPressure_Pa, 1e-3) << "what is wanted is told";
+    EXPECT_NEAR(loudness(field), 0.5 * free, 1e-3 * free) << "its course stays";
     scene.renderer.noteCap(0.5);
-    field = scene.run(kStep_s);
-    EXPECT_NEAR(field.foci.targets[0], 0.125 * kPressure_Pa, 1.0);
+    double before = loudness(scene.run(kStep_s));
+    EXPECT_NEAR(before, 0.25 * free, 1e-3 * free);
     for (int i = 0; i < 20; ++i)
     {
-        const double before = field.foci.targets[0];
-        field = scene.run(kStep_s);
         scene.renderer.noteCap(1.0);
-        EXPECT_LT(field.foci.targets[0] - before, 0.001 * kPressure_Pa)
-            << "no vibration by the cap";
+        const double now = loudness(scene.run(kStep_s));
+        EXPECT_LT(now - before, 0.001 * free) << "no vibration by the cap";
+        before = now;
     }
+}
+
+// What a whole object is lowered by comes again with each of its fields.
+TEST(SensationRenderer, ACapThatOthersNeedLeavesItAlone)
+{
+    Scene scene;
+    scene.objects = {sensation("circle?radius=0mm"), object(sheet(10), 2)};
+    scene.whole.fields = {Eigen::VectorXcf::Constant(octagon().size(), 0.25f)};
+    scene.run(0.03);
+    for (int i = 0; i < 100; ++i)
+    {
+        scene.run(kStep_s);
+        scene.renderer.noteCap(0.9);
+    }
+    scene.objects.pop_back();
+    scene.whole = {};
+    EXPECT_NEAR(scene.run(0.05).foci.targets[0], kPressure_Pa, 1e-3);
+    Scene alone;
+    alone.objects = {sensation("circle?radius=0mm")};
+    EXPECT_NEAR(scene.run(kStep_s).q.norm(), alone.run(0.05).q.norm(), 1e-3);
+}
+
+// From rest, too, a whole object fades and isn't cut.
+TEST(SensationRenderer, AWholeObjectFadesBelowAHigherPriority)
+{
+    Scene scene;
+    scene.objects = {sensation("circle?radius=0mm"), object(sheet(10), 2)};
+    scene.objects[0].properties.priority = 1;
+    scene.whole.fields = {Eigen::VectorXcf::Constant(octagon().size(), 0.25f)};
+    scene.frame();
+    double last = 1.0;
+    for (int i = 0; i < 30; ++i)
+    {
+        scene.field();
+        EXPECT_LE(last - scene.renderer.whole(), 1.01 * kStep_s / Precedence::kFade_s) << i;
+        last = scene.renderer.whole();
+    }
+    EXPECT_EQ(last, 0.0);
+}
+
+// Other options make another renderer; nobody asked for the click again.
+TEST(SensationRenderer, OtherOptionsDontPlayItAgain)
+{
+    Scene scene;
+    scene.objects = {sensation("click"), sensation("circle?radius=10mm", 2)};
+    scene.objects[0].properties.sensation.trigger = Trigger::PROGRAM;
+    scene.objects[0].properties.sensation.plays = 1;
+    scene.run(0.5);
+    EXPECT_EQ(scene.run(kStep_s).foci.size(), 1) << "the click is over";
+    const double time_ms = scene.renderer.view().sensations[1].patternTime_ms;
+    ContactRenderer other(octagon(), {});
+    other.continueSensations(scene.renderer);
+    std::vector<HapticObject> now = scene.objects;
+    other.update(now, {}, scene.now_s, 0.0);
+    const RenderedField field = other.render(scene.now_s, {}, 0.0, 1000.0);
+    EXPECT_EQ(field.foci.size(), 1);
+    EXPECT_NEAR(other.view().sensations[1].patternTime_ms, time_ms + 1.0, 1.01);
+    // Nor when it was gone for a while.
+    scene.objects.erase(scene.objects.begin());
+    scene.objects.push_back(sensation("circle", 3));
+    now = scene.objects;
+    other.update(now, {}, scene.now_s, 0.0);
+    now.push_back(sensation("click"));
+    now.back().properties.sensation.trigger = Trigger::PROGRAM;
+    now.back().properties.sensation.plays = 1;
+    other.update(now, {}, scene.now_s, 0.0);
+    EXPECT_EQ(other.render(scene.now_s + 0.02, {}, 0.0, 1000.0).foci.size(), 2);
+    now.back().properties.sensation.plays = 2;
+    other.update(now, {}, scene.now_s, 0.0);
+    other.render(scene.now_s + 0.03, {}, 0.0, 1000.0);
+    EXPECT_EQ(other.render(scene.now_s + 0.04, {}, 0.0, 1000.0).foci.size(), 3);
 }
 
 TEST(SensationRenderer, SlowFieldsGetAnOutlineAndNothingAliases)

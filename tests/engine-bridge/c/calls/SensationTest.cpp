@@ -70,7 +70,7 @@ TEST(CPlay, SensationsBeginAndEndByTheProgram)
     EXPECT_NEAR(std::hypot(playing.position[0], playing.position[1]), 0.01, 1e-6);
     EXPECT_NEAR(playing.position[2], 0.15, 1e-9);
     EXPECT_GT(playing.pattern_time_ms, 0.0);
-    EXPECT_NEAR(playing.pressure_Pa, 500.0, 500.0);
+    EXPECT_NEAR(playing.pressure_Pa, 500.0, 1e-6);
     EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
     ASSERT_EQ(midair_object_set(of.scene, of.circle, "parameters", "radius=5"), MIDAIR_OK);
     EXPECT_TRUE(updatesUntil(of.scene,
