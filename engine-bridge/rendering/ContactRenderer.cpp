@@ -69,11 +69,12 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
     if (!_wasActive) _rendered_s = now_s;
     // The largest share of all scales the field; these are the others relative to it.
     const double most = _shares.mostWhole();
-    _wholePriority = kNoPriority;
+    _levels.wholePriority = kNoPriority;
     for (HapticObject& object : objects)
     {
         const double share = _shares.whole(object.touchId());
-        if (share > 0.0) _wholePriority = std::max(_wholePriority, object.properties.priority);
+        if (share > 0.0)
+            _levels.wholePriority = std::max(_levels.wholePriority, object.properties.priority);
         object.share = most > 0.0 ? std::ceil(kShareSteps * share / most) / kShareSteps : 0.0;
     }
 }
@@ -97,15 +98,15 @@ void ContactRenderer::pause()
     _foci.clear();
     _recent.clear();
     _wasActive = false;
-    _precedence = {};
-    _sensationPrecedence = {};
+    _levels.others = {};
+    _levels.sensations = {};
     _sensations.pause();
 }
 
 bool ContactRenderer::isActive(double now_s) const
 {
     if (!_isUpdated) return false;
-    if (_shares.isFading() || _sensations.isActive() || _precedence.isFading()) return true;
+    if (_shares.isFading() || _sensations.isActive() || _levels.others.isFading()) return true;
     if (now_s - _updated_s > kStale_s) return false;
     const std::vector<Contact>& contacts = _tracker.contacts();
     return std::any_of(
@@ -123,7 +124,7 @@ bool ContactRenderer::presses(const Contact& contact) const
 // nothing else give way. What hasn't faded yet has its full level before the highest changes.
 void ContactRenderer::settlePrecedence(double dt_s)
 {
-    if (_wholePriority > kNoPriority) _precedence.level(_wholePriority);
+    if (_levels.wholePriority > kNoPriority) _levels.others.level(_levels.wholePriority);
     const int ofSensations = _sensations.highestPriority(kNoPriority);
     int highest = ofSensations;
     const bool isFresh = _rendered_s - _updated_s <= kStale_s;
@@ -131,13 +132,14 @@ void ContactRenderer::settlePrecedence(double dt_s)
     {
         const auto known = _objects.find(contact.path.patch().object);
         if (known == _objects.end() || !isFresh || !presses(contact)) continue;
-        _precedence.level(known->second.priority);
+        _levels.others.level(known->second.priority);
         highest = std::max(highest, known->second.priority);
     }
-    _precedence.advance(dt_s, ofSensations);
-    _sensationPrecedence.advance(dt_s, highest);
-    const double level = _wholePriority > kNoPriority ? _precedence.level(_wholePriority) : 1.0;
-    _whole = _shares.mostWhole() * level;
+    _levels.others.advance(dt_s, ofSensations);
+    _levels.sensations.advance(dt_s, highest);
+    const double level =
+        _levels.wholePriority > kNoPriority ? _levels.others.level(_levels.wholePriority) : 1.0;
+    _levels.whole = _shares.mostWhole() * level;
 }
 
 bool ContactRenderer::isOfSensation(const ContactFocus& focus) const
@@ -150,7 +152,7 @@ bool ContactRenderer::isOfSensation(const ContactFocus& focus) const
 void ContactRenderer::noteCap(double factor)
 {
     const bool isAlone =
-        !(_whole > 0.0 && _wholePriority > kNoPriority) &&
+        !(_levels.whole > 0.0 && _levels.wholePriority > kNoPriority) &&
         std::all_of(_foci.begin(),
                     _foci.end(),
                     [this](const ContactFocus& focus) { return isOfSensation(focus); });
@@ -165,7 +167,7 @@ void ContactRenderer::addContacts(double now_s)
         const auto known = _objects.find(focus.object);
         if (known == _objects.end() || known->second.isSensation) continue;
         focus.pressure_Pa *=
-            _shares.contacts(focus.object) * _precedence.level(known->second.priority);
+            _shares.contacts(focus.object) * _levels.others.level(known->second.priority);
         if (focus.pressure_Pa > 0.0) _foci.push_back(focus);
     }
 }
@@ -186,11 +188,11 @@ void ContactRenderer::addWhole(double now_s,
                                const haptics::FieldSequence& whole,
                                Eigen::VectorXcf& q) const
 {
-    if (whole.isEmpty() || !(_whole > 0.0)) return;
+    if (whole.isEmpty() || !(_levels.whole > 0.0)) return;
     const haptics::Modulator modulator(whole.modulation);
     const auto step = modulator.at(now_s, static_cast<int>(whole.fields.size()));
     const Eigen::VectorXcf& field = whole.fields[static_cast<std::size_t>(step.field)];
-    if (field.size() == q.size()) q += static_cast<float>(_whole * step.amplitude) * field;
+    if (field.size() == q.size()) q += static_cast<float>(_levels.whole * step.amplitude) * field;
     const float most = q.cwiseAbs().maxCoeff();
     if (most > 1.0f) q /= most;
 }
@@ -209,7 +211,7 @@ RenderedField ContactRenderer::render(double now_s,
     settlePrecedence(_step_s);
     _foci.clear();
     addContacts(now_s);
-    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _sensationPrecedence, _foci);
+    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _levels.sensations, _foci);
     std::vector<ContactFocus> played = _foci;
     for (ContactFocus& focus : played)
     {
@@ -234,7 +236,7 @@ void ContactRenderer::keep(double now_s, Eigen::VectorXcf played)
 
 double ContactRenderer::whole() const
 {
-    return _wasActive ? _whole : _shares.mostWhole();
+    return _wasActive ? _levels.whole : _shares.mostWhole();
 }
 
 ContactScene ContactRenderer::view() const

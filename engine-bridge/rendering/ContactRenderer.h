@@ -119,6 +119,15 @@ private:
         bool isSensation = false;
     };
 
+    /// Factors by priority, as they fade.
+    struct Levels
+    {
+        Precedence others;     ///< contacts and whole objects, below sensations
+        Precedence sensations; ///< below each other and contacts
+        int wholePriority = 0; ///< the highest of objects that are played as a whole
+        double whole = 1.0;    ///< on the field of whole objects, in the last render()
+    };
+
     haptics::ControlPoints pointsWithObjects(const std::vector<ContactFocus>& foci) const;
     void addWhole(double now_s, const haptics::FieldSequence& whole, Eigen::VectorXcf& q) const;
     bool presses(const Contact& contact) const;
@@ -131,15 +140,12 @@ private:
     ContactField _field;
     RenderShares _shares;
     SensationRenderer _sensations;
-    Precedence _precedence;          ///< of contacts and whole objects, below sensations
-    Precedence _sensationPrecedence; ///< of sensations, below each other and contacts
+    Levels _levels;
     std::unordered_map<std::uint64_t, Known> _objects; ///< of the last update()
-    int _wholePriority = 0;          ///< the highest of objects that are played as a whole
-    std::vector<ContactFocus> _foci; ///< from the last render()
+    std::vector<ContactFocus> _foci;                   ///< from the last render()
     double _updated_s = 0.0;
     double _rendered_s = 0.0;
     double _step_s = 0.0; ///< of the last render()
-    double _whole = 1.0;  ///< 0 .. 1; factor on the field of whole objects, in the last render()
     bool _isUpdated = false;
     bool _wasActive = false; ///< in the last render()
     std::deque<std::shared_ptr<const TimedField>> _recent;
