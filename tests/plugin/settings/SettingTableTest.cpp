@@ -63,6 +63,8 @@ std::string otherText(const Setting<T>& row)
                                             "110",
                                             "0 0 0.6",
                                             "2:0.5",
+                                            "surface",
+                                            "a=1",
                                             "1 0 0 0  0 0 1 0  0 -1 0 0  0.5 0.25 3 1"};
     for (const std::string& text : tried)
     {
