@@ -159,6 +159,7 @@ part_features()
     thumbnail "$out/star/star.png" 25
     window "$out/26.png" 800x600+60+60 5 "" "$features/26-headset"
     thumbnail "$out/26.png" 26
+    scene 28 0.25 hands,contacts
     thumbnail samples/pictures/mirror.png 27 # what an eye sees of such a display: the part installations
 }
 

@@ -43,6 +43,13 @@ inline HapticProperty unusualProperty()
     p.texturePeriod = 0.0078125;
     p.lowVibration = 0.125;
     p.highVibration = 0.0625;
+    p.sensation = "circle?radius=12mm";
+    p.attach = "hand:index_tip";
+    p.trigger = HapticProperty::TOUCH_STAY;
+    p.sensationSpeed = 0.75;
+    p.seed = 77;
+    p.parameters = "radius=8; frequency=60";
+    p.plays = 3;
     return p;
 }
 
@@ -163,6 +170,13 @@ inline void expectUnusual(const HapticProperty& p)
     expectNear(p.texturePeriod, wanted.texturePeriod);
     expectNear(p.lowVibration, wanted.lowVibration);
     expectNear(p.highVibration, wanted.highVibration);
+    EXPECT_EQ(p.sensation, wanted.sensation);
+    EXPECT_EQ(p.attach, wanted.attach);
+    EXPECT_EQ(p.trigger, wanted.trigger);
+    expectNear(p.sensationSpeed, wanted.sensationSpeed);
+    EXPECT_EQ(p.seed, wanted.seed);
+    EXPECT_EQ(p.parameters, wanted.parameters);
+    EXPECT_EQ(p.plays, wanted.plays);
 }
 
 inline void expectUnusual(const HapticSettings& s)
