@@ -349,22 +349,24 @@ TEST(SensationRenderer, ACapLowersItAsAWhole)
              frame["intensity"] = patterns::intensity(patterns::number(0.5));
              return frame;
          }()}));
+    constexpr double kLoud_Pa = 20.0 * kPressure_Pa; // many levels of the array
+    scene.objects[0].properties.pressure = kLoud_Pa;
     const auto loudness = [&](const RenderedField& field)
     { return static_cast<double>(field.q.cwiseAbs().maxCoeff()); };
     const double free = loudness(scene.run(0.02));
-    scene.most_Pa = 0.5 * kPressure_Pa;
+    scene.most_Pa = 0.5 * kLoud_Pa;
     RenderedField field = scene.run(kStep_s);
     ASSERT_EQ(field.foci.size(), 1);
-    EXPECT_NEAR(field.foci.targets[0], 0.5 * kPressure_Pa, 1e-3) << "what is wanted is told";
-    EXPECT_NEAR(loudness(field), 0.5 * free, 1e-3 * free) << "its course stays";
+    EXPECT_NEAR(field.foci.targets[0], 0.5 * kLoud_Pa, 1.0) << "what is wanted is told";
+    EXPECT_NEAR(loudness(field), 0.5 * free, 0.02 * free) << "its course stays";
     scene.renderer.noteCap(0.5);
     double before = loudness(scene.run(kStep_s));
-    EXPECT_NEAR(before, 0.25 * free, 1e-3 * free);
+    EXPECT_NEAR(before, 0.25 * free, 0.02 * free);
     for (int i = 0; i < 20; ++i)
     {
         scene.renderer.noteCap(1.0);
         const double now = loudness(scene.run(kStep_s));
-        EXPECT_LT(now - before, 0.001 * free) << "no vibration by the cap";
+        EXPECT_LT(now - before, 0.02 * free) << "no vibration by the cap";
         before = now;
     }
 }

@@ -141,7 +141,7 @@ TEST(CPlay, SensationsKeepWhatIsPromisedOfEveryField)
     }
     {
         Circle of;
-        begun(of, "sim:?unplug_at=1s");
+        begun(of, "sim:?unplug_at=3s");
         EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_LOST));
     }
 }
