@@ -7,8 +7,7 @@
 #   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
 #   --tidy            clang-tidy on all that differs from the commit that tests/stages.sh names, tests and samples too
 #   --docs            the reference of all installed headers by Doxygen, without a warning
-#   --quick-sanitize  the suites of what computes and of the devices, built with clang++, under the address and undefined-behaviour
-#                     sanitizers
+#   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
 #   --sanitize        all tests under these two, what has threads under the thread sanitizer, the solvers by themselves under the
 #                     memory sanitizer, clang-tidy on everything: hours
 #   --long            the tests with those that take many minutes (stress, soak), and a minute of fuzzing for each target

@@ -67,12 +67,11 @@ stage_tidy()
 # With its own code in the way, g++ warns of what isn't so (std::regex "may be used uninitialized"): warnings are the other builds'.
 sanitized=(-DMIDAIR_TESTS=ON -DMIDAIR_WERROR=OFF)
 
-# What computes, and what talks to arrays: the suites that take minutes under the sanitizers, building included. By the second compiler.
+# What computes, and what talks to arrays: the suites that take minutes under the sanitizers, building included.
 stage_quick_sanitize()
 {
-    midair_build build-quick midair_quick_tests -DMIDAIR_TESTS=ON -DMIDAIR_WERROR=ON -DCMAKE_CXX_COMPILER=clang++ \
-        -DMIDAIR_SANITIZE=address,undefined
-    run build-quick -L '^(haptics|device|device-usb)(.threads)?$' --timeout 300
+    midair_build build-asan midair_quick_tests "${sanitized[@]}" -DMIDAIR_SANITIZE=address,undefined
+    run build-asan -L '^(haptics|device|device-usb)(.threads)?$' --timeout 300
 }
 
 stage_sanitize_address()
