@@ -25,7 +25,7 @@ Vector3d normalOf(const haptics::TriangleMesh& mesh, int triangle)
 
 Vector3d SensationFrame::at(const Vector3d& pattern_m) const
 {
-    const Vector3d place = toArray * pattern_m;
+    Vector3d place = toArray * pattern_m;
     if (!surface) return place;
     const Vector3d flat = toArray * Vector3d(pattern_m.x(), pattern_m.y(), 0.0);
     const Vector3d inMesh = surfacePose.inverse() * flat;

@@ -26,7 +26,7 @@ int main()
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
     const osg::ref_ptr<osgMidair::HapticSensation> circle =
         new osgMidair::HapticSensation("circle?radius=20mm&frequency=70Hz");
-    circle->setPressure(3000.0);
+    circle->setPressure(10000.0);
     circle->setPressureUnit(osgMidair::HapticProperty::PASCAL);
     const osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
     place->addChild(circle);
