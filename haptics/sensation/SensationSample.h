@@ -28,7 +28,7 @@ struct SensationSample
 {
     Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
     Eigen::Vector3d path_mm = Eigen::Vector3d::Zero(); ///< the same without the brush
-    double intensity = 0.0;      ///< share of its pressure
+    double intensity = 0.0;                            ///< share of its pressure
     double patternTime_ms = 0.0; ///< time in the pattern, which jumps and speed change
     bool isStopped = false;      ///< the pattern has ended
     bool isFinite = true;        ///< false: a formula gave NaN or infinity
