@@ -124,14 +124,17 @@ private:
             _server.set_max_http_body_size(1024);
             _server.set_open_handshake_timeout(kHandshake_ms);
             _server.set_close_handshake_timeout(kHandshake_ms);
-            _server.set_validate_handler([this](Handle handle) { return isWelcome(handle); });
-            _server.set_http_handler([this](Handle handle) { answerBrowser(handle); });
-            _server.set_open_handler([this](Handle handle) { open(handle); });
-            _server.set_close_handler([this](Handle handle) { closed(handle); });
-            _server.set_fail_handler([](Handle) {}); // refused, or no WebSocket
-            _server.set_pong_handler([this](Handle handle, const std::string&) { hear(handle); });
-            _server.set_message_handler([this](Handle handle, const Server::message_ptr& message)
-                                        { take(handle, *message); });
+            _server.set_validate_handler([this](const Handle& handle)
+                                         { return isWelcome(handle); });
+            _server.set_http_handler([this](const Handle& handle) { answerBrowser(handle); });
+            _server.set_open_handler([this](const Handle& handle) { open(handle); });
+            _server.set_close_handler([this](const Handle& handle) { closed(handle); });
+            _server.set_fail_handler([](const Handle&) {}); // refused, or no WebSocket
+            _server.set_pong_handler([this](const Handle& handle, const std::string&)
+                                     { hear(handle); });
+            _server.set_message_handler(
+                [this](const Handle& handle, const Server::message_ptr& message)
+                { take(handle, *message); });
             _server.listen(asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(),
                                                    static_cast<unsigned short>(options.port)));
             _server.start_accept();

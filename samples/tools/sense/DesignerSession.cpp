@@ -251,7 +251,7 @@ std::string DesignerSession::update(double now_s)
     }
     sampleUntil(now_s);
     if (_samples.empty()) return {};
-    const std::string message = playbackUpdate({_samples.begin(), _samples.end()});
+    std::string message = playbackUpdate({_samples.begin(), _samples.end()});
     if (_samples.front().isStopped) end();
     _samples.clear();
     return message;
