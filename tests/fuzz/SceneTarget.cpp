@@ -132,7 +132,7 @@ const Class& classOf(std::uint8_t choice)
         return std::array<Class, 3>{
             describe(new HapticScene,
                      settings.array + settings.device + settings.solver + settings.hands),
-            describe(new HapticSurface, ""),
+            describe(new HapticSurface, HapticProperty().attach),
             describe(new HapticOverlays, "")};
     }();
     return classes[choice % classes.size()];
