@@ -25,7 +25,7 @@ int main(int argc, char** argv)
 
     Frames frames(*scene);
     if (!frames.untilPlayed()) return 1;
-    frames.run(0.2); // until the ramp is over
+    frames.run(0.5); // until the ramp is over
     const osg::ref_ptr<const osgMidair::HapticField> field = scene->getField();
     if (!field) return 1;
     float most = 0.0F;
