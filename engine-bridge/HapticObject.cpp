@@ -91,6 +91,13 @@ bool operator==(const HapticProperties& a, const HapticProperties& b)
            a.material == b.material && a.sensation == b.sensation;
 }
 
+bool followsHands(const HapticProperties& properties, Render ofScene)
+{
+    if (properties.sensation.isMeant) return properties.sensation.usesHands();
+    const Render own = properties.render;
+    return (own == Render::INHERIT ? ofScene : own) != Render::OBJECT;
+}
+
 bool isClipped(const std::vector<Eigen::Vector4d>& clips, const Eigen::Vector3d& place)
 {
     return std::any_of(clips.begin(),

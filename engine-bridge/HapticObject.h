@@ -124,6 +124,10 @@ inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
     return !(a == b);
 }
 
+/// Returns true if hands change how an object of \a properties is played, in a scene whose Render
+/// is \a ofScene.
+bool followsHands(const HapticProperties& properties, Render ofScene);
+
 /// One instance (one node path) of a haptic object, or a part of it that moves separately. The mesh
 /// is shared and immutable; a new shape is a new mesh with a new meshId.
 struct HapticObject

@@ -34,10 +34,7 @@ double MotionStage::ahead_s() const
 
 bool MotionStage::isTouched(const HapticObject& object) const
 {
-    const Render own = object.properties.render;
-    if (object.properties.sensation.isMeant) return object.properties.sensation.usesHands();
-    return (own == Render::INHERIT ? _context.options.contacts.shares.render : own) !=
-           Render::OBJECT;
+    return followsHands(object.properties, _context.options.contacts.shares.render);
 }
 
 void MotionStage::measure(const HapticObject& object, Followed& of)

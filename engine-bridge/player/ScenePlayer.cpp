@@ -411,13 +411,9 @@ bool ScenePlayer::mayTouch() const
 {
     constexpr double kFade_s = 0.5;
     const bool isAnyHand = base::steadySeconds() - _times.handsSeen_s < kFade_s;
-    const auto isTouchable = [this](const HapticObject& object)
-    {
-        const Render own = object.properties.render;
-        if (object.properties.sensation.isMeant) return object.properties.sensation.usesHands();
-        return own == Render::INHERIT ? _wanted.settings->render != SceneSettings::OBJECT
-                                      : own != Render::OBJECT;
-    };
+    const Render ofScene = renderOf(_wanted.settings->render);
+    const auto isTouchable = [ofScene](const HapticObject& object)
+    { return followsHands(object.properties, ofScene); };
     return isAnyHand &&
            std::any_of(_snapshot.objects.begin(), _snapshot.objects.end(), isTouchable);
 }

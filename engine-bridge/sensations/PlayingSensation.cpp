@@ -1,5 +1,6 @@
 #include "engine-bridge/sensations/PlayingSensation.h"
 
+#include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/Units.h"
 #include "haptics/sensation/SensationFigures.h"
 
@@ -47,15 +48,9 @@ double proximityOf(const HandFrame& hands,
             if (spot.triangle >= 0) nearest_m = std::min(nearest_m, spot.distance_m);
         }
         else
-        {
-            const Vector3d along = bone.shape.b - bone.shape.a;
-            const double square = along.squaredNorm();
-            const double t = square > 0.0
-                                 ? std::clamp((place - bone.shape.a).dot(along) / square, 0.0, 1.0)
-                                 : 0.0;
-            const double away_m = (place - bone.shape.a - t * along).norm();
-            nearest_m = std::min(nearest_m, away_m - bone.shape.radius_m);
-        }
+            nearest_m = std::min(nearest_m,
+                                 pointSegmentDistance(place, bone.shape.a, bone.shape.b) -
+                                     bone.shape.radius_m);
     return 1.0 - std::clamp(nearest_m, 0.0, kNear_m) / kNear_m;
 }
 

@@ -46,7 +46,6 @@ public:
         return (_isWanted && _tracking.isKnown && !_tracking.isStale) || _gain > 0.0;
     }
     int priority() const { return _properties.priority; }
-    std::uint64_t object() const { return _object; }
     const HapticProperties& properties() const { return _properties; }
     int plays() const { return _plays; } ///< the number of plays that was heeded last
     /// Returns the point of its path at the last render(), m, array frame.

@@ -86,6 +86,13 @@ std::string readParameters(const std::string& text,
     return {};
 }
 
+int nextPlays(int last, int now)
+{
+    constexpr int kMost = 1000000000; // of the property
+    const int highest = std::max(last, now);
+    return highest < kMost ? highest + 1 : 1;
+}
+
 std::string parametersText(const std::vector<std::pair<std::string, double>>& values)
 {
     std::string text;

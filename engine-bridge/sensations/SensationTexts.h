@@ -22,6 +22,10 @@ std::string problemOfAttachment(const std::string& text);
 std::string readParameters(const std::string& text,
                            std::vector<std::pair<std::string, double>>& values);
 
+/// Returns the value of the property "plays" that begins a sensation anew: another one than \a
+/// last, the highest so far, and \a now, the present one.
+int nextPlays(int last, int now);
+
 /// Returns a text that readParameters() reads as \a values.
 std::string parametersText(const std::vector<std::pair<std::string, double>>& values);
 

@@ -431,6 +431,12 @@ std::vector<std::string> sensationClassics()
     return names;
 }
 
+bool isClassicSensation(const std::string& text)
+{
+    const std::vector<std::string> known = sensationClassics();
+    return std::find(known.begin(), known.end(), text.substr(0, text.find('?'))) != known.end();
+}
+
 std::string describeClassic(const std::string& name)
 {
     for (const Classic& one : allClassics())

@@ -12,6 +12,9 @@ namespace midair::haptics
 /// them from Ultraleap's, made as patterns.
 std::vector<std::string> sensationClassics();
 
+/// Returns true if \a text is a classic's name, with parameters or without: "circle?radius=20mm".
+bool isClassicSensation(const std::string& text);
+
 /// Returns the sentence of a classic and its parameters with their units, ranges and defaults, a
 /// line each; for help. Empty for another name.
 std::string describeClassic(const std::string& name);

@@ -370,18 +370,18 @@ Sensation readSensation(const std::string& text, const std::string& source)
 
 Sensation loadSensation(const std::string& nameOrPath)
 {
-    const std::string name = nameOrPath.substr(0, nameOrPath.find('?'));
-    const std::vector<std::string> known = sensationClassics();
-    if (std::find(known.begin(), known.end(), name) != known.end())
-        return classicSensation(nameOrPath);
+    if (isClassicSensation(nameOrPath)) return classicSensation(nameOrPath);
     std::error_code ignored;
     if (!std::filesystem::exists(nameOrPath, ignored))
+    {
+        const std::vector<std::string> known = sensationClassics();
         throw base::InputError(
             fmt::format("sensation '{}': there is no such file, and no sensation of that name{}; "
                         "known are {}, or the path of an .adaptics file",
                         base::printable(nameOrPath),
-                        base::didYouMean(name, known),
+                        base::didYouMean(nameOrPath.substr(0, nameOrPath.find('?')), known),
                         fmt::join(known, ", ")));
+    }
     return readSensation(
         base::readRegularFile(nameOrPath, kMostSensationBytes, "sensation '" + nameOrPath + "' "),
         nameOrPath);

@@ -28,9 +28,7 @@ HapticSensation::~HapticSensation() = default;
 
 void HapticSensation::play()
 {
-    constexpr int kMost = 1000000000;
-    _lastPlays = std::max(_lastPlays, getPlays());
-    _lastPlays = _lastPlays < kMost ? _lastPlays + 1 : 1;
+    _lastPlays = midair::bridge::nextPlays(_lastPlays, getPlays());
     setPlays(_lastPlays);
 }
 

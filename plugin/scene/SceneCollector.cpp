@@ -350,6 +350,7 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
         wrong.push_back(std::move(what));
     if (std::string what = problemOfSensation(known.property); !what.empty())
         wrong.push_back(std::move(what));
+    known.felt = forBridge(known.property);
     const std::vector<std::string>& why = known.property.whySilenced;
     std::vector<midair::base::Message> told;
     for (const std::string& what : wrong)
@@ -570,7 +571,7 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
         object.topologyId = part.topologyId;
         object.mesh = part.mesh;
         object.pose = part.pose;
-        object.properties = forBridge(known.property);
+        object.properties = known.felt;
         object.clips = clips;
         object.touchEvents = known.property.touchEvents;
         if (!instance.points) continue;

@@ -122,11 +122,12 @@ private:
         std::string path;
         std::shared_ptr<const FeltNode> origin; ///< the same two, for results
         std::string tag;
-        HapticProperty raw;      ///< as the node has it
-        HapticProperty property; ///< raw, with values out of range repaired
-        unsigned int seen = 0;   ///< frame
-        unsigned int calm = 0;   ///< frames since its mesh has changed
-        std::uint64_t shape = 0; ///< version from the mesh cache
+        HapticProperty raw;                    ///< as the node has it
+        HapticProperty property;               ///< raw, with values out of range repaired
+        midair::bridge::HapticProperties felt; ///< the same, as objects have it
+        unsigned int seen = 0;                 ///< frame
+        unsigned int calm = 0;                 ///< frames since its mesh has changed
+        std::uint64_t shape = 0;               ///< version from the mesh cache
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
         std::size_t first = 0;                             ///< index of its first object

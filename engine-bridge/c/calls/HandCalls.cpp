@@ -3,6 +3,7 @@
 #include "engine-bridge/c/inside/OwnSource.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/sensations/SensationTexts.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -277,9 +278,8 @@ midair_status midair_sensation_play(midair_scene* scene, midair_object object, i
             if (!one.felt.sensation.isMeant) fail(MIDAIR_INVALID, "the object has no sensation");
             if (one.properties.trigger != ObjectSettings::PROGRAM)
                 fail(MIDAIR_INVALID, "the object's trigger isn't program");
-            constexpr int kMost = 1000000000;
-            one.plays = std::max(one.plays, one.properties.plays);
-            one.plays = plays == 0 || one.plays < kMost ? one.plays + (plays ? 1 : 0) : 1;
+            one.plays = plays ? bridge::nextPlays(one.plays, one.properties.plays)
+                              : std::max(one.plays, one.properties.plays);
             one.properties.plays = one.felt.sensation.plays = plays ? one.plays : 0;
         });
 }

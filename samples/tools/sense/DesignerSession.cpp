@@ -231,11 +231,7 @@ void DesignerSession::sendParameters(double now_s)
     for (const auto& [name, value] : _parameters)
         values.set(name, value);
     _player->values() = values;
-    SenseParameters all;
-    const std::vector<std::string> names = values.names();
-    for (std::size_t index = 0; index < names.size(); ++index)
-        if (values.isKnown(index)) all.emplace_back(names[index], values[index]);
-    _output.setParameters(all);
+    _output.setParameters(valuesOf(values));
 }
 
 std::string DesignerSession::update(double now_s)

@@ -71,22 +71,6 @@ bool waitForDevice(SensePlayback& playback, const SensePlaybackOptions& on)
     return true;
 }
 
-/// Returns true if \a name is a classic, whose height is 0.
-bool isClassic(const std::string& name)
-{
-    const std::vector<std::string> known = haptics::sensationClassics();
-    return std::find(known.begin(), known.end(), name.substr(0, name.find('?'))) != known.end();
-}
-
-SenseParameters valuesOf(const haptics::SensationValues& values)
-{
-    SenseParameters all;
-    const std::vector<std::string> names = values.names();
-    for (std::size_t index = 0; index < names.size(); ++index)
-        if (values.isKnown(index)) all.emplace_back(names[index], values[index]);
-    return all;
-}
-
 /// Plays until the end, then fades.
 void playFrames(SensePlayback& playback,
                 haptics::SensationPlayer& player,
@@ -117,7 +101,7 @@ void playFrames(SensePlayback& playback,
 int playSensation(const SensePlayOptions& options, const SensePlaybackOptions& on)
 {
     SensePlaybackOptions own = on;
-    own.height_m = isClassic(options.name) ? 0.0 : kPatternHeight_m;
+    own.height_m = haptics::isClassicSensation(options.name) ? 0.0 : kPatternHeight_m;
     haptics::SensationPlayerOptions playing;
     playing.seed = on.seed;
     haptics::SensationPlayer player(

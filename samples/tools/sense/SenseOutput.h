@@ -1,7 +1,10 @@
 #pragma once
 
+#include "haptics/sensation/SensationValues.h"
+
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +14,16 @@ namespace midair::samples
 
 /// Names and values of a pattern's parameters.
 using SenseParameters = std::vector<std::pair<std::string, double>>;
+
+/// Returns the parameters that have a value.
+inline SenseParameters valuesOf(const haptics::SensationValues& values)
+{
+    SenseParameters all;
+    const std::vector<std::string> names = values.names();
+    for (std::size_t index = 0; index < names.size(); ++index)
+        if (values.isKnown(index)) all.emplace_back(names[index], values[index]);
+    return all;
+}
 
 /// Where a pattern is felt: an array, or its stand-in in a test. It is silent until begin().
 /// Functions may throw InputError with what is refused; then nothing has changed.
