@@ -321,6 +321,14 @@ struct TwoDevices : ::testing::Test
     {
         return eventually([&] { return device.report().pending == 0; });
     }
+    /// Sends a field that waits for the test, and lets the thread of its device take it up.
+    static void
+    hold(UsbArrayDevice& device, EmulatedArray& array, std::uint8_t phase, const Joint& held)
+    {
+        const int before = array.fieldTransfers;
+        ASSERT_TRUE(device.sendTogether(field(phase), held));
+        ASSERT_TRUE(eventually([&] { return array.fieldTransfers == before + 1; }));
+    }
 
     EmulatedArray first{kHalf, {}, 1};
     EmulatedArray second{kHalf, {}, 2};
@@ -331,7 +339,7 @@ struct TwoDevices : ::testing::Test
 TEST_F(TwoDevices, drop_what_is_staged_in_one_and_overtaken_in_the_other)
 {
     const auto held = std::make_shared<JointCommit>(2); // the test is the second in it
-    ASSERT_TRUE(other.sendTogether(field(1), held));
+    hold(other, second, 1, held);
     const auto overtaken = std::make_shared<JointCommit>(2);
     ASSERT_TRUE(one.sendTogether(field(2), overtaken));   // under way
     ASSERT_TRUE(other.sendTogether(field(2), overtaken)); // waits behind 1
@@ -356,7 +364,7 @@ TEST_F(TwoDevices, drop_what_is_staged_in_one_and_overtaken_in_the_other)
 TEST_F(TwoDevices, let_a_field_sent_again_take_the_place_of_the_first)
 {
     const auto held = std::make_shared<JointCommit>(2);
-    ASSERT_TRUE(one.sendTogether(field(1), held));
+    hold(one, first, 1, held);
     const auto next = std::make_shared<JointCommit>(2);
     ASSERT_TRUE(one.sendTogether(field(2), next));
     ASSERT_TRUE(one.send(field(3))); // as a guard does, with another gain
