@@ -1,6 +1,7 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -80,12 +81,21 @@ bool ContactStage::takeOver(HologramResult& result)
 {
     if (isActive())
     {
+        _due_s = _context.clock.now_s(); // the solve may have taken longer than a field lasts
         playNext(&result);
         return true;
     }
     _isPlayed = false;
     if (_concerns) result.touched = std::make_shared<const ContactScene>(_renderer->view());
     return false;
+}
+
+// Fields keep to the clock of their rate, however late each is; what is past is left out.
+void ContactStage::scheduleNext(double now_s)
+{
+    const double next_s = _due_s + period_s();
+    const double missed = std::floor((now_s - next_s) / period_s()) + 1.0;
+    _due_s = next_s + std::max(missed, 0.0) * period_s();
 }
 
 // Plays the next field of contacts and stores its figures in the result, which may be null because
@@ -115,7 +125,7 @@ void ContactStage::playNext(HologramResult* result)
     HologramResult unseen;
     _output.play(options.array, std::move(sequence), result ? *result : unseen, foci);
     _renderer->noteCap((result ? *result : unseen).sequence.report.capFactor);
-    _field_s = now_s;
+    scheduleNext(now_s);
     _isPlayed = true;
     const std::vector<Eigen::VectorXcf> planned = _output.device().planned();
     const std::shared_ptr<const TimedField> last = _renderer->newest();
@@ -141,7 +151,7 @@ RestStep ContactStage::attend(bool /*isPlaying*/)
     step.isAll = true;
     if (_output.device().isHoldOver()) return _isPlayed ? silence() : step; // frames stand still
     if (!isActive()) return playWhole();
-    if (now_s < _field_s + period_s()) return step;
+    if (now_s < _due_s) return step;
     const bool isShown = now_s >= _shown_s + kShow_s;
     if (isShown) step.result = std::make_shared<HologramResult>(*_context.last);
     playNext(step.result.get());
@@ -182,7 +192,7 @@ std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
 {
     constexpr double kWait_s = 0.01;
     if (isActive() && _output.device().isHoldOver()) return kWait_s;
-    if (isActive()) return std::max(_field_s + period_s() - _context.clock.now_s(), 0.0);
+    if (isActive()) return std::max(_due_s - _context.clock.now_s(), 0.0);
     if (_isPlayed) return 0.0; // they have just ended
     return std::nullopt;
 }

@@ -30,6 +30,7 @@ private:
     bool isActive() const;
     double period_s() const;
     void playNext(HologramResult* result);
+    void scheduleNext(double now_s);
     RestStep silence();
     RestStep playWhole();
 
@@ -41,7 +42,7 @@ private:
     bool _concerns = false;        // some of its objects may be rendered by contacts
     bool _isPlayed = false;        // the playing field has contacts
     haptics::FieldSequence _whole; // of the whole objects, before caps; kept for contacts
-    double _field_s = 0.0;         // steady clock; when the last one was played
+    double _due_s = 0.0;           // steady clock; when the next one is
     double _shown_s = 0.0;         // when the last one was published
 };
 

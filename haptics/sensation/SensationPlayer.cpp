@@ -140,7 +140,7 @@ SensationSample SensationPlayer::sampleAt(double time_ms)
 
     SensationSample sample;
     const double rate_Hz = _options.fieldRate_Hz;
-    sample.isOutline = rate_Hz > 0.0 && point.brush.length_mm() > 0.0 &&
+    sample.isOutline = rate_Hz > 0.0 && point.brush.isDrawn() &&
                        SensationFigures::kLeastPoints * std::abs(point.brush.draw_Hz) > rate_Hz;
     sample.isUnmodulated =
         rate_Hz > 0.0 && kLeastOfPeriod * std::abs(point.brush.modulation_Hz) > rate_Hz;

@@ -19,8 +19,8 @@ struct DrawnBrush
 
     /// Returns the place on the curve at \a angle_rad, in mm from the point of the path.
     Eigen::Vector2d at(double angle_rad) const;
-    /// Returns the length of a turn, mm.
-    double length_mm() const;
+    /// Returns true if a turn draws more than a point.
+    bool isDrawn() const { return (x_mm != 0.0 && a != 0.0) || (y_mm != 0.0 && b != 0.0); }
 };
 
 /// The focus of a pattern at an instant.

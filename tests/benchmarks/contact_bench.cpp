@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <thread>
 #include <vector>
 
@@ -281,14 +282,8 @@ void played(const haptics::TransducerArray& array, double maxPressure_Pa, double
                 (bench::cpu_ms() - cpu_ms) / (10.0 * kTime_s));
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+void printAll(int updates)
 {
-    int updates = 2000;
-    CLI::App app("Pressures and update times of foci that circle at a touching finger");
-    app.add_option("--updates", updates, "fields per line of times")->check(CLI::Range(10, 100000));
-    CLI11_PARSE(app, argc, argv);
     const haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
     pressures(array);
     std::printf("\nprocessor time of one thread; fingers slide at 60 mm/s, 3 mm deep\n"
@@ -313,5 +308,25 @@ int main(int argc, char** argv)
     played(array, 0.0, 0.0);
     played(array, 2000.0, 0.0);
     played(array, 0.0, 110.0);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    int updates = 2000;
+    try
+    {
+        CLI::App app("Pressures and update times of foci that circle at a touching finger");
+        app.add_option("--updates", updates, "fields per line of times")
+            ->check(CLI::Range(10, 100000));
+        CLI11_PARSE(app, argc, argv);
+        printAll(updates);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-contact-bench: %s\n", error.what());
+        return 2;
+    }
     return 0;
 }

@@ -15,67 +15,79 @@
 
 using namespace midair::haptics;
 
-int main(int argc, char** argv)
+namespace
 {
-    std::vector<std::string> names(argv + 1, argv + argc);
-    if (names.empty()) names = sensationClassics();
+
+void printSamples(const std::vector<std::string>& names)
+{
     constexpr int kSamples = 20000;
     std::printf("%-32s %12s %15s\n", "us a sample (median of 9)", "played", "as AdapTics");
+    for (const std::string& name : names)
+    {
+        const auto sensation = std::make_shared<const Sensation>(loadSensation(name));
+        const SensationEvaluator evaluator(sensation);
+        double sum = 0.0;
+        const double played_ms = midair::bench::median_ms(9,
+                                                          [&]
+                                                          {
+                                                              SensationPlayer player(sensation);
+                                                              for (int k = 0; k < kSamples; ++k)
+                                                                  sum +=
+                                                                      player.sampleAt(k).intensity;
+                                                          });
+        const double evaluated_ms =
+            midair::bench::median_ms(9,
+                                     [&]
+                                     {
+                                         const SensationValues values(*sensation);
+                                         SensationState state;
+                                         for (int k = 0; k < kSamples; ++k)
+                                             sum += evaluator.evaluate(k, values, state).intensity;
+                                     });
+        std::printf("%-32s %12.3f %15.3f%s\n",
+                    name.substr(name.rfind('/') + 1).c_str(),
+                    1e3 * played_ms / kSamples,
+                    1e3 * evaluated_ms / kSamples,
+                    sum < 0.0 ? " " : "");
+    }
+}
+
+void printPlayed()
+{
+    std::printf("\n%-12s %9s %9s %18s %6s %20s %20s\n",
+                "circles",
+                "fields/s",
+                "skipped",
+                "late ms (99 %)",
+                "core",
+                "focus mm (largest)",
+                "turns Hz (jump)");
+    for (const int count : {1, 10})
+    {
+        const midair::bench::PlayedFigures played = midair::bench::playCircles(count, 10.0);
+        std::printf("%-12d %9.1f %7.2f %% %10.3f (%5.3f) %4.1f %% %10.3f (%7.3f) %11.4f (%6.4f)\n",
+                    count,
+                    played.fields_Hz,
+                    100.0 * played.skipped,
+                    played.late_ms[0],
+                    played.late_ms[1],
+                    100.0 * played.core,
+                    played.away_mm[0],
+                    played.away_mm[1],
+                    played.frequency_Hz,
+                    played.mostJump_turns);
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        for (const std::string& name : names)
-        {
-            const auto sensation = std::make_shared<const Sensation>(loadSensation(name));
-            const SensationEvaluator evaluator(sensation);
-            double sum = 0.0;
-            const double played_ms =
-                midair::bench::median_ms(9,
-                                         [&]
-                                         {
-                                             SensationPlayer player(sensation);
-                                             for (int k = 0; k < kSamples; ++k)
-                                                 sum += player.sampleAt(k).intensity;
-                                         });
-            const double evaluated_ms =
-                midair::bench::median_ms(9,
-                                         [&]
-                                         {
-                                             const SensationValues values(*sensation);
-                                             SensationState state;
-                                             for (int k = 0; k < kSamples; ++k)
-                                                 sum +=
-                                                     evaluator.evaluate(k, values, state).intensity;
-                                         });
-            std::printf("%-32s %12.3f %15.3f%s\n",
-                        name.substr(name.rfind('/') + 1).c_str(),
-                        1e3 * played_ms / kSamples,
-                        1e3 * evaluated_ms / kSamples,
-                        sum < 0.0 ? " " : "");
-        }
-        std::printf("\n%-12s %9s %9s %18s %6s %20s %20s\n",
-                    "circles",
-                    "fields/s",
-                    "skipped",
-                    "late ms (99 %)",
-                    "core",
-                    "focus mm (largest)",
-                    "turns Hz (jump)");
-        for (const int count : {1, 10})
-        {
-            const midair::bench::PlayedFigures played = midair::bench::playCircles(count, 10.0);
-            std::printf(
-                "%-12d %9.1f %7.2f %% %10.3f (%5.3f) %4.1f %% %10.3f (%7.3f) %11.4f (%6.4f)\n",
-                count,
-                played.fields_Hz,
-                100.0 * played.skipped,
-                played.late_ms[0],
-                played.late_ms[1],
-                100.0 * played.core,
-                played.away_mm[0],
-                played.away_mm[1],
-                played.frequency_Hz,
-                played.mostJump_turns);
-        }
+        const std::vector<std::string> names(argv + 1, argv + argc);
+        printSamples(names.empty() ? sensationClassics() : names);
+        printPlayed();
     }
     catch (const std::exception& error)
     {

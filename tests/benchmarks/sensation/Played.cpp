@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace midair::bench
@@ -29,7 +31,7 @@ bridge::HapticObject circle(int index, int count)
     object.path = "circle";
     object.mesh = std::make_shared<const haptics::TriangleMesh>();
     object.pose.translation().x() = 0.045 * (index % 5 - 0.5 * std::min(count - 1, 4));
-    object.pose.translation().y() = index / 5 * 0.06;
+    object.pose.translation().y() = index < 5 ? 0.0 : 0.06;
     object.properties.pressure = 1000.0;
     object.properties.pressureInPa = true;
     object.properties.sensation.isMeant = true;
@@ -72,35 +74,28 @@ focusOf(const Eigen::VectorXcf& field, const bridge::HologramOptions& options, c
 struct Notes
 {
     std::vector<double> late_ms;
-    std::vector<double> away_mm;
     std::vector<double> time_s;
     std::vector<double> turns; ///< of the first sensation, mod 1
+    std::vector<std::pair<std::shared_ptr<const bridge::TimedField>, Vector3d>> foci;
 };
 
 /// Notes the fields of \a result that are newer than the last note.
-void note(const bridge::HologramResult& result,
-          const bridge::HologramOptions& options,
-          bool isFocusMeasured,
-          Notes& notes)
+void note(const bridge::HologramResult& result, Notes& notes)
 {
+    constexpr std::size_t kMostFoci = 200;
     const bridge::ContactScene& scene = *result.touched;
     const Vector3d centre = circle(0, static_cast<int>(scene.sensations.size())).pose.translation();
-    const bridge::SensationTrail trail(scene.sensations[0].trail.begin(),
-                                       scene.sensations[0].trail.end());
     const double last_s = notes.time_s.empty() ? 0.0 : notes.time_s.back();
-    for (const bridge::TrailPoint& point : trail)
+    for (const bridge::TrailPoint& point : scene.sensations[0].trail)
     {
         if (point.time_s <= last_s) continue;
         const Vector3d from = point.place - centre;
         notes.time_s.push_back(point.time_s);
         notes.turns.push_back(std::atan2(from.y(), from.x()) / base::kTwoPi);
+        if (point.time_s == scene.recent.back()->time_s && notes.foci.size() < kMostFoci)
+            notes.foci.emplace_back(scene.recent.back(), point.place);
     }
-    if (!isFocusMeasured) return;
-    const auto field = scene.recent.back();
-    for (const bridge::TrailPoint& point : trail)
-        if (point.time_s == field->time_s)
-            notes.away_mm.push_back(1e3 *
-                                    (focusOf(field->q, options, point.place) - point.place).norm());
+    notes.late_ms.push_back(1e3 * (result.handedOver_s - notes.time_s.back()));
 }
 
 void rateTurns(const Notes& notes, PlayedFigures& figures)
@@ -121,6 +116,19 @@ void rateTurns(const Notes& notes, PlayedFigures& figures)
         figures.mostJump_turns =
             std::max(figures.mostJump_turns,
                      std::abs(all[k] - figures.frequency_Hz * (notes.time_s[k] - notes.time_s[0])));
+}
+
+void rateFoci(const Notes& notes, const bridge::HologramOptions& options, PlayedFigures& figures)
+{
+    double square = 0.0;
+    for (const auto& [field, place] : notes.foci)
+    {
+        const double away_mm = 1e3 * (focusOf(field->q, options, place) - place).norm();
+        square += away_mm * away_mm;
+        figures.away_mm[1] = std::max(figures.away_mm[1], away_mm);
+    }
+    if (!notes.foci.empty())
+        figures.away_mm[0] = std::sqrt(square / static_cast<double>(notes.foci.size()));
 }
 
 } // namespace
@@ -145,15 +153,12 @@ PlayedFigures playCircles(int sensations, double duration_s)
     const std::uint64_t before = fields();
     while (base::steadySeconds() - begin_s < duration_s)
     {
-        const std::uint64_t had = fields();
-        const double at_s = base::steadySeconds();
         const auto result = pipeline.attend();
-        if (fields() > had) notes.late_ms.push_back(1e3 * (base::steadySeconds() - at_s));
         if (result && result->touched && !result->touched->sensations.empty() &&
             !result->touched->recent.empty())
         {
             const double now_ms = cpu_ms(CLOCK_PROCESS_CPUTIME_ID);
-            note(*result, options, notes.away_mm.size() < 200 && sensations == 1, notes);
+            note(*result, notes);
             measuring_ms += cpu_ms(CLOCK_PROCESS_CPUTIME_ID) - now_ms;
         }
         std::this_thread::sleep_for(std::chrono::duration<double>(pipeline.rest_s()));
@@ -166,14 +171,7 @@ PlayedFigures playCircles(int sensations, double duration_s)
     figures.core = 1e-3 * (cpu_ms(CLOCK_PROCESS_CPUTIME_ID) - begin_ms - measuring_ms) / took_s;
     figures.late_ms[0] = base::percentile(notes.late_ms, 0.5);
     figures.late_ms[1] = base::percentile(notes.late_ms, 0.99);
-    double square = 0.0;
-    for (const double away_mm : notes.away_mm)
-        square += away_mm * away_mm;
-    if (!notes.away_mm.empty())
-    {
-        figures.away_mm[0] = std::sqrt(square / static_cast<double>(notes.away_mm.size()));
-        figures.away_mm[1] = *std::max_element(notes.away_mm.begin(), notes.away_mm.end());
-    }
+    rateFoci(notes, options, figures);
     if (notes.turns.size() > 2) rateTurns(notes, figures);
     return figures;
 }

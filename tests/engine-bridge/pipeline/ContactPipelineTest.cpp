@@ -137,6 +137,30 @@ TEST(ContactPipeline, AnObjectOfContactsIsSilentUntilItIsTouched)
     EXPECT_EQ(left->state, ArrayState::SILENT);
 }
 
+// A wake-up is late, or very late; the rate stays, and nothing is made up for.
+TEST(ContactPipeline, FieldsKeepToTheClockOfTheirRate)
+{
+    HologramOptions options = contactOptions();
+    options.fieldRate = 500.0;
+    HologramPipeline pipeline(options);
+    after(pipeline, touching(kDeep), 0.3); // it plays
+    const auto fieldsIn = [&](double time_s, double late_s)
+    {
+        const std::uint64_t before = pipeline.counters().contactFields;
+        const double begin_s = timeOfAll().now_s();
+        while (timeOfAll().now_s() - begin_s < time_s)
+        {
+            timeOfAll().jump(pipeline.rest_s() + late_s);
+            pipeline.attend();
+        }
+        return static_cast<double>(pipeline.counters().contactFields - before);
+    };
+    EXPECT_NEAR(fieldsIn(0.05, 1e-6), 25.0, 1.0);
+    EXPECT_NEAR(fieldsIn(0.05, 0.9e-3), 25.0, 1.0);
+    EXPECT_EQ(fieldsIn(1e-3, 21.3e-3), 1.0) << "ten are left out";
+    EXPECT_NEAR(fieldsIn(0.02, 1e-6), 10.0, 1.0);
+}
+
 TEST(ContactPipeline, AWholeObjectBesideKeepsItsPressure)
 {
     SceneSnapshot snapshot = touching(kDeep);

@@ -33,6 +33,10 @@ struct Anything
     operator T() const; // NOLINT(google-explicit-constructor)
 };
 
+// Counting begins with too few.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+
 /// How many members the aggregate \a T has.
 template<typename T, typename... Members>
 constexpr auto countMembers(int, Members... members) -> decltype(T{members..., Anything()}, 0)
@@ -44,6 +48,8 @@ constexpr int countMembers(long, Members...)
 {
     return sizeof...(Members);
 }
+
+#pragma GCC diagnostic pop
 
 /// A text that \a row understands and that isn't its default, and keeps all its digits in text
 /// files.
