@@ -13,7 +13,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace
 {
@@ -31,7 +34,7 @@ constexpr double kThickness_m = 0.008;
 constexpr double kTop_m = -0.012; ///< of a released key
 constexpr double kTravel_m = 0.003;
 constexpr double kTravelTime_s = 0.06;
-constexpr double kPressure_Pa = 2000.0;
+constexpr double kPressure_Pa = 8000.0;
 
 double middleOf(int key)
 {
@@ -43,7 +46,7 @@ struct Key
     osg::ref_ptr<osgMidair::HapticSurface> surface;
     osg::ref_ptr<osg::MatrixTransform> moved;
     double frequency_Hz = 0.0;
-    int fingers = 0;   ///< touching it now
+    int fingers = 0;   ///< touching it now; it vibrates while any does
     double down = 0.0; ///< 0 .. 1
     std::uint64_t touches = 0;
     double longest_s = 0.0; ///< longest vibration
@@ -68,16 +71,13 @@ public:
             ->capture_default_str();
     }
 
-    // Plays only the parts of keys near a finger: fewer points are stronger.
     void arrange(osgMidair::HapticSettings& settings) override
     {
-        settings.reach = 0.004;
         settings.prediction = osgMidair::HapticSettings::KALMAN;
     }
 
     void build(Stage& stage) override
     {
-        if (!stage.areHandsKnown) stage.haptics.setReach(0.0);
         for (int i = 0; i < kKeys; ++i)
             add(stage, i);
     }
@@ -117,18 +117,21 @@ public:
             const double step = now.step_s / kTravelTime_s;
             key.down = std::clamp(goal, key.down - step, key.down + step);
             key.moved->setMatrix(osg::Matrix::translate(0.0, 0.0, -kTravel_m * key.down));
-            if (&key == _sounding)
-                key.longest_s = std::max(key.longest_s, now.time_s - key.since_s);
+            if (key.fingers > 0) key.longest_s = std::max(key.longest_s, now.time_s - key.since_s);
         }
     }
 
-    // The array plays one frequency at a time: that of the key touched last.
     void touched(const osgMidair::Touch& touch) override
     {
         Key* key = find(touch.node);
         if (!key) return;
         ++key->touches;
-        if (++key->fingers == 1) sound(key);
+        if (++key->fingers == 1)
+        {
+            key->since_s = _time_s;
+            paint(*key->surface->getChild(0),
+                  kShownColors[static_cast<std::size_t>(key - _keys.data()) % kShownColors.size()]);
+        }
         stroked(touch);
     }
     void stroked(const osgMidair::Touch& touch) override
@@ -138,18 +141,19 @@ public:
     void left(const osgMidair::Touch& touch) override
     {
         Key* key = find(touch.node);
-        if (!key || --key->fingers > 0) return;
-        if (key != _sounding) return;
-        const auto other = std::find_if(
-            _keys.begin(), _keys.end(), [](const Key& each) { return each.fingers > 0; });
-        sound(other == _keys.end() ? nullptr : &*other);
+        if (key && --key->fingers == 0) paint(*key->surface->getChild(0), kIvory);
     }
 
     std::string caption() const override
     {
-        if (!_sounding) return {};
-        return std::string(kNames[static_cast<std::size_t>(_sounding - _keys.data())]) + "   " +
-               std::to_string(std::lround(_sounding->frequency_Hz)) + " Hz";
+        std::string notes;
+        for (std::size_t i = 0; i < _keys.size(); ++i)
+            if (_keys[i].fingers > 0)
+                notes += fmt::format("{}{}   {:.0f} Hz",
+                                     notes.empty() ? "" : "      ",
+                                     kNames[i],
+                                     _keys[i].frequency_Hz);
+        return notes;
     }
 
     void report(nlohmann::ordered_json& figures) const override
@@ -171,6 +175,10 @@ private:
         key.surface = new osgMidair::HapticSurface;
         key.surface->setName(std::string("key ") + kNames[static_cast<std::size_t>(number)]);
         key.surface->setTouchEvents(true);
+        key.surface->setSensation(
+            fmt::format("point-am?radius=0mm&modulation={:.3f}Hz", key.frequency_Hz));
+        key.surface->setAttach("surface");
+        key.surface->setTrigger(osgMidair::HapticProperty::TOUCH_STAY);
         key.surface->setPressureUnit(osgMidair::HapticProperty::PASCAL);
         key.surface->setPressure(kPressure_Pa);
         key.surface->addChild(
@@ -209,29 +217,11 @@ private:
         return nullptr;
     }
 
-    void sound(Key* key)
-    {
-        if (_sounding)
-        {
-            _sounding->surface->setModulationFrequency(0.0);
-            _sounding->surface->setPriority(0);
-            paint(*_sounding->surface->getChild(0), kIvory);
-        }
-        _sounding = key;
-        if (!key) return;
-        key->since_s = _time_s;
-        key->surface->setModulationFrequency(key->frequency_Hz);
-        key->surface->setPriority(1);
-        paint(*key->surface->getChild(0),
-              kShownColors[static_cast<std::size_t>(key - _keys.data()) % kShownColors.size()]);
-    }
-
     inline static const osg::Vec4 kIvory{0.90F, 0.88F, 0.82F, 1.0F};
 
     double _lowest_Hz = 110.0;
     double _time_s = 0.0;
     std::array<Key, kKeys> _keys;
-    Key* _sounding = nullptr; ///< the key that vibrates
 };
 
 } // namespace
