@@ -34,7 +34,7 @@ constexpr double kThickness_m = 0.008;
 constexpr double kTop_m = -0.012; ///< of a released key
 constexpr double kTravel_m = 0.003;
 constexpr double kTravelTime_s = 0.06;
-constexpr double kPressure_Pa = 8000.0;
+constexpr double kPressure_Pa = 3000.0;
 
 double middleOf(int key)
 {
