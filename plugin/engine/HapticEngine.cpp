@@ -635,7 +635,7 @@ void HapticEngine::configure(const HapticSettings& given)
     _settings.isReported = _settings.isReported || (given.enabled && !_settings.isBaked);
     _settings.used = used;
     _settings.isRead = true;
-    _collector.configure(_places.toArray, used->shadows);
+    _collector.configure(_places.toArray, used->shadows, used->wishes.folder.value_or(""));
     _player->configure(used, playedOn(*used), name());
     openHands(*used);
 }

@@ -8,6 +8,7 @@
 #include "engine-bridge/sensations/SensationLibrary.h"
 #include "haptics/base/text/Words.h"
 #include "plugin/settings/AllSettings.h"
+#include "plugin/settings/Grants.h"
 
 #include <osgMidair/HapticSurface>
 
@@ -64,14 +65,17 @@ bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
     return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
 }
 
-/// Returns \a property, or its copy in \a found with the path of its sensation's file, which OSG
-/// finds like a model's.
-const HapticProperty& located(const HapticProperty& property, HapticProperty& found)
+/// Returns \a property, or its copy in \a found with the path of its sensation's file, which is in
+/// \a folder, or which OSG finds like a model's.
+const HapticProperty&
+located(const HapticProperty& property, const std::string& folder, HapticProperty& found)
 {
     const std::string& text = property.sensation;
     const bool isFile = text.size() < kLongestPath && text.find('{') == std::string::npos &&
                         text.substr(0, text.find('?')).find_first_of("./") != std::string::npos;
-    const std::string file = isFile ? osgDB::findDataFile(text) : std::string();
+    std::string file;
+    if (isFile && !folder.empty()) file = nameBeside(folder, text);
+    if (isFile && (file.empty() || file == text)) file = osgDB::findDataFile(text);
     if (file.empty() || file == text) return property;
     found = property;
     found.sensation = file;
@@ -103,20 +107,21 @@ std::string problemOfMaterial(const HapticProperty& property)
     return problem;
 }
 
-std::string problemOfSensation(const HapticProperty& property)
+std::string problemOfSensation(const HapticProperty& property, const std::string& folder)
 {
     HapticProperty found;
     const midair::bridge::MadeSensation made =
-        midair::bridge::sensationOf(located(property, found));
+        midair::bridge::sensationOf(located(property, folder, found));
     if (made.problem.empty() || made.properties.pattern) return made.problem;
     return "it is silent: " + made.problem;
 }
 
-midair::bridge::HapticProperties forBridge(const HapticProperty& property)
+midair::bridge::HapticProperties forBridge(const HapticProperty& property,
+                                           const std::string& folder)
 {
     const midair::bridge::ObjectMaterial made = midair::bridge::materialOf(property);
     HapticProperty found;
-    const HapticProperty& where = located(property, found);
+    const HapticProperty& where = located(property, folder, found);
     if (made.problem.empty()) return propertiesOf(where, made.material);
     midair::bridge::HapticMaterial silent;
     silent.mostForce_N = 0.0;
@@ -143,10 +148,13 @@ SceneCollector::SceneCollector(const osg::Node* owner, Log log) :
     _extract.skip = isOwnObject; // nested haptic nodes are separate objects
 }
 
-void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
+void SceneCollector::configure(const Eigen::Matrix4d& toArray,
+                               bool shadows,
+                               const std::string& folder)
 {
     _places.toArray = toArray;
     _places.shadows = shadows;
+    _places.folder = folder;
     _log().ends({MessageCode::OBSTACLE_IDLE});
     forget();
 }
@@ -348,9 +356,9 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
         wrong.push_back(std::move(what));
     if (std::string what = problemOfMaterial(known.property); !what.empty())
         wrong.push_back(std::move(what));
-    if (std::string what = problemOfSensation(known.property); !what.empty())
+    if (std::string what = problemOfSensation(known.property, _places.folder); !what.empty())
         wrong.push_back(std::move(what));
-    known.felt = forBridge(known.property);
+    known.felt = forBridge(known.property, _places.folder);
     const std::vector<std::string>& why = known.property.whySilenced;
     std::vector<midair::base::Message> told;
     for (const std::string& what : wrong)

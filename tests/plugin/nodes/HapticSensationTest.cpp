@@ -3,12 +3,17 @@
 #include <osgMidair/HapticSensation>
 
 #include <osg/ValueObject>
+#include <osgDB/ReadFile>
 #include <osgDB/Registry>
+#include <osgDB/WriteFile>
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
+#include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 using namespace osgMidair;
 
@@ -171,4 +176,29 @@ TEST(HapticSensation, CopiesGoOnCounting)
     EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 1u);
     copy->play();
     EXPECT_EQ(copy->getPlays(), 2);
+}
+
+// From whatever folder the viewer was started.
+TEST(HapticSensation, PatternsAreFoundBesideTheScene)
+{
+    namespace fs = std::filesystem;
+    const fs::path folder =
+        fs::temp_directory_path() / ("midair_beside_" + std::to_string(getpid()));
+    fs::create_directories(folder);
+    fs::copy_file(fs::path(MIDAIR_TEST_DATA) / "sensations/loop.adaptics",
+                  folder / "drawn.adaptics",
+                  fs::copy_options::overwrite_existing);
+    const std::string file = (folder / "scene.osgt").string();
+    ASSERT_TRUE(osgDB::writeNodeFile(*Sensations("drawn.adaptics").scene, file));
+    const osg::ref_ptr<HapticScene> read = dynamic_cast<HapticScene*>(osgDB::readNodeFile(file));
+    ASSERT_TRUE(read);
+    HeadlessViewer viewer(read);
+    const auto plays = [&]
+    {
+        const auto result = SceneAccess::latestResult(*read);
+        return result && result->touched && !result->touched->sensations.empty() &&
+               result->touched->sensations[0].intensity > 0.0;
+    };
+    EXPECT_TRUE(viewer.framesUntil(plays));
+    fs::remove_all(folder);
 }
