@@ -35,6 +35,9 @@ public:
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
     bool isFixed() const { return _storage == Storage::FIXED; }
+    /// Builds rows with distances in single precision from now on (kernels::BuildQuickRows); FIXED
+    /// only.
+    void buildQuickly() { _isQuick = true; }
 
     /// Returns true if everything that G depends on is unchanged since the last bind().
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const;
@@ -181,10 +184,12 @@ private:
     template<typename Target>
     void buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums);
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
+    void buildQuickly(int block, const kernels::PointBatch& batch, double* sums);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
 
     Storage _storage;
+    bool _isQuick = false;
     TransducerArray _array;
     Medium _medium;
     double _wavelength_m = 0.0, _beta = 0.0, _unit_Pa = 1.0;

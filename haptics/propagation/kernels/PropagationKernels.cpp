@@ -44,16 +44,6 @@ struct Expansion
     alignas(64) float magnitude[PointBatch::kSize]; // a bound of |G_li| / D, Pa
 };
 
-// exp(-x), 0 <= x <= 1: a polynomial in x/4, to the fourth power; 3e-7.
-MIDAIR_INLINE float expOfMinus(float x)
-{
-    const float y = -0.25f * x;
-    const float e =
-        1.0f +
-        y * (1.0f + y * (0.5f + y * (1.0f / 6.0f + y * (1.0f / 24.0f + y * (1.0f / 120.0f)))));
-    return (e * e) * (e * e);
-}
-
 // Wavelengths; the matrix passes no points that are nearer to a transducer.
 constexpr float kNearest = 0.25f;
 

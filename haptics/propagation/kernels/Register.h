@@ -35,6 +35,28 @@ struct Register
     MIDAIR_INLINE static void store(float* to, Floats x) { _mm512_store_ps(to, x); }
     MIDAIR_INLINE static void store(std::int32_t* to, Words x) { _mm512_store_si512(to, x); }
     MIDAIR_INLINE static Words all(std::int32_t x) { return _mm512_set1_epi32(x); }
+    MIDAIR_INLINE static Floats all(float x) { return _mm512_set1_ps(x); }
+    MIDAIR_INLINE static Floats sum(Floats a, Floats b) { return _mm512_add_ps(a, b); }
+    MIDAIR_INLINE static Floats difference(Floats a, Floats b) { return _mm512_sub_ps(a, b); }
+    MIDAIR_INLINE static Floats product(Floats a, Floats b) { return _mm512_mul_ps(a, b); }
+    MIDAIR_INLINE static Floats larger(Floats a, Floats b) { return _mm512_max_ps(a, b); }
+    // x without the nearest integer.
+    MIDAIR_INLINE static Floats beyondNearest(Floats x) { return _mm512_reduce_ps(x, 0); }
+    // 1/sqrt(x) to 4e-4.
+    MIDAIR_INLINE static Floats inverseRootEstimate(Floats x) { return _mm512_rsqrt14_ps(x); }
+    // x, or 0 where \a of is negative.
+    MIDAIR_INLINE static Floats unlessNegative(Floats of, Floats x)
+    {
+        return _mm512_maskz_mov_ps(_mm512_cmp_ps_mask(of, zero(), _CMP_GE_OQ), x);
+    }
+    // table[x], x rounded down, for 0 <= x < 16; a table has 16 numbers.
+    MIDAIR_INLINE static Words below(Floats x) { return _mm512_cvttps_epi32(x); }
+    MIDAIR_INLINE static Floats lookUp(const float* table, Words at)
+    {
+        return _mm512_permutexvar_ps(at, load(table));
+    }
+    // The nearest integers.
+    MIDAIR_INLINE static Words nearest(Floats x) { return _mm512_cvtps_epi32(x); }
     // x times a number, rounded to the nearest integer.
     MIDAIR_INLINE static Words rounded(Floats x, float by)
     {
@@ -141,6 +163,29 @@ struct Register
         _mm256_store_si256(reinterpret_cast<Words*>(to), x);
     }
     MIDAIR_INLINE static Words all(std::int32_t x) { return _mm256_set1_epi32(x); }
+    MIDAIR_INLINE static Floats all(float x) { return _mm256_set1_ps(x); }
+    MIDAIR_INLINE static Floats sum(Floats a, Floats b) { return _mm256_add_ps(a, b); }
+    MIDAIR_INLINE static Floats difference(Floats a, Floats b) { return _mm256_sub_ps(a, b); }
+    MIDAIR_INLINE static Floats product(Floats a, Floats b) { return _mm256_mul_ps(a, b); }
+    MIDAIR_INLINE static Floats larger(Floats a, Floats b) { return _mm256_max_ps(a, b); }
+    MIDAIR_INLINE static Floats beyondNearest(Floats x)
+    {
+        return _mm256_sub_ps(x, _mm256_round_ps(x, _MM_FROUND_TO_NEAREST_INT));
+    }
+    MIDAIR_INLINE static Floats inverseRootEstimate(Floats x) { return _mm256_rsqrt_ps(x); }
+    MIDAIR_INLINE static Floats unlessNegative(Floats of, Floats x)
+    {
+        return _mm256_and_ps(_mm256_cmp_ps(of, zero(), _CMP_GE_OQ), x);
+    }
+    MIDAIR_INLINE static Words below(Floats x) { return _mm256_cvttps_epi32(x); }
+    MIDAIR_INLINE static Floats lookUp(const float* table, Words at)
+    {
+        // The fourth bit chooses the half of the table.
+        return _mm256_blendv_ps(_mm256_permutevar8x32_ps(load(table), at),
+                                _mm256_permutevar8x32_ps(load(table + 8), at),
+                                _mm256_castsi256_ps(_mm256_slli_epi32(at, 28)));
+    }
+    MIDAIR_INLINE static Words nearest(Floats x) { return _mm256_cvtps_epi32(x); }
     MIDAIR_INLINE static Words rounded(Floats x, float by)
     {
         return _mm256_cvtps_epi32(_mm256_mul_ps(x, _mm256_set1_ps(by)));

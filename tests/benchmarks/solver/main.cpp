@@ -6,6 +6,7 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/benchmarks/solver/Cell.h"
 #include "tests/benchmarks/solver/Compare.h"
+#include "tests/benchmarks/solver/Many.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -143,7 +144,7 @@ struct Request
 {
     Cell cell;
     std::string csv, json, oldBinary;
-    bool quick = false, noSurface = false;
+    bool quick = false, noSurface = false, many = false;
     int rounds = 11;
 };
 
@@ -167,6 +168,7 @@ void addOptions(CLI::App& app, Request& request)
     app.add_option("--csv", request.csv, "file to write");
     app.add_option("--json", request.json, "file to write");
     app.add_flag("--quick", request.quick, "a short version of everything");
+    app.add_flag("--many", request.many, "fields per second of ManyFields, on --threads threads");
     app.add_option("--compare",
                    request.oldBinary,
                    "another build's midair-bench: both run turn by turn, and ratios are printed")
@@ -200,6 +202,11 @@ int run(int argc, char** argv)
     addOptions(app, request);
     CLI11_PARSE(app, argc, argv);
     Cell& cell = request.cell;
+    if (request.many)
+    {
+        bench::printMany(cell.threads, app.count("--repeats") > 0 ? cell.repeats : 5);
+        return 0;
+    }
     const bool one =
         !request.quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
                                app.count("--solver") + app.count("--mode") >

@@ -161,8 +161,49 @@ void expectRows(const Scene& scene, double decay, double largest, Model D, Build
     testing::Test::RecordProperty("worst", std::to_string(worst / allowed));
 }
 
-template<typename Model, typename Test>
-void onEveryScene(Numbers& numbers, double largest, Model D, Test test)
+/// Quick rows against what their description allows.
+template<typename Model, typename Build>
+void expectQuickRows(const Scene& scene, double decay, double largest, Model D, Build build)
+{
+    auto scale = floats(kPoints);
+    midair::base::AlignedBuffer<std::int32_t> fixed;
+    fixed.reserve(std::size_t(kWidth) * kPoints);
+    float sums[kPoints];
+    build(kernels::FixedRows{fixed.data(), scale.data()}, sums);
+    double radius = 0.0, worst = 0.0;
+    for (const auto& group : scene.groups)
+        radius = std::max(radius, double(group.radius));
+    for (int k = 0; k < kPoints; ++k)
+    {
+        const int row = scene.points.row[k];
+        const double unit = 65536.0 * double(scale[row]);
+        double sum = 0.0;
+        for (int i = 0; i < kWidth; ++i)
+        {
+            double size = 0.0;
+            const Complex exact = scene.entry(k, i, decay, D, size);
+            const auto& group = scene.groups[i / kernels::kGroup];
+            const Vector place{group.x + double(scene.x[i]),
+                               group.y + double(scene.y[i]),
+                               group.z + double(scene.z[i])};
+            const Vector r =
+                Vector{scene.points.x[k], scene.points.y[k], scene.points.z[k]} - place;
+            const double R = std::sqrt(dot(r, r));
+            const double allowed = 1.5e-3 + 5e-6 * R + std::pow(decay * radius, 2) / 2.0;
+            const std::int32_t lane = fixed[std::size_t(kWidth * row + i)];
+            const double error = std::abs(unit * Complex(lowOf(lane), exactHighOf(lane)) - exact);
+            worst = std::max(worst, error / (allowed * size * largest + 1.5 * unit));
+            sum += std::abs(exact);
+        }
+        ASSERT_NEAR(sums[k], sum, (1.5e-3 + std::pow(decay * radius, 2) / 2.0) * sum * largest);
+    }
+    EXPECT_LT(worst, 1.0);
+    testing::Test::RecordProperty("worst", std::to_string(worst));
+}
+
+/// Calls check(scene, decay) for scenes of all kinds.
+template<typename Check>
+void onEveryScene(Numbers& numbers, Check check)
 {
     for (const double radius : {2.0, kernels::kLargestRadius})
         for (const bool planar : {false, true})
@@ -172,8 +213,43 @@ void onEveryScene(Numbers& numbers, double largest, Model D, Test test)
                     SCOPED_TRACE(std::to_string(radius) + (planar ? " planar" : "") +
                                  (withOffset ? " offset " : " ") + std::to_string(decay));
                     const Scene scene(radius, planar, withOffset, numbers);
-                    expectRows(scene, decay, largest, D, test(scene, float(decay)));
+                    check(scene, decay);
                 }
+}
+
+template<typename Model, typename Test>
+void onEveryScene(Numbers& numbers, double largest, Model D, Test test)
+{
+    onEveryScene(numbers,
+                 [&](const Scene& scene, double decay)
+                 { expectRows(scene, decay, largest, D, test(scene, float(decay))); });
+}
+
+constexpr kernels::DirectivityCubic kCubic{1.0F, 0.05F, 0.55F, 0.6F, -0.2F};
+
+double valueOf(const kernels::DirectivityCubic& cubic, double x)
+{
+    return std::max(0.0,
+                    double(cubic.c0) +
+                        x * (double(cubic.c1) + x * (double(cubic.c2) + x * double(cubic.c3))));
+}
+
+kernels::DirectivityTable someTable()
+{
+    kernels::DirectivityTable table{1.0F, 0.0F, {-0.05F}};
+    for (int k = 1; k < kernels::DirectivityTable::kSteps; ++k)
+        table.bend[k] = k % 3 == 0 ? 0.04F : -0.07F;
+    return table;
+}
+
+double valueOf(const kernels::DirectivityTable& table, double x)
+{
+    if (x < 0.0) return 0.0;
+    const double step = std::acos(std::min(1.0, x)) * 18.0 / M_PI;
+    double log2 = double(table.start) + step * double(table.bend[0]);
+    for (int k = 1; k < kernels::DirectivityTable::kSteps; ++k)
+        log2 += double(table.bend[k]) * std::max(0.0, step - k);
+    return std::exp2(log2);
 }
 
 } // namespace
@@ -181,13 +257,8 @@ void onEveryScene(Numbers& numbers, double largest, Model D, Test test)
 TEST_P(RowKernels, OfACubicDirectivity)
 {
     Numbers numbers(11);
-    const kernels::DirectivityCubic cubic{1.0F, 0.05F, 0.55F, 0.6F, -0.2F};
-    const auto D = [&](double x)
-    {
-        return std::max(0.0,
-                        double(cubic.c0) +
-                            x * (double(cubic.c1) + x * (double(cubic.c2) + x * double(cubic.c3))));
-    };
+    const kernels::DirectivityCubic cubic = kCubic;
+    const auto D = [&](double x) { return valueOf(cubic, x); };
     onEveryScene(numbers,
                  1.0,
                  D,
@@ -201,18 +272,8 @@ TEST_P(RowKernels, OfACubicDirectivity)
 TEST_P(RowKernels, OfADirectivityTable)
 {
     Numbers numbers(12);
-    kernels::DirectivityTable table{1.0F, 0.0F, {-0.05F}};
-    for (int k = 1; k < kernels::DirectivityTable::kSteps; ++k)
-        table.bend[k] = k % 3 == 0 ? 0.04F : -0.07F;
-    const auto D = [&](double x)
-    {
-        if (x < 0.0) return 0.0;
-        const double step = std::acos(std::min(1.0, x)) * 18.0 / M_PI;
-        double log2 = double(table.start) + step * double(table.bend[0]);
-        for (int k = 1; k < kernels::DirectivityTable::kSteps; ++k)
-            log2 += double(table.bend[k]) * std::max(0.0, step - k);
-        return std::exp2(log2);
-    };
+    const kernels::DirectivityTable table = someTable();
+    const auto D = [&](double x) { return valueOf(table, x); };
     onEveryScene(numbers,
                  1.0,
                  D,
@@ -234,5 +295,39 @@ TEST_P(RowKernels, OfPointSources)
         {
             return [&scene, decay](const auto& rows, float* sums)
             { kernels::buildPoint(scene.block, scene.points, decay, {}, rows, sums); };
+        });
+}
+
+TEST_P(RowKernels, QuickOnesOfEveryDirectivity)
+{
+    Numbers numbers(14);
+    const kernels::DirectivityTable table = someTable();
+    onEveryScene(
+        numbers,
+        [&](const Scene& scene, double decay)
+        {
+            const auto with = [&](const auto& kernel, const auto& directivity)
+            {
+                return [&](const kernels::FixedRows& rows, float* sums)
+                { kernel(scene.block, scene.points, float(decay), directivity, rows, sums); };
+            };
+            expectQuickRows(
+                scene,
+                decay,
+                1.0,
+                [](double x) { return valueOf(kCubic, x); },
+                with(kernels::quickCubic, kCubic));
+            expectQuickRows(
+                scene,
+                decay,
+                1.0,
+                [&](double x) { return valueOf(table, x); },
+                with(kernels::quickTable, table));
+            expectQuickRows(
+                scene,
+                decay,
+                1.0,
+                [](double) { return 1.0; },
+                with(kernels::quickPoint, kernels::DirectivityPoint{}));
         });
 }
