@@ -47,7 +47,8 @@ public:
     }
     int priority() const { return _properties.priority; }
     const HapticProperties& properties() const { return _properties; }
-    int plays() const { return _plays; } ///< the number of plays that was heeded last
+    /// The number of plays that was heeded: begun, and over. 0: what it began goes on.
+    int heeded() const { return _isWanted ? 0 : _plays; }
     /// Returns the point of its path at the last render(), m, array frame.
     Eigen::Vector3d middle() const;
 

@@ -73,7 +73,7 @@ void SensationRenderer::update(const std::vector<HapticObject>& objects,
             ++item;
             continue;
         }
-        _heeded[item->first] = item->second.sensation.plays();
+        _heeded[item->first] = item->second.sensation.heeded();
         item = _items.erase(item);
     }
 }
@@ -83,7 +83,7 @@ SensationRenderer::Item& SensationRenderer::itemOf(const HapticObject& object)
     const std::uint64_t id = object.touchId();
     auto found = _items.find(id);
     if (found != _items.end() && !found->second.sensation.isOther(object)) return found->second;
-    if (found != _items.end()) _heeded[id] = found->second.sensation.plays();
+    if (found != _items.end()) _heeded[id] = found->second.sensation.heeded();
     _items.erase(id);
     const auto heeded = _heeded.find(id);
     const int plays = heeded == _heeded.end() ? 0 : heeded->second;
@@ -98,7 +98,7 @@ SensationRenderer::Item& SensationRenderer::itemOf(const HapticObject& object)
 void SensationRenderer::clear()
 {
     for (const auto& [object, item] : _items)
-        _heeded[object] = item.sensation.plays();
+        _heeded[object] = item.sensation.heeded();
     _items.clear();
     _capped = 1.0;
 }

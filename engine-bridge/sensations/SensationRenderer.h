@@ -87,7 +87,8 @@ private:
     haptics::PropagationMatrix _matrix; ///< of one point
     TouchMeshes _meshes;
     std::map<std::uint64_t, Item> _items; ///< by HapticObject::touchId()
-    /// plays() of those that are gone, so that one that comes back doesn't play unasked
+    /// heeded() of those that are gone: one that comes back doesn't play unasked, and one that was
+    /// taken away while it played begins anew
     std::map<std::uint64_t, int> _heeded;
     std::uint64_t _updates = 0;
     std::uint64_t _made = 0;

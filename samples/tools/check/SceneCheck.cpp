@@ -207,11 +207,18 @@ public:
         return frame;
     }
 
+    /// The field in which an object was loudest.
+    struct Loudest
+    {
+        double pressure_Pa = 0.0;
+        osg::ref_ptr<const HapticField> field;
+    };
     /// Number of frames in which each object was played and touched, by path.
     struct Frames
     {
         std::map<std::string, int> felt;
         std::map<std::string, int> touched;
+        std::map<std::string, Loudest> loudest;
     };
     const Frames& framesOf(std::size_t scene) const { return _scenes[scene]; }
 
@@ -280,10 +287,17 @@ private:
         {
             const HapticScene& scene = *_loaded.scenes()[i].node;
             std::map<std::string, bool> here;
-            if (const auto field = scene.getField())
-                for (const HapticField::ControlPoint& point : field->getPoints())
-                    if (point.achieved_Pa > 0.0 && point.object < field->getObjects().size())
-                        here[field->getObjects()[point.object].path] = true;
+            const osg::ref_ptr<const HapticField> field = scene.getField();
+            for (std::size_t l = 0; field && l < field->getPoints().size(); ++l)
+            {
+                const HapticField::ControlPoint& point = field->getPoints()[l];
+                if (!(point.achieved_Pa > 0.0) || point.object >= field->getObjects().size())
+                    continue;
+                const std::string& path = field->getObjects()[point.object].path;
+                here[path] = true;
+                Loudest& loudest = _scenes[i].loudest[path];
+                if (point.achieved_Pa > loudest.pressure_Pa) loudest = {point.achieved_Pa, field};
+            }
             for (const auto& [path, any] : here)
                 ++_scenes[i].felt[path];
             here.clear();
@@ -402,7 +416,7 @@ CheckedScene checked(const LoadedScene::Scene& scene,
         result.messages.push_back(loaded.located(message));
         result.isInside = result.isInside || message.code == "scene.inside";
     }
-    const auto field = scene.node->getField();
+    const osg::ref_ptr<const HapticField> field = scene.node->getField();
     if (field) describeArray(*field, result);
     std::vector<osgMidair::FoundObject> found = scene.node->getFoundObjects();
     if (result.isInside) found.clear();
@@ -424,8 +438,12 @@ CheckedScene checked(const LoadedScene::Scene& scene,
         object.hasShape = one.hasShape;
         object.feltFrames = at(frames.felt, one.path);
         object.touchFrames = at(frames.touched, one.path);
-        if (field) measure(*field, object);
-        if (field) touch(*field, object);
+        // A sensation's pattern takes its course, so its last field says little.
+        const auto loudest = frames.loudest.find(one.path);
+        const bool isOfPattern = isSensation(object) && loudest != frames.loudest.end();
+        const osg::ref_ptr<const HapticField> told = isOfPattern ? loudest->second.field : field;
+        if (told) measure(*told, object);
+        if (told) touch(*told, object);
         judge(object, result, played);
     }
     return result;

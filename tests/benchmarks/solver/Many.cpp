@@ -51,8 +51,8 @@ TransducerArray facingBoards()
     array.phaseOffset_rad.resize(0);
     for (int i = 0; i < 512; ++i)
     {
-        const int upper = i / 256, k = i % 256;
-        array.positions.col(i) << 10.5e-3 * (k % 16 - 7.5), 10.5e-3 * (k / 16 - 7.5),
+        const int upper = i / 256, row = i % 256 / 16, column = i % 16;
+        array.positions.col(i) << 10.5e-3 * (column - 7.5), 10.5e-3 * (row - 7.5),
             upper ? 0.1195 : -0.1195;
         array.normals.col(i) << 0.0, 0.0, upper ? -1.0 : 1.0;
         array.board[static_cast<std::size_t>(i)] = upper;

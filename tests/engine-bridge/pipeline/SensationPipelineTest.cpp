@@ -23,13 +23,12 @@ constexpr double kFrame_s = 1.0 / 60.0;
 constexpr double kField_s = 1e-3;
 
 /// A scene of one sensation on a sheet, played at 1,000 fields and 60 frames a second.
-class SensationPipeline : public ::testing::Test
+struct SensationPipeline : ::testing::Test
 {
-protected:
     SensationPipeline()
     {
         HologramOptions options;
-        options.clock = &_clock;
+        options.clock = &clock;
         options.array = haptics::TransducerArray::octagonalPrism();
         options.fieldRate = 1.0 / kField_s;
         pipeline = std::make_unique<HologramPipeline>(options);
@@ -44,20 +43,20 @@ protected:
 
     SensationProperties& sensation() { return scene.objects[0].properties.sensation; }
 
-    double now_s() const { return _clock.now_s(); }
+    double now_s() const { return clock.now_s(); }
 
     std::shared_ptr<const HologramResult> frame()
     {
-        _frame_s = scene.time_s = now_s();
+        frame_s = scene.time_s = now_s();
         return pipeline->process(scene);
     }
 
     /// Lets the time of a field pass, and plays what is due.
     void field()
     {
-        _clock.jump(std::clamp(pipeline->rest_s(), 1e-4, kField_s));
+        clock.jump(std::clamp(pipeline->rest_s(), 1e-4, kField_s));
         pipeline->attend();
-        if (now_s() - _frame_s >= kFrame_s) frame();
+        if (now_s() - frame_s >= kFrame_s) frame();
     }
     void run(double duration_s)
     {
@@ -74,12 +73,10 @@ protected:
         return most;
     }
 
+    midair::test::SetClock clock;
     SceneSnapshot scene;
     std::unique_ptr<HologramPipeline> pipeline;
-
-private:
-    midair::test::SetClock _clock;
-    double _frame_s = 0.0;
+    double frame_s = 0.0; ///< time of the last frame
 };
 
 } // namespace

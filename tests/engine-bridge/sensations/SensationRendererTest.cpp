@@ -5,6 +5,7 @@
 #include "tests/haptics/sensation/Patterns.h"
 
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -440,6 +441,29 @@ TEST(SensationRenderer, OtherOptionsDontPlayItAgain)
     other.update(now, {}, scene.now_s, 0.0);
     other.render(scene.now_s + 0.03, {}, 0.0, 1000.0);
     EXPECT_EQ(other.render(scene.now_s + 0.04, {}, 0.0, 1000.0).foci.size(), 3);
+}
+
+// As a scene that is switched off and on, however soon.
+TEST(SensationRenderer, OneThatWasTakenAwayWhileItPlayedBeginsAnew)
+{
+    Scene scene;
+    scene.objects = {sensation("circle?radius=10mm")};
+    scene.objects[0].properties.sensation.trigger = Trigger::PROGRAM;
+    scene.objects[0].properties.sensation.plays = 1;
+    EXPECT_EQ(scene.run(0.05).foci.size(), 1);
+    const std::vector<HapticObject> kept = std::exchange(scene.objects, {});
+    EXPECT_EQ(scene.run(0.05).foci.size(), 0);
+    scene.objects = kept;
+    EXPECT_EQ(scene.run(0.05).foci.size(), 1);
+    scene.renderer.clear();
+    EXPECT_EQ(scene.run(0.05).foci.size(), 1);
+    scene.objects[0].properties.sensation.plays = 0;
+    scene.run(0.05);
+    scene.objects.clear();
+    scene.run(0.05);
+    scene.objects = kept;
+    scene.objects[0].properties.sensation.plays = 0;
+    EXPECT_EQ(scene.run(0.05).foci.size(), 0) << "the program has ended it";
 }
 
 TEST(SensationRenderer, SlowFieldsGetAnOutlineAndNothingAliases)

@@ -35,8 +35,8 @@ TransducerArray facing(Directivity directivity)
     array.phaseOffset_rad = Eigen::VectorXd::LinSpaced(288, -3.0, 3.0);
     for (int i = 0; i < 288; ++i)
     {
-        const int upper = i / 144, k = i % 144;
-        array.positions.col(i) << 0.0105 * (k % 12 - 5.5), 0.0105 * (k / 12 - 5.5),
+        const int upper = i / 144, row = i % 144 / 12, column = i % 12;
+        array.positions.col(i) << 0.0105 * (column - 5.5), 0.0105 * (row - 5.5),
             upper ? 0.11 : -0.11;
         array.normals.col(i) << 0.0, 0.0, upper ? -1.0 : 1.0;
         array.board[static_cast<std::size_t>(i)] = upper;
@@ -179,8 +179,9 @@ TEST(ManyFields, FollowTargetsOfEachField)
     const TransducerArray array = facing(Directivity::T4010A1_TABLE);
     const std::vector<double> positions = movingRing(kFields, kPoints, 5e-4);
     std::vector<double> targets;
-    for (int k = 0; k < kFields * kPoints; ++k)
-        targets.push_back(700.0 + 250.0 * std::sin(0.5 * k + 0.1 * (k / kPoints)));
+    for (int field = 0; field < kFields; ++field)
+        for (int l = 0; l < kPoints; ++l)
+            targets.push_back(700.0 + 250.0 * std::sin(0.5 * l + 0.6 * field));
     const std::vector<std::uint8_t> phases =
         solved(array, {}, {kFields, kPoints, positions.data(), targets.data(), false});
     for (std::size_t k = 0; k < kFields; ++k)
