@@ -30,6 +30,37 @@ void buildPoint(const BlockGeometry&,
                 const DirectivityPoint&,
                 const FixedRows&,
                 float*);
+
+void quickCubic(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityCubic& D,
+                const FixedRows& rows,
+                float* sums)
+{
+    buildCubic(block, points, decay, D, rows, sums);
+}
+
+void quickTable(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityTable& D,
+                const FixedRows& rows,
+                float* sums)
+{
+    buildTable(block, points, decay, D, rows, sums);
+}
+
+void quickPoint(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityPoint& D,
+                const FixedRows& rows,
+                float* sums)
+{
+    buildPoint(block, points, decay, D, rows, sums);
+}
+
 #else
 
 namespace
@@ -386,10 +417,6 @@ MIDAIR_INLINE void buildQuick(const BlockGeometry& block,
 
 } // namespace
 
-#endif
-
-#ifdef MIDAIR_HAS_PAIRS
-
 void quickCubic(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
@@ -418,38 +445,6 @@ void quickPoint(const BlockGeometry& block,
                 float* sums)
 {
     buildQuick(block, points, decay, QuickPoint{D}, rows, sums);
-}
-
-#else
-
-void quickCubic(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityCubic& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildCubic(block, points, decay, D, rows, sums);
-}
-
-void quickTable(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityTable& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildTable(block, points, decay, D, rows, sums);
-}
-
-void quickPoint(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityPoint& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildPoint(block, points, decay, D, rows, sums);
 }
 
 #endif
