@@ -65,21 +65,16 @@ bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
     return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
 }
 
-/// Returns \a property, or its copy in \a found with the path of its sensation's file, which is in
-/// \a folder, or which OSG finds like a model's.
-const HapticProperty&
-located(const HapticProperty& property, const std::string& folder, HapticProperty& found)
+/// Replaces the name of a sensation's file by its path: in \a folder, or where OSG finds a model.
+void locateSensation(const std::string& folder, HapticProperty& property)
 {
     const std::string& text = property.sensation;
     const bool isFile = text.size() < kLongestPath && text.find('{') == std::string::npos &&
                         text.substr(0, text.find('?')).find_first_of("./") != std::string::npos;
-    std::string file;
-    if (isFile && !folder.empty()) file = nameBeside(folder, text);
-    if (isFile && (file.empty() || file == text)) file = osgDB::findDataFile(text);
-    if (file.empty() || file == text) return property;
-    found = property;
-    found.sensation = file;
-    return found;
+    if (!isFile) return;
+    std::string file = nameBeside(folder, text);
+    if (file == text) file = osgDB::findDataFile(text);
+    if (!file.empty()) property.sensation = std::move(file);
 }
 
 bool isSensation(const HapticProperty& property)
@@ -107,25 +102,20 @@ std::string problemOfMaterial(const HapticProperty& property)
     return problem;
 }
 
-std::string problemOfSensation(const HapticProperty& property, const std::string& folder)
+std::string problemOfSensation(const HapticProperty& property)
 {
-    HapticProperty found;
-    const midair::bridge::MadeSensation made =
-        midair::bridge::sensationOf(located(property, folder, found));
+    const midair::bridge::MadeSensation made = midair::bridge::sensationOf(property);
     if (made.problem.empty() || made.properties.pattern) return made.problem;
     return "it is silent: " + made.problem;
 }
 
-midair::bridge::HapticProperties forBridge(const HapticProperty& property,
-                                           const std::string& folder)
+midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 {
     const midair::bridge::ObjectMaterial made = midair::bridge::materialOf(property);
-    HapticProperty found;
-    const HapticProperty& where = located(property, folder, found);
-    if (made.problem.empty()) return propertiesOf(where, made.material);
+    if (made.problem.empty()) return propertiesOf(property, made.material);
     midair::bridge::HapticMaterial silent;
     silent.mostForce_N = 0.0;
-    return propertiesOf(where, silent);
+    return propertiesOf(property, silent);
 }
 
 PaintOptions paintOf(const HapticProperty& property)
@@ -354,11 +344,12 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 {
     for (std::string& what : known.property.repair())
         wrong.push_back(std::move(what));
+    locateSensation(_places.folder, known.property);
     if (std::string what = problemOfMaterial(known.property); !what.empty())
         wrong.push_back(std::move(what));
-    if (std::string what = problemOfSensation(known.property, _places.folder); !what.empty())
+    if (std::string what = problemOfSensation(known.property); !what.empty())
         wrong.push_back(std::move(what));
-    known.felt = forBridge(known.property, _places.folder);
+    known.felt = forBridge(known.property);
     const std::vector<std::string>& why = known.property.whySilenced;
     std::vector<midair::base::Message> told;
     for (const std::string& what : wrong)

@@ -30,18 +30,15 @@
 namespace osgMidair
 {
 
-/// Returns the part of \a property that goes to the hologram thread with each object. \a folder: of
-/// the scene's file; relative names of sensations are looked up there first; empty: unknown.
-midair::bridge::HapticProperties forBridge(const HapticProperty& property,
-                                           const std::string& folder = {});
+/// Returns the part of \a property that goes to the hologram thread with each object.
+midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 
 /// Returns what is wrong with the material of \a property, so that contacts are not played, or with
 /// the user's file of materials; empty: nothing.
 std::string problemOfMaterial(const HapticProperty& property);
 
-/// Returns why the sensation of \a property isn't felt as meant; empty: it is, or there is none. \a
-/// folder: see forBridge().
-std::string problemOfSensation(const HapticProperty& property, const std::string& folder = {});
+/// Returns why the sensation of \a property isn't felt as meant; empty: it is, or there is none.
+std::string problemOfSensation(const HapticProperty& property);
 
 /// Returns the part of \a property that describes the paint of the mesh.
 midair::bridge::PaintOptions paintOf(const HapticProperty& property);
@@ -73,7 +70,8 @@ public:
     void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
 
     /// \a toArray: affine transform from the world in scene units to the array. Obstacles are
-    /// collected if \a shadows is true. \a folder: see forBridge().
+    /// collected if \a shadows is true. Names of sensations' files are looked up in \a folder, that
+    /// of the scene's file, first; empty: it is unknown.
     void configure(const Eigen::Matrix4d& toArray, bool shadows, const std::string& folder = {});
 
     /// Makes the next collect() look for tags, which otherwise happens every kTagFrames frames.
