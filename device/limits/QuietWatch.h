@@ -17,12 +17,14 @@ struct Loudness
 
     static Loudness of(const DriveSignal& signal)
     {
+        // A loop for each, over one width of numbers, which compilers vectorise.
         Loudness loudness;
+        std::uint8_t peak = 0;
         for (const std::uint8_t duty : signal.duty)
-        {
-            loudness.peak = std::max<int>(loudness.peak, duty);
+            peak = std::max(peak, duty);
+        loudness.peak = peak;
+        for (const std::uint8_t duty : signal.duty)
             loudness.sum += duty;
-        }
         return loudness;
     }
     void raiseTo(const Loudness& other)

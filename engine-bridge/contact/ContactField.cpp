@@ -19,6 +19,16 @@ using Eigen::Vector3d;
 constexpr double kMaskTurn = 0.9962;      ///< cosine of 5 degrees
 constexpr double kFarthestFocus_m = 10.0; ///< from the array's origin; no focus is anywhere near
 constexpr int kContactFoci = 1024;        ///< indices per contact, for identities
+/// Far below the smallest change of a pressure that a fingertip tells, several percent: fields come
+/// a thousand times a second, and a coarser one takes less time.
+constexpr double kTolerance = 5e-3;
+
+std::unique_ptr<haptics::HologramSolver> makeQuickSolver()
+{
+    haptics::SolverOptions options;
+    options.rmsTolerance = kTolerance;
+    return haptics::makeSolver(haptics::solverNames().front(), options);
+}
 
 } // namespace
 
@@ -39,7 +49,7 @@ ContactField::ContactField(const haptics::TransducerArray& array,
     _masked(array),
     _isOn(static_cast<std::size_t>(array.size()), true),
     _driven(array.size()),
-    _solver(haptics::makeSolver(haptics::solverNames().front()))
+    _solver(makeQuickSolver())
 {
     std::string error;
     if (!array.isValid(&error) || !medium.isValid(&error) || !options.isValid(&error))

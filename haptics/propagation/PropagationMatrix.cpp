@@ -208,7 +208,7 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
 
 void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, double* sums)
 {
-    if (_isQuick) return buildQuickly(block, batch, sums);
+    if (_isQuick && isFixed()) return buildQuickly(block, batch, sums);
     const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity;
     if (_storage == Storage::FLOAT)
         buildBatch(block, batch, kernels::FloatRows{_entries.floats.data() + 2 * first}, sums);

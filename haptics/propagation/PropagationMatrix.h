@@ -35,9 +35,9 @@ public:
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
     bool isFixed() const { return _storage == Storage::FIXED; }
-    /// Builds rows with distances in single precision from now on (kernels::BuildQuickRows); FIXED
-    /// only.
-    void buildQuickly() { _isQuick = true; }
+    /// Builds rows with distances in single precision from now on (kernels::BuildQuickRows), or as
+    /// exactly as before; only FIXED rows change.
+    void buildQuickly(bool isQuick = true) { _isQuick = isQuick; }
 
     /// Returns true if everything that G depends on is unchanged since the last bind().
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const;

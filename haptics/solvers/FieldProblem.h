@@ -259,18 +259,24 @@ inline float loudnessAt(const FieldProblem& field, float s)
     return loudnessOf(s, field.a.norm(), static_cast<float>(field.meanRowSum()));
 }
 
-/// Returns an estimate of the rms error due to rounding to the device's phase levels
-/// (haptics/SOLVER.md, "Rounding"); 0 for continuous phases. \a amplitude: rms |q_i|.
+/// Returns an estimate of the rms error due to changes of the transducers' drives by \a spread
+/// (rms, relative), which are independent of each other (haptics/SOLVER.md, "Rounding"). \a
+/// amplitude: rms |q_i|.
+inline float errorOfSpread(const FieldProblem& field, float amplitude, float spread)
+{
+    // Quieter fields count as this loud, so that the estimate stays finite.
+    constexpr float kLeastLoudness = 0.05f;
+    return spread * std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
+           std::max(loudnessAt(field, fittedLevel(field)) / amplitude, kLeastLoudness);
+}
+
+/// errorOfSpread() of rounding to the device's phase levels; 0 for continuous phases.
 inline float roundingError(const FieldProblem& field, float amplitude)
 {
     constexpr float kOneLevel = 1.814f; // pi/sqrt(3): rms of a rounded phase times the levels, rad
-    // Quieter fields count as this loud, so that the estimate stays finite.
-    constexpr float kLeastLoudness = 0.05f;
     const int levels = field.drive().phaseLevels;
     if (levels == 0) return 0.0f;
-    return kOneLevel / static_cast<float>(std::max(levels, 2)) *
-           std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
-           std::max(loudnessAt(field, fittedLevel(field)) / amplitude, kLeastLoudness);
+    return errorOfSpread(field, amplitude, kOneLevel / static_cast<float>(std::max(levels, 2)));
 }
 
 // A round of weighted Gerchberg-Saxton between the points and the transducers, which play unit

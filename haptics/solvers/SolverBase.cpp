@@ -89,6 +89,7 @@ void SolverBase::take(const SolverOptions& options)
 {
     _options = options;
     _options.loudness = std::min(options.loudness, 1.0);
+    _field.G.buildQuickly(isCoarseTolerance(options.rmsTolerance));
     _loudness.wanted = std::max(0.0, options.loudness - 1.0);
     _audibleShare = audibleShare(options.updateRate_Hz);
 }

@@ -10,6 +10,14 @@
 namespace midair::haptics
 {
 
+/// Returns true for a tolerance so coarse that single precision of distances, an error of up to
+/// 8e-4 in an entry of G, and a level off by the tolerance are good enough (SOLVER.md, "Coarse
+/// tolerances").
+constexpr bool isCoarseTolerance(double rmsTolerance)
+{
+    return rmsTolerance >= 3e-3;
+}
+
 /// Base of all methods: checks the input, skips a solve if nothing has moved, builds the matrix,
 /// provides a warm start, rounds the activations to the device's levels and makes the report. A
 /// method finds the phases (and amplitudes).

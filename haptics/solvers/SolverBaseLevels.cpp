@@ -411,10 +411,11 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     keepAchieved(result);
 }
 
-// Kept rows belong to earlier positions.
+// Kept rows belong to earlier positions, and quick ones aren't exact enough.
 void SolverBase::keepAchieved(const SolveReport& result)
 {
-    if (_field.n() == result.points && result.rowsBuilt >= result.points)
+    if (!isCoarseTolerance(_options.rmsTolerance) && _field.n() == result.points &&
+        result.rowsBuilt >= result.points)
         _last.achieved_Pa = static_cast<float>(_field.unit_Pa()) * _field.y;
 }
 

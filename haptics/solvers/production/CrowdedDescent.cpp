@@ -90,10 +90,18 @@ void DriveAmplitudes::set(const FieldProblem& field)
                         _amplitudes.data(),
                         _wish.level_Pa > 0.0f ? kCoarseTarget : kCoarseSum);
     }
-    if (!(_wish.level_Pa > 0.0f) || !(_gain > 0.0f) || rms(field) > 0.0f) return;
+    measure(field);
+    if (!(_wish.level_Pa > 0.0f) || !(_gain > 0.0f) || _rms > 0.0f) return;
     const auto least = std::upper_bound(levels.begin(), levels.end(), 0.0f);
     const auto first = static_cast<std::size_t>(evenOrder(field.m()).front());
     _amplitudes[first] = least == levels.end() ? _gain : *least;
+    measure(field);
+}
+
+void DriveAmplitudes::measure(const FieldProblem& field)
+{
+    const Eigen::Map<const Eigen::VectorXf> all(_amplitudes.data(), field.m());
+    _rms = static_cast<float>(std::sqrt(all.cast<double>().squaredNorm() / field.m()));
 }
 
 // A level between two device levels is a mix of both, so one transducer's step between them is the
@@ -101,7 +109,7 @@ void DriveAmplitudes::set(const FieldProblem& field)
 float DriveAmplitudes::leastChange(const FieldProblem& field) const
 {
     const std::vector<float>& levels = field.drive().amplitudeLevels;
-    const float mean = rms(field);
+    const float mean = rms();
     const auto above = std::lower_bound(levels.begin(), levels.end(), mean);
     if (above == levels.end() || !(mean > 0.0f)) return 0.0f;
     const float below = above == levels.begin() ? 0.0f : *(above - 1);
@@ -116,15 +124,6 @@ bool DriveAmplitudes::scale(const FieldProblem& field, float ratio)
     _gain = _wish.phaseOnly ? std::min(_gain * ratio, 1.0f) : _gain * ratio;
     set(field);
     return true;
-}
-
-float DriveAmplitudes::rms(const FieldProblem& field) const
-{
-    if (_full) return 1.0f;
-    double power = 0.0;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
-        power += static_cast<double>(_amplitudes[i]) * static_cast<double>(_amplitudes[i]);
-    return static_cast<float>(std::sqrt(power / field.m()));
 }
 
 void CorrectedDrive::begin(const FieldProblem& field)

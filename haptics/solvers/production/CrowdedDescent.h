@@ -5,6 +5,8 @@
 #include "haptics/solvers/production/GaussNewtonTuning.h"
 #include "haptics/solvers/production/ShapedRounding.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 namespace midair::haptics
@@ -43,13 +45,21 @@ public:
     /// m amplitudes; null: all are 1.
     const float* data() const { return _full ? nullptr : _amplitudes.data(); }
     /// rms of the amplitudes, 0 .. 1.
-    float rms(const FieldProblem& field) const;
+    float rms() const { return _full ? 1.0f : _rms; }
+    /// Phase-only: standard deviation of the amplitudes over their mean, due to the mix.
+    float spread() const
+    {
+        const float ratio = _full || !(_gain > 0.0f) ? 1.0f : _rms / _gain;
+        return std::sqrt(std::max(0.0f, ratio * ratio - 1.0f));
+    }
 
 private:
     void set(const FieldProblem& field);
+    void measure(const FieldProblem& field);
 
     Wish _wish;
     float _gain = 1.0f; // phase-only: the mean amplitude; else g
+    float _rms = 1.0f;  // of _amplitudes
     bool _full = true;  // all amplitudes are 1
     base::AlignedBuffer<float> _amplitudes;
 };

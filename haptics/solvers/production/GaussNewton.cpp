@@ -76,8 +76,9 @@ private:
         const int rounds = std::max(1, limit - outcome.iterations - _tuning.corrections);
         outcome.iterations += _search.search(field, warm, rounds, options().seed, _pace);
         _search.turn(alignToLast(field, _isHurried ? field.drive().phaseLevels : 0));
+        if (isCoarse(field) && approximate(field, limit, outcome)) return;
         begin(field);
-        if (_drive.amplitudes.rms(field) == 0.0f) return; // too quiet: nothing is played
+        if (_drive.amplitudes.rms() == 0.0f) return; // too quiet: nothing is played
         const float error = quiet().bend(field, _search.naturalLevel(field));
         const int left = std::max(1, limit - outcome.iterations);
         if (_isHurried && !_drive.amplitudes.data())
@@ -88,6 +89,58 @@ private:
             descend(field, left, outcome);
         else
             correct(field, left, outcome);
+    }
+
+    // Returns true if the tolerance is so coarse that the searched phases need a few steps at most,
+    // and plain rounding keeps it (SOLVER.md, "Coarse tolerances").
+    bool isCoarse(const FieldProblem& field) const
+    {
+        const auto tolerance = static_cast<float>(options().rmsTolerance);
+        if (!isCoarseTolerance(options().rmsTolerance) || !options().phaseOnly || quiet().any() ||
+            _isHurried || _isCrowded || field.drive().phaseLevels == 0)
+            return false;
+        return roundingError(field, 1.0f) <= _tuning.unshaped * tolerance &&
+               !needsDescent(field, errorOf(field, _search.naturalLevel(field)));
+    }
+
+    // Steps at full drive until the error before rounding is a share of the tolerance, then chooses
+    // the amplitudes for the level and plays. Returns false, with nothing played, if a mix of
+    // amplitude levels disturbs more than rounding may.
+    bool approximate(FieldProblem& field, int limit, Outcome& outcome)
+    {
+        const float goal = _tuning.enough * static_cast<float>(options().rmsTolerance);
+        float error = errorOf(field, _search.naturalLevel(field));
+        for (int k = 0; error > goal && k < std::min(_tuning.corrections, limit); ++k)
+        {
+            solveStep(field, _tuning.enough * goal, _tuning.conjugateSteps);
+            ++outcome.iterations;
+            field.eachBlock(
+                [&](int, int block)
+                {
+                    _step.turn(field, block, field.q);
+                    field.forwardBlock(block, field.q);
+                });
+            field.sumPartials(field.p);
+            field.phasesOf(field.p);
+            _search.adjust(_step, 1.0f);
+            error = errorOf(field, _search.naturalLevel(field));
+        }
+        _drive.begin(field);
+        _drive.amplitudes.choose(field, wish(), _search.naturalLevel(field));
+        if (_drive.amplitudes.rms() == 0.0f) return true; // too quiet: nothing is played
+        const float disturbance = std::hypot(
+            roundingError(field, 1.0f), errorOfSpread(field, 1.0f, _drive.amplitudes.spread()));
+        if (disturbance > _tuning.unshaped * static_cast<float>(options().rmsTolerance))
+            return false;
+        constexpr ShapedRounding::Effort kPlain{0.0f, 1, 1.0f};
+        _drive.play(field, quiet(), nullptr, kPlain);
+        const float level = fittedLevel(field);
+        if (isAbsolute() && std::fabs(largestTarget() / level - 1.0f) > goal &&
+            _drive.amplitudes.scale(field, largestTarget() / level))
+            _drive.play(field, quiet(), nullptr, kPlain);
+        outcome.stop = verdict(field, rounding(field));
+        outcome.unfinished = outcome.stop == StopReason::MAX_ITERATIONS;
+        return true;
     }
 
     float playedError(const FieldProblem& field) const
@@ -117,15 +170,20 @@ private:
         return error > _tuning.searchAbove && (isFar || field.crowds(_tuning.crowded));
     }
 
-    // Chooses amplitudes for the present phases and measures the drive.
-    void begin(FieldProblem& field)
+    DriveAmplitudes::Wish wish() const
     {
         DriveAmplitudes::Wish wish;
         wish.phaseOnly = options().phaseOnly;
         wish.loudness = static_cast<float>(options().loudness);
         if (isAbsolute()) wish.level_Pa = largestTarget();
+        return wish;
+    }
+
+    // Chooses amplitudes for the present phases and measures the drive.
+    void begin(FieldProblem& field)
+    {
         _drive.begin(field);
-        _drive.amplitudes.choose(field, wish, _search.naturalLevel(field));
+        _drive.amplitudes.choose(field, wish(), _search.naturalLevel(field));
         if (!_drive.amplitudes.data()) return;
         _drive.measure(field);
         for (int pass = 1; pass < _tuning.shapePasses; ++pass)
@@ -143,7 +201,7 @@ private:
     // Error of unshaped rounding, at any amplitude.
     float rounding(const FieldProblem& field) const
     {
-        return quiet().rounding(field, _drive.amplitudes.rms(field));
+        return quiet().rounding(field, _drive.amplitudes.rms());
     }
 
     // Returns the CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance times the error before
@@ -168,7 +226,7 @@ private:
         {
             if (k > 0) settle(field, kept * _search.naturalLevel(field));
             const float floor = quiet().any()
-                                    ? QuietPoints::disturbance(field, _drive.amplitudes.rms(field))
+                                    ? QuietPoints::disturbance(field, _drive.amplitudes.rms())
                                     : rounding(field);
             const float level = _search.naturalLevel(field);
             const float error = quiet().error(field, level), bend = quiet().bend(field, level);
@@ -186,7 +244,7 @@ private:
                 _drive.turn(field, _step);
             // The step is that of c_l + x_l u_l for unit amplitudes; smaller ones take a larger
             // x_l.
-            _search.adjust(_step, _drive.amplitudes.rms(field));
+            _search.adjust(_step, _drive.amplitudes.rms());
             if (out || (last && outcome.stop != StopReason::MAX_ITERATIONS)) return;
             if (!last) continue;
             const float played = _search.naturalLevel(field);
@@ -291,7 +349,10 @@ private:
     {
         if (!isAbsolute()) return true;
         const float ratio = largestTarget() / fittedLevel(field);
-        const float least = std::max(_tuning.levelMargin, _drive.amplitudes.leastChange(field));
+        const double margin = isCoarseTolerance(options().rmsTolerance) ? options().rmsTolerance
+                                                                        : _tuning.levelMargin;
+        const float least =
+            std::max(static_cast<float>(margin), _drive.amplitudes.leastChange(field));
         return std::fabs(ratio - 1.0f) < least || (ratio > 1.0f && _drive.amplitudes.isFull());
     }
 

@@ -85,6 +85,10 @@ struct GaussNewtonTuning
     float nextTolerance = 0.4f; ///< CG tolerance over the error before the next correction
     float lastTolerance = 0.6f; ///< CG tolerance over the attainable error
 
+    // "Coarse tolerances"
+    float enough = 0.5f;   ///< share of the tolerance that the error may have before rounding
+    float unshaped = 0.8f; ///< share of it up to which rounding isn't shaped
+
     // "Amplitudes"
     int shapePasses = 3; ///< passes that fit the factor on |z_i| before the corrections
 };
