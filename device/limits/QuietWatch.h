@@ -2,9 +2,12 @@
 
 #include "device/drive/DriveSignal.h"
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 namespace midair::device
 {
@@ -17,15 +20,14 @@ struct Loudness
 
     static Loudness of(const DriveSignal& signal)
     {
-        // A loop for each, over one width of numbers, which compilers vectorise.
-        Loudness loudness;
-        std::uint8_t peak = 0;
-        for (const std::uint8_t duty : signal.duty)
-            peak = std::max(peak, duty);
-        loudness.peak = peak;
-        for (const std::uint8_t duty : signal.duty)
-            loudness.sum += duty;
-        return loudness;
+        return {peakOf(signal),
+                std::accumulate(signal.duty.begin(), signal.duty.end(), std::uint32_t(0))};
+    }
+    static int peakOf(const DriveSignal& signal)
+    {
+        using Levels = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 1>;
+        const auto m = static_cast<Eigen::Index>(signal.duty.size());
+        return m > 0 ? Eigen::Map<const Levels>(signal.duty.data(), m).maxCoeff() : 0;
     }
     void raiseTo(const Loudness& other)
     {

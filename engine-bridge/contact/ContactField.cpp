@@ -3,7 +3,6 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
-#include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
 #include <complex>
@@ -127,7 +126,7 @@ bool ContactField::solveFor(const std::vector<ContactFocus>& foci,
     _report = _solver->solve(points, _options.mask ? _masked : _array, _medium, q);
     if (_report.stop != haptics::StopReason::REFUSED)
     {
-        for (int i = 0; i < _array.size(); ++i)
+        for (int i = 0; i < _array.size() && _options.mask; ++i)
             if (!_isOn[static_cast<std::size_t>(i)]) q[i] = 0.0f;
         return true;
     }
@@ -139,7 +138,7 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
                          Eigen::VectorXcf& q,
                          std::string* error)
 {
-    q = Eigen::VectorXcf::Zero(_array.size());
+    q.setZero(_array.size());
     const auto isWrong = [](const ContactFocus& focus)
     {
         return !(focus.position.norm() <= kFarthestFocus_m) || !focus.centre.allFinite() ||
@@ -156,7 +155,6 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     if (!problem.empty())
     {
         if (error) *error = problem;
-        _last.resize(0);
         return false;
     }
     std::vector<ContactFocus> played;
@@ -168,11 +166,8 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     if (!solveFor(played, q, error))
     {
         q.setZero(_array.size());
-        _last.resize(0);
         return false;
     }
-    if (_last.size() == q.size()) haptics::alignField(q, _last, _array.drive);
-    _last = q;
     return true;
 }
 

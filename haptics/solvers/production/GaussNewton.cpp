@@ -60,6 +60,10 @@ private:
         _pace.took(Pace::BUILD, field.staleRows() < field.n() ? 0 : 1, field.build_ms());
         const int limit = iterationLimit(kMostIterations);
         _search.followTargets(!isShifted());
+        // The level of coarse targets in Pa is reached by amplitudes, rarely by all of them.
+        const bool isSpare = isAbsolute() && isCoarseTolerance(options().rmsTolerance) &&
+                             !_drive.amplitudes.isFull();
+        _search.keepLouderThan(isSpare ? _tuning.spareQuiet : _tuning.quiet);
         attempt(field, warm, limit, outcome);
         if (isLost(field, limit, outcome))
         {

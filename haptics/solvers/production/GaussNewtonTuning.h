@@ -86,8 +86,9 @@ struct GaussNewtonTuning
     float lastTolerance = 0.6f; ///< CG tolerance over the attainable error
 
     // "Coarse tolerances"
-    float enough = 0.5f;   ///< share of the tolerance that the error may have before rounding
-    float unshaped = 0.8f; ///< share of it up to which rounding isn't shaped
+    float enough = 0.5f;     ///< share of the tolerance that the error may have before rounding
+    float unshaped = 0.8f;   ///< share of it up to which rounding isn't shaped
+    float spareQuiet = 0.9f; ///< in place of quiet, while amplitudes in Pa aren't full
 
     // "Amplitudes"
     int shapePasses = 3; ///< passes that fit the factor on |z_i| before the corrections

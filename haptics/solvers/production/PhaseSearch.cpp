@@ -262,7 +262,7 @@ void PhaseSearch::round(FieldProblem& field, Pace& pace)
 int PhaseSearch::keepLoud(FieldProblem& field, int limit, Pace& pace)
 {
     int made = 0;
-    while (made < _tuning.quietRounds && loudness(field) < _tuning.quiet * _loudest &&
+    while (made < _tuning.quietRounds && loudness(field) < _leastShare * _loudest &&
            made + 2 < limit && pace.fits(Pace::ROUND, 1) > 0)
     {
         reweigh(field);

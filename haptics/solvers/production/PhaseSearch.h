@@ -17,7 +17,11 @@ namespace midair::haptics
 class PhaseSearch
 {
 public:
-    explicit PhaseSearch(const GaussNewtonTuning& tuning) : _tuning(tuning) {}
+    explicit PhaseSearch(const GaussNewtonTuning& tuning) :
+        _tuning(tuning),
+        _leastShare(tuning.quiet)
+    {
+    }
 
     /// Builds G and makes the first round of a warm start in the same pass, if the number of
     /// weights matches.
@@ -27,6 +31,9 @@ public:
     bool carryOver(const FieldProblem& field, const std::vector<int>& lastOf);
     /// Sets whether weights follow changed targets (default: true).
     void followTargets(bool follow) { _follows = follow; }
+    /// Sets the share of the recent loudness below which an update gets extra rounds (default:
+    /// GaussNewtonTuning::quiet).
+    void keepLouderThan(float share) { _leastShare = share; }
     /// Leaves q = z/|z| with its p, y and u in \a field. Starts cold unless \a warm, and returns
     /// the number of rounds, at least one and about \a limit at most. wasCold() then tells whether
     /// it started cold.
@@ -75,6 +82,7 @@ private:
     bool _projected = false; // build() made the first round
     bool _wasCold = true;
     bool _follows = true; // weights follow the targets
+    float _leastShare;    // of the recent loudness
     bool _isJump = false; // jump of the targets since the last field
 };
 
