@@ -1,5 +1,7 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 
+#include "engine-bridge/playing/StoreOf.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -71,17 +73,6 @@ double ContactStage::period_s() const
     const double wanted_Hz = _context.options.fieldRate;
     const double rate_Hz = ofLine_Hz > 0.0 ? std::min(wanted_Hz, ofLine_Hz) : wanted_Hz;
     return std::max(kLeastPeriod_s, 1.0 / rate_Hz);
-}
-
-haptics::TurnStore ContactStage::store() const
-{
-    const device::DriveAbility ability = _output.device().ability();
-    haptics::TurnStore store;
-    store.carried_Hz = 1.0 / period_s();
-    store.fields = ability.sequenceFields;
-    store.clock_Hz = ability.sequenceClock_Hz;
-    if (ability.amplitudes.size() == 2) store.leastOfPeriod = haptics::TurnStore::kLeastOnOff;
-    return store;
 }
 
 bool ContactStage::compose(const haptics::FieldSequence& whole)
@@ -163,7 +154,8 @@ void ContactStage::playNext(HologramResult* result)
 // result, which has its figures.
 bool ContactStage::playTurn(double now_s, double cap_Pa, HologramResult* result)
 {
-    const haptics::StoredTurn* turn = _turn.wanted(_renderer->steady(cap_Pa), store(), now_s);
+    const haptics::TurnStore store = storeOf(_output.device().ability(), 1.0 / period_s());
+    const haptics::StoredTurn* turn = _turn.wanted(_renderer->steady(cap_Pa), store, now_s);
     if (!turn || (!_turn.isPlayed() && !result)) return false;
     _renderer->follow(now_s, cap_Pa, 1.0 / period_s(), *turn);
     if (_turn.isPlayed())

@@ -31,7 +31,6 @@ private:
     const SceneSnapshot& withContactShares(const SceneSnapshot& snapshot);
     bool isActive() const;
     double period_s() const;
-    haptics::TurnStore store() const;
     void playNext(HologramResult* result);
     bool playTurn(double now_s, double cap_Pa, HologramResult* result);
     bool storeTurn(const haptics::StoredTurn& turn, double now_s, HologramResult& result);
