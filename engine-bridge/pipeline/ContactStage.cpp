@@ -154,10 +154,12 @@ void ContactStage::playNext(HologramResult* result)
 // result, which has its figures.
 bool ContactStage::playTurn(double now_s, double cap_Pa, HologramResult* result)
 {
-    const haptics::TurnStore store = storeOf(_output.device().ability(), 1.0 / period_s());
+    const double rate_Hz = 1.0 / period_s();
+    const haptics::TurnStore store = storeOf(_output.device().ability(), rate_Hz);
+    if (store.fields == 0) return false;
     const haptics::StoredTurn* turn = _turn.wanted(_renderer->steady(cap_Pa), store, now_s);
     if (!turn || (!_turn.isPlayed() && !result)) return false;
-    _renderer->follow(now_s, cap_Pa, 1.0 / period_s(), *turn);
+    _renderer->follow(now_s, cap_Pa, rate_Hz, *turn);
     if (_turn.isPlayed())
     {
         _output.attend(false); // sends it again after a loss or a mute

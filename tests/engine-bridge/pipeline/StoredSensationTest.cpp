@@ -401,7 +401,9 @@ double soundsAfter(const std::string& kind, const End& end, double hold_s = 0.0)
     const Course course = isMega ? mega.course(asked_s - 0.2, end_s) : surface.course;
     EXPECT_FALSE(sounds(*course.back().second)) << kind;
     EXPECT_GT(lastSound_s(course), asked_s - 0.2) << kind << " has played";
-    return lastSound_s(course) - asked_s;
+    const double after_s = lastSound_s(course) - asked_s;
+    ::testing::Test::RecordProperty(kind + " sounds for", std::to_string(after_s) + " s");
+    return after_s;
 }
 
 /// Units on an emulated cable that play a sensation.
