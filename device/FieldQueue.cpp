@@ -102,6 +102,12 @@ bool FieldQueue::loseUnconfirmed(double heardAt_s, double confirm_s)
     return true;
 }
 
+void FieldQueue::dropFlying()
+{
+    _dropped += _flying.size();
+    _flying.clear();
+}
+
 void FieldQueue::loseOldest()
 {
     _flying.pop_front();

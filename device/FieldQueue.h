@@ -82,6 +82,7 @@ public:
     /// joint, unless a newer one waits. Returns the joint that the device must leave, or null.
     Joint repeatFailed();
     void dropWaiting();
+    void dropFlying(); ///< of a device that was told to play something else instead
     /// Counts the oldest field in flight as lost.
     void loseOldest();
     /// Drops the waiting field; counts fields in flight as lost if \a deviceIsLost, otherwise as

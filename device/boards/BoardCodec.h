@@ -45,13 +45,13 @@ public:
     virtual int sequenceFields() const { return 0; }
     /// DriveAbility::sequenceClock_Hz of such sequences.
     virtual double sequenceClock_Hz() const { return 0; }
-    /// Appends \a sequence for a board that stores and times it. Returns false, and appends
-    /// nothing, if it can't. The next appendField() needs the opening before it.
-    virtual bool appendSequence(std::vector<std::uint8_t>& /*out*/,
-                                const DriveSequence& /*sequence*/) const
-    {
-        return false;
-    }
+    using Pieces = std::vector<std::vector<std::uint8_t>>;
+    /// Returns \a sequence for a board that stores and times it, in pieces about as long as a
+    /// field; empty if it can't. Silent fields may come instead of a later piece; anything else
+    /// needs appendBreak() first. The next appendField() needs the opening before it.
+    virtual Pieces piecesOf(const DriveSequence& /*sequence*/) const { return {}; }
+    /// Appends the bytes that end a truncated sequence: the board holds the first field of it.
+    virtual void appendBreak(std::vector<std::uint8_t>& /*out*/) const {}
     /// Two control bytes of a board with two buffers, whose fields end with \a exchange.
     struct Swap
     {

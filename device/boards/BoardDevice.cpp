@@ -101,7 +101,7 @@ bool BoardDevice::sendSequence(const DriveSequence& given)
     if (isRight && _board.codec->swap() != nullptr)
         inTurn.swaps = std::make_unique<BufferSwaps>(*_board.codec, sequence);
     else if (isRight)
-        _board.codec->appendSequence(inTurn.stored, sequence);
+        inTurn.stored = _board.codec->piecesOf(sequence);
     const int fields = inTurn.swaps ? inTurn.swaps->fields() : 0;
     if (fields == 1 || fields > 2) inTurn.swaps.reset();
     const base::Lock lock(_mutex);
@@ -318,6 +318,8 @@ void BoardDevice::fail(const std::string& why)
     _silencing.isWanted = false;
     _silencing.fieldsLeft = 0;
     _fields.queue.dropWaiting();
+    while (_fields.queue.pending() > 0)
+        _fields.queue.loseOldest();
     _sound.inTurn = {};
     _line.forget();
     _counters.countLoss(why);
@@ -338,7 +340,8 @@ double BoardDevice::nextWrite_s() const
 {
     if (_silencing.isResetDue) return _silencing.settled_s;
     if (_silencing.isWanted && _board.codec->restarts()) return 0;
-    if (_silencing.isWanted || (fieldIsDue() && !isInserted()) || _silencing.fieldsLeft > 0)
+    if (_silencing.isWanted || (fieldIsDue() && !isInserted()) || _silencing.fieldsLeft > 0 ||
+        _sound.inTurn.isBeingWritten())
         return _line.free_s();
     if (_sound.inTurn.swaps && !_closing) return _line.free_s() - kLate_s;
     return _closing ? base::steadySeconds() + kClosing_s
@@ -359,6 +362,8 @@ BoardDevice::Piece BoardDevice::nextField()
     Piece piece;
     piece.kind = Piece::FIELD;
     piece.epoch = _silencing.epoch;
+    if (_sound.inTurn.isBeingWritten()) _board.codec->appendBreak(_bytes);
+    _fields.queue.dropFlying();
     const FieldQueue::Field& field =
         _fields.queue.takeOff(_fields.sequence = nextAfter(_fields.sequence));
     piece.sentAt_s = field.sentAt_s;
@@ -375,9 +380,22 @@ BoardDevice::Piece BoardDevice::nextField()
     else if (piece.inTurn.swaps)
         piece.inTurn.swaps->appendStart(piece.field);
     else if (!piece.inTurn.stored.empty())
-        piece.field = piece.inTurn.stored;
+    {
+        piece.inTurn.sentAt_s = piece.sentAt_s;
+        piece.field = piece.inTurn.stored[piece.inTurn.written++];
+    }
     else
         _board.codec->appendField(piece.field, field.signal);
+    return piece;
+}
+
+BoardDevice::Piece BoardDevice::nextUpload()
+{
+    Piece piece;
+    piece.kind = Piece::UPLOAD;
+    piece.epoch = _silencing.epoch;
+    if (!_sound.inTurn.isBeingWritten()) _sound.inTurn.written = 0; // a repeat
+    _bytes = _sound.inTurn.stored[_sound.inTurn.written++];
     return piece;
 }
 
@@ -414,18 +432,20 @@ BoardDevice::Piece BoardDevice::nextPiece()
     {
         piece.kind = Piece::SILENCE;
         piece.field = _board.silentField;
+        _fields.queue.dropFlying();
         _sound.inTurn = {};
     }
     else if (fieldIsDue())
         piece = nextField();
     else if (_sound.inTurn.swaps)
         return nextSwaps();
+    else if (!_sound.inTurn.stored.empty())
+        return nextUpload();
     else
         piece.field = _sound.bytes;
     const double now_s = base::steadySeconds();
     // A sequence contains its own opening; the next field's opening ends a stored sequence.
-    const bool isStored = piece.isInserted || piece.inTurn.isSequence() ||
-                          (piece.kind == Piece::REPEAT && !_sound.inTurn.stored.empty());
+    const bool isStored = piece.isInserted || piece.inTurn.isSequence();
     const bool isUndone = piece.kind == Piece::FIELD && !_sound.inTurn.stored.empty();
     if (!isStored &&
         (piece.kind != Piece::FIELD || isUndone || now_s - _rounds.openedLine_s >= kRepeat_s))
@@ -460,7 +480,6 @@ void BoardDevice::writeNext()
         finish(std::move(piece));
         return;
     }
-    if (piece.kind == Piece::FIELD) _fields.queue.loseOldest();
     lose(_sink->error());
 }
 
@@ -472,8 +491,10 @@ void BoardDevice::finish(Piece piece)
     const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
     _line.noteBytes(_bytes.size(), now_s, onLine_s, isAhead);
     if (piece.kind == Piece::SWAPS) return;
+    if (piece.kind == Piece::UPLOAD) return noteUpload(now_s);
     if (!isAhead) _rounds.repeat_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
-    if (watchesAnswers() && _answers.due_s == 0) _answers.due_s = _line.free_s() + kAnswer_s;
+    if (watchesAnswers() && _answers.due_s == 0 && !piece.inTurn.isBeingWritten())
+        _answers.due_s = _line.free_s() + kAnswer_s;
     switch (piece.kind)
     {
     case Piece::RESET:
@@ -501,16 +522,35 @@ void BoardDevice::finish(Piece piece)
             _line.noteAsked(piece.sentAt_s);
         if (!piece.isInserted) _sound.inTurn = std::move(piece.inTurn);
         if (_sound.inTurn.swaps && !piece.isInserted) _sound.inTurn.swaps->begin(_line.free_s());
+        if (_sound.inTurn.isBeingWritten()) break; // it is played with its last piece
         auto played = _fields.queue.settleUntil(_fields.sequence, _fields.sequence);
         if (newest && played) _sound.signal = std::move(*played);
         _counters.noteHandedOver(now_s, piece.sentAt_s);
         break;
     }
+    case Piece::UPLOAD:
     case Piece::SWAPS:
     case Piece::REPEAT:
         break;
     }
     if (piece.kind != Piece::REPEAT) _sound.bytes = std::move(piece.field);
+}
+
+// With its last piece the board plays the sequence. Repeats take half of the line at most.
+void BoardDevice::noteUpload(double now_s)
+{
+    const InTurn& inTurn = _sound.inTurn;
+    if (inTurn.isBeingWritten()) return;
+    if (watchesAnswers() && _answers.due_s == 0) _answers.due_s = _line.free_s() + kAnswer_s;
+    std::size_t bytes = 0;
+    for (const auto& piece : inTurn.stored)
+        bytes += piece.size();
+    const double onLine_s = static_cast<double>(bytes) / _board.codec->bytesPerSecond();
+    _rounds.repeat_s = now_s + std::max(kRepeat_s, onLine_s);
+    auto played = _fields.queue.settleUntil(_fields.sequence, _fields.sequence);
+    if (!played) return; // a repeat
+    _sound.signal = std::move(*played);
+    _counters.noteHandedOver(now_s, inTurn.sentAt_s);
 }
 
 // Silences a board that is given up: this program writes the reset, or, if it can't, the guard

@@ -75,7 +75,8 @@ private:
 ///
 /// A sequence is stored and timed by the board; for boards with two buffers exchanged by a byte,
 /// the worker keeps the line busy with these bytes some milliseconds ahead. Silence overtakes them
-/// and fills both buffers.
+/// and fills both buffers. A sequence is written in pieces, so that silence and newer fields wait
+/// for one of them only.
 class BoardDevice : public ArrayDevice
 {
 public:
@@ -129,10 +130,13 @@ private:
     /// A sequence in the board's form; if both are empty: a single field.
     struct InTurn
     {
-        std::vector<std::uint8_t> stored; ///< for a board that times it itself
+        BoardCodec::Pieces stored; ///< for a board that times it itself
+        std::size_t written = 0;   ///< pieces of it
+        double sentAt_s = 0;
         std::unique_ptr<BufferSwaps> swaps;
 
         bool isSequence() const { return swaps || !stored.empty(); }
+        bool isBeingWritten() const { return written < stored.size(); }
     };
 
     /// Fields that are not written yet.
@@ -195,8 +199,9 @@ private:
         {
             RESET,   ///< silences everything on the line
             SILENCE, ///< one silent field
-            FIELD,
-            SWAPS, ///< bytes of Sound::inTurn.swaps
+            FIELD,   ///< or the first piece of a sequence
+            UPLOAD,  ///< a later piece of Sound::inTurn
+            SWAPS,   ///< bytes of Sound::inTurn.swaps
             REPEAT
         } kind = REPEAT;
         std::uint64_t epoch = 0;
@@ -228,6 +233,8 @@ private:
     Piece nextPiece() MIDAIR_REQUIRES(_mutex); ///< puts its bytes into _bytes
     Piece nextField() MIDAIR_REQUIRES(_mutex);
     Piece nextSwaps() MIDAIR_REQUIRES(_mutex);
+    Piece nextUpload() MIDAIR_REQUIRES(_mutex);
+    void noteUpload(double now_s) MIDAIR_REQUIRES(_mutex);
     /// False: none is waiting, or it must wait for the previous one.
     bool fieldIsDue() const MIDAIR_REQUIRES(_mutex);
     /// Returns true if both the waiting and the playing field are timed by the line.

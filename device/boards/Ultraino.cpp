@@ -64,12 +64,11 @@ public:
     // of the list. The durations come first, so that the next byte exchanges the patterns; the
     // sketch goes on counting where it was, so that for up to 255 periods patterns may have each
     // other's durations.
-    bool appendSequence(std::vector<std::uint8_t>& out,
-                        const DriveSequence& sequence) const override
+    Pieces piecesOf(const DriveSequence& sequence) const override
     {
         const int periods =
             static_cast<int>(std::lround(DriveSequence::kMostRate_Hz / sequence.rate_Hz));
-        std::vector<std::uint8_t> patterns;
+        Pieces pieces;
         std::vector<int> durations;
         const DriveSignal* last = nullptr;
         for (const DriveSignal& signal : sequence.signals)
@@ -80,8 +79,8 @@ public:
                 if (!isSame)
                 {
                     durations.push_back(0);
-                    if (durations.size() > static_cast<std::size_t>(kPatterns)) return false;
-                    appendPattern(patterns, signal);
+                    if (durations.size() > static_cast<std::size_t>(kPatterns)) return {};
+                    appendPattern(pieces.emplace_back(), signal);
                     last = &signal;
                 }
                 const int more = std::min(left, kLongest - durations.back());
@@ -89,10 +88,15 @@ public:
                 left -= more;
             }
         if (durations.size() < static_cast<std::size_t>(kPatterns)) durations.push_back(0);
-        out.insert(out.end(), patterns.begin(), patterns.end());
-        appendDurations(out, durations);
+        // The last pattern isn't without its end, as the board has no room for one more.
+        appendDurations(pieces.back(), durations);
+        pieces.back().push_back(0x00);
+        return pieces;
+    }
+    void appendBreak(std::vector<std::uint8_t>& out) const override
+    {
+        appendOpening(out);
         out.push_back(0x00);
-        return true;
     }
 
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override

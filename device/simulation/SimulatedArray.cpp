@@ -53,9 +53,8 @@ void SimulatedBoard::play(const DriveSignal& signal, double now_s)
 
 bool SimulatedBoard::playSequence(const DriveSequence& sequence, double now_s)
 {
-    std::vector<std::uint8_t> stored;
     if (sequence.signals.size() > static_cast<std::size_t>(_codec->sequenceFields()) ||
-        (_codec->swap() == nullptr && !_codec->appendSequence(stored, sequence)))
+        (_codec->swap() == nullptr && _codec->piecesOf(sequence).empty()))
         return false;
     _inTurn = sequence;
     _inTurnSince_s = now_s;

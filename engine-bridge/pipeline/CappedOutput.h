@@ -39,6 +39,8 @@ public:
     /// Returns true if the playing field keeps the ear limit at the ears' present places, and
     /// wasn't lowered for earlier ones.
     bool keepsToEars();
+    /// Returns true if the ears' newest places need another field for the limit.
+    bool areEarsNew() const { return !_ears.mayPlayOn(); }
 
     /// Lowers \a sequence to the caps, with the transducers of \a array, and plays it. Its last \a
     /// foci points are contacts, in Pa.

@@ -1,5 +1,7 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 
+#include "engine-bridge/playing/StoreOf.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -31,6 +33,7 @@ void ContactStage::setOptions()
         std::make_unique<ContactRenderer>(options.array, options.medium, options.contacts);
     if (_renderer) renderer->continueSensations(*_renderer);
     _renderer = std::move(renderer);
+    _turn.forget();
 }
 
 bool ContactStage::arrive(const SceneSnapshot*& snapshot)
@@ -46,6 +49,7 @@ const SceneSnapshot& ContactStage::withContactShares(const SceneSnapshot& snapsh
     if (!_concerns)
     {
         if (had) _renderer->clear();
+        if (had) _turn.forget();
         _whole = {};
         return snapshot;
     }
@@ -82,10 +86,12 @@ bool ContactStage::takeOver(HologramResult& result)
     if (isActive())
     {
         _due_s = _context.clock.now_s(); // the solve may have taken longer than a field lasts
+        if (_output.areEarsNew()) _turn.forget();
         playNext(&result);
         return true;
     }
     _isPlayed = false;
+    _turn.forget();
     if (_concerns) result.touched = std::make_shared<const ContactScene>(_renderer->view());
     return false;
 }
@@ -105,6 +111,7 @@ void ContactStage::playNext(HologramResult* result)
     const HologramOptions& options = _context.options;
     const double now_s = _context.clock.now_s();
     const double cap_Pa = options.contacts.field.absolute ? _output.maxPressure_Pa() : 0.0;
+    if (playTurn(now_s, cap_Pa, result)) return;
     RenderedField rendered = _renderer->render(now_s, _whole, cap_Pa, 1.0 / period_s());
     std::vector<base::Message> failure;
     if (rendered.isFailed)
@@ -143,6 +150,74 @@ void ContactStage::playNext(HologramResult* result)
         haptics::rateSwitch(last->q, 1.0 / period_s(), options.array.ringing_s, result->sequence);
 }
 
+// Returns false if the next field is to be played on its own. A turn is stored with a published
+// result, which has its figures.
+bool ContactStage::playTurn(double now_s, double cap_Pa, HologramResult* result)
+{
+    const double rate_Hz = 1.0 / period_s();
+    const haptics::TurnStore store = storeOf(_output.device().ability(), rate_Hz);
+    if (store.fields == 0) return false;
+    const haptics::StoredTurn* turn = _turn.wanted(_renderer->steady(cap_Pa), store, now_s);
+    if (!turn || (!_turn.isPlayed() && !result)) return false;
+    _renderer->follow(now_s, cap_Pa, rate_Hz, *turn);
+    if (_turn.isPlayed())
+    {
+        _output.attend(false); // sends it again after a loss or a mute
+        if (result) continueTurn(*result);
+    }
+    else if (!storeTurn(*turn, now_s, *result))
+        return false;
+    scheduleNext(now_s);
+    _isPlayed = true;
+    if (!result) return true;
+    _shown_s = now_s;
+    _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED},
+                             _renderer->sensationProblems());
+    result->touched = std::make_shared<const ContactScene>(_renderer->view());
+    return true;
+}
+
+// Lowers the fields to the caps as one, and hands them to the device.
+bool ContactStage::storeTurn(const haptics::StoredTurn& turn, double now_s, HologramResult& result)
+{
+    const haptics::TransducerArray& array = _context.options.array;
+    haptics::FieldSequence sequence;
+    for (RenderedField& field : _renderer->render(_turn.steady(), turn))
+    {
+        if (field.isFailed) return false; // as will the next field, which tells it
+        sequence.report = field.report;
+        sequence.parts.push_back(std::move(field.foci));
+        sequence.fields.push_back(std::move(field.q));
+    }
+    sequence.report.transducers = array.size();
+    sequence.report.capFactor = 1.0;
+    sequence.modulation.fieldRate_Hz = turn.rate_Hz;
+    const int foci = sequence.points().size();
+    sequence.report.points = foci;
+    _output.play(array, std::move(sequence), result, foci);
+    _context.counters.contactFields += static_cast<std::uint64_t>(turn.fields);
+    _renderer->keepTurn(now_s, turn.rate_Hz, _output.device().planned());
+    _output.measure(array, result);
+    result.fingertip.how = haptics::PlayedAs::CIRCLING;
+    if (result.points.size() > 0) ratePlayed(result);
+    _turn.notePlayed();
+    return true;
+}
+
+// The device plays the fields of the last result.
+void ContactStage::continueTurn(HologramResult& result) const
+{
+    const HologramResult& last = *_context.last;
+    result.array = last.array;
+    result.points = last.points;
+    result.foci = last.foci;
+    result.sequence = last.sequence;
+    result.achieved_Pa = last.achieved_Pa;
+    result.fingertip = last.fingertip;
+    result.maxPressure_Pa = last.maxPressure_Pa;
+    result.handedOver_s = last.handedOver_s;
+}
+
 RestStep ContactStage::attend(bool /*isPlaying*/)
 {
     if (!isActive() && !_isPlayed) return {};
@@ -154,14 +229,16 @@ RestStep ContactStage::attend(bool /*isPlaying*/)
     if (now_s < _due_s) return step;
     const bool isShown = now_s >= _shown_s + kShow_s;
     if (isShown) step.result = std::make_shared<HologramResult>(*_context.last);
+    const bool isStored = _turn.isPlayed();
     playNext(step.result.get());
-    step.isOtherField = isShown;
+    step.isOtherField = isShown && !(isStored && _turn.isPlayed());
     return step;
 }
 
 RestStep ContactStage::silence()
 {
     _renderer->endContacts();
+    _turn.forget();
     _isPlayed = false;
     _output.device().silence(ArrayOutput::Silence::FAILED);
     RestStep step;
@@ -175,6 +252,7 @@ RestStep ContactStage::silence()
 RestStep ContactStage::playWhole()
 {
     _isPlayed = false;
+    _turn.forget();
     _renderer->pause();
     _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED}, {});
     RestStep step;
@@ -200,6 +278,7 @@ std::optional<double> ContactStage::rest_s(bool /*isPlaying*/) const
 void ContactStage::end()
 {
     _renderer->clear();
+    _turn.forget();
     _context.messages.sayNow({base::MessageCode::SENSATION_LIMITED}, {});
     _isPlayed = false;
 }

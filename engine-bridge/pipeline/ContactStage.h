@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/CappedOutput.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
+#include "engine-bridge/pipeline/TurnOnBoard.h"
 #include "engine-bridge/rendering/ContactRenderer.h"
 
 #include <memory>
@@ -10,6 +11,7 @@ namespace midair::bridge
 {
 
 /// Plays objects rendered by contacts: one field at a time, added to the field of whole objects.
+/// Sensations that repeat themselves are stored by a device whose line is too slow for them.
 class ContactStage final : public PipelineStage
 {
 public:
@@ -30,6 +32,9 @@ private:
     bool isActive() const;
     double period_s() const;
     void playNext(HologramResult* result);
+    bool playTurn(double now_s, double cap_Pa, HologramResult* result);
+    bool storeTurn(const haptics::StoredTurn& turn, double now_s, HologramResult& result);
+    void continueTurn(HologramResult& result) const;
     void scheduleNext(double now_s);
     RestStep silence();
     RestStep playWhole();
@@ -44,6 +49,7 @@ private:
     haptics::FieldSequence _whole; // of the whole objects, before caps; kept for contacts
     double _due_s = 0.0;           // steady clock; when the next one is
     double _shown_s = 0.0;         // when the last one was published
+    TurnOnBoard _turn;
 };
 
 } // namespace midair::bridge

@@ -307,7 +307,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
             _said.told = tellMessages(_context.messages, *same);
             return _context.last = same;
         }
-        return _context.last = finish(std::move(step.result));
+        const bool goesOn = step.isAll && !step.isOtherField; // the device repeats its fields
+        return _context.last = finish(std::move(step.result), !goesOn);
     }
     catch (const base::Stopped&)
     {

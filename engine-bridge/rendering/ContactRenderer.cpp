@@ -21,9 +21,6 @@ constexpr double kLongestStep_s = 0.02; ///< longest time step of one field
 /// An object that fades beside others changes its share in this many steps, each of them a solve.
 constexpr double kShareSteps = 4.0;
 
-/// The priority of nothing.
-constexpr int kNoPriority = std::numeric_limits<int>::min();
-
 } // namespace
 
 bool ContactRendererOptions::isValid(std::string* error) const
@@ -69,7 +66,7 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
     if (!_wasActive) _rendered_s = now_s;
     // The largest share of all scales the field; these are the others relative to it.
     const double most = _shares.mostWhole();
-    _levels.wholePriority = kNoPriority;
+    _levels.wholePriority = kNone;
     for (HapticObject& object : objects)
     {
         const double share = _shares.whole(object.touchId());
@@ -124,8 +121,8 @@ bool ContactRenderer::presses(const Contact& contact) const
 // nothing else give way. What hasn't faded yet has its full level before the highest changes.
 void ContactRenderer::settlePrecedence(double dt_s)
 {
-    if (_levels.wholePriority > kNoPriority) _levels.others.level(_levels.wholePriority);
-    const int ofSensations = _sensations.highestPriority(kNoPriority);
+    if (_levels.wholePriority > kNone) _levels.others.level(_levels.wholePriority);
+    const int ofSensations = _sensations.highestPriority(kNone);
     int highest = ofSensations;
     const bool isFresh = _rendered_s - _updated_s <= kStale_s;
     for (const Contact& contact : _tracker.contacts())
@@ -138,7 +135,7 @@ void ContactRenderer::settlePrecedence(double dt_s)
     _levels.others.advance(dt_s, ofSensations);
     _levels.sensations.advance(dt_s, highest);
     const double level =
-        _levels.wholePriority > kNoPriority ? _levels.others.level(_levels.wholePriority) : 1.0;
+        _levels.wholePriority > kNone ? _levels.others.level(_levels.wholePriority) : 1.0;
     _levels.whole = _shares.mostWhole() * level;
 }
 
@@ -151,11 +148,10 @@ bool ContactRenderer::isOfSensation(const ContactFocus& focus) const
 // A factor that others bring about is theirs, and comes again with each field.
 void ContactRenderer::noteCap(double factor)
 {
-    const bool isAlone =
-        !(_levels.whole > 0.0 && _levels.wholePriority > kNoPriority) &&
-        std::all_of(_foci.begin(),
-                    _foci.end(),
-                    [this](const ContactFocus& focus) { return isOfSensation(focus); });
+    const bool isAlone = !isWholePlayed() && std::all_of(_foci.begin(),
+                                                         _foci.end(),
+                                                         [this](const ContactFocus& focus)
+                                                         { return isOfSensation(focus); });
     if (isAlone && !_foci.empty()) _sensations.noteCap(factor, _step_s);
 }
 
@@ -197,12 +193,11 @@ void ContactRenderer::addWhole(double now_s,
     if (most > 1.0f) q /= most;
 }
 
-RenderedField ContactRenderer::render(double now_s,
-                                      const haptics::FieldSequence& whole,
-                                      double most_Pa,
-                                      double rate_Hz)
+void ContactRenderer::advance(double now_s,
+                              double most_Pa,
+                              double rate_Hz,
+                              const haptics::StoredTurn* turn)
 {
-    RenderedField rendered;
     _step_s = std::clamp(now_s - _rendered_s, 0.0, kLongestStep_s);
     _rendered_s = now_s;
     _wasActive = true;
@@ -211,20 +206,61 @@ RenderedField ContactRenderer::render(double now_s,
     settlePrecedence(_step_s);
     _foci.clear();
     addContacts(now_s);
-    _sensations.render(now_s, _step_s, rate_Hz, most_Pa, _levels.sensations, _foci);
-    std::vector<ContactFocus> played = _foci;
+    _sensations.render(now_s, _step_s, rate_Hz, turn, most_Pa, _levels.sensations, _foci);
+}
+
+RenderedField ContactRenderer::solved(const std::vector<ContactFocus>& foci, double most_Pa)
+{
+    RenderedField rendered;
+    std::vector<ContactFocus> played = foci;
     for (ContactFocus& focus : played)
     {
         focus.pressure_Pa *= focus.share;
         if (most_Pa > 0.0) focus.pressure_Pa = std::min(focus.pressure_Pa, most_Pa);
     }
     rendered.isFailed = !_field.solve(played, rendered.q, &rendered.error);
-    if (rendered.isFailed) _foci.clear();
     rendered.report = _field.report();
-    rendered.foci = pointsWithObjects(_foci);
+    rendered.foci = pointsWithObjects(rendered.isFailed ? std::vector<ContactFocus>() : foci);
+    return rendered;
+}
+
+RenderedField ContactRenderer::render(double now_s,
+                                      const haptics::FieldSequence& whole,
+                                      double most_Pa,
+                                      double rate_Hz)
+{
+    advance(now_s, most_Pa, rate_Hz, nullptr);
+    RenderedField rendered = solved(_foci, most_Pa);
+    if (rendered.isFailed) _foci.clear();
     addWhole(now_s, whole, rendered.q);
     _wasActive = isActive(now_s);
     return rendered;
+}
+
+std::optional<SteadyTurn> ContactRenderer::steady(double most_Pa) const
+{
+    const std::vector<Contact>& contacts = _tracker.contacts();
+    const bool isTouched = std::any_of(
+        contacts.begin(), contacts.end(), [this](const Contact& one) { return presses(one); });
+    const bool isElse =
+        isTouched || isWholePlayed() || _shares.isFading() ||
+        !std::all_of(_foci.begin(),
+                     _foci.end(),
+                     [this](const ContactFocus& focus) { return isOfSensation(focus); });
+    if (!_wasActive || isElse) return std::nullopt;
+    return _sensations.steady(most_Pa);
+}
+
+std::vector<RenderedField> ContactRenderer::render(const SteadyTurn& steady,
+                                                   const haptics::StoredTurn& turn)
+{
+    std::vector<RenderedField> fields;
+    for (int field = 0; field < turn.fields; ++field)
+    {
+        fields.push_back(solved(steady.foci(turn, field), 0.0));
+        if (fields.back().isFailed) break;
+    }
+    return fields;
 }
 
 void ContactRenderer::keep(double now_s, Eigen::VectorXcf played)
@@ -232,6 +268,18 @@ void ContactRenderer::keep(double now_s, Eigen::VectorXcf played)
     _recent.push_back(std::make_shared<const TimedField>(TimedField{now_s, std::move(played)}));
     while (_recent.front()->time_s < now_s - ContactScene::kRecent_s)
         _recent.pop_front();
+}
+
+void ContactRenderer::keepTurn(double now_s, double rate_Hz, std::vector<Eigen::VectorXcf> played)
+{
+    _recent.clear();
+    const auto fields = static_cast<double>(played.size());
+    for (Eigen::VectorXcf& field : played)
+    {
+        const double ago_s = (fields - static_cast<double>(_recent.size())) / rate_Hz;
+        _recent.push_back(
+            std::make_shared<const TimedField>(TimedField{now_s - ago_s, std::move(field)}));
+    }
 }
 
 double ContactRenderer::whole() const

@@ -10,7 +10,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -88,6 +90,17 @@ public:
                          const haptics::FieldSequence& whole,
                          double most_Pa = 0.0,
                          double rate_Hz = 0.0);
+    /// Continues the last render() to \a now_s without a field: the device plays \a turn by itself.
+    void follow(double now_s, double most_Pa, double rate_Hz, const haptics::StoredTurn& turn)
+    {
+        advance(now_s, most_Pa, rate_Hz, &turn);
+    }
+    /// Returns what follows the last render() for ever, if sensations alone are played, and nothing
+    /// of them changes; most_Pa as there.
+    std::optional<SteadyTurn> steady(double most_Pa) const;
+    /// Renders the fields of \a turn, one after the other: the field and its foci, as render()
+    /// does. Stops after one that fails.
+    std::vector<RenderedField> render(const SteadyTurn& steady, const haptics::StoredTurn& turn);
     /// Takes the factor, 0 .. 1, by which caps have lowered the last render().
     void noteCap(double factor);
     /// Continues the sensations of \a before, whose options were others.
@@ -97,6 +110,9 @@ public:
     }
     /// Stores the device's version of the last render(), for view().
     void keep(double now_s, Eigen::VectorXcf played);
+    /// The same for fields that the device repeats from \a now_s on: as if they had just been
+    /// played.
+    void keepTurn(double now_s, double rate_Hz, std::vector<Eigen::VectorXcf> played);
 
     ContactScene view() const;
     double whole() const; ///< see ContactScene::whole
@@ -119,6 +135,8 @@ private:
         bool isSensation = false;
     };
 
+    static constexpr int kNone = std::numeric_limits<int>::min(); ///< the priority of nothing
+
     /// Factors by priority, as they fade.
     struct Levels
     {
@@ -131,7 +149,10 @@ private:
     haptics::ControlPoints pointsWithObjects(const std::vector<ContactFocus>& foci) const;
     void addWhole(double now_s, const haptics::FieldSequence& whole, Eigen::VectorXcf& q) const;
     bool presses(const Contact& contact) const;
+    void advance(double now_s, double most_Pa, double rate_Hz, const haptics::StoredTurn* turn);
+    RenderedField solved(const std::vector<ContactFocus>& foci, double most_Pa);
     void settlePrecedence(double dt_s);
+    bool isWholePlayed() const { return _levels.whole > 0.0 && _levels.wholePriority > kNone; }
     bool isOfSensation(const ContactFocus& focus) const;
     void addContacts(double now_s);
 

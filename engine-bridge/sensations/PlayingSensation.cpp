@@ -1,8 +1,6 @@
 #include "engine-bridge/sensations/PlayingSensation.h"
 
 #include "engine-bridge/hands/SegmentDistance.h"
-#include "haptics/base/Units.h"
-#include "haptics/sensation/SensationFigures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +16,7 @@ using Eigen::Vector3d;
 using Attach = SensationProperties::Attach;
 using Trigger = SensationProperties::Trigger;
 
-constexpr double kNear_m = 0.1;  // hands farther away have the proximity 0
-constexpr double kMetres = 1e-3; // per millimetre of a pattern
+constexpr double kNear_m = 0.1; // hands farther away have the proximity 0
 constexpr std::size_t kMostTrail = 512;
 
 haptics::SensationPlayerOptions playerOptions(const SensationProperties& sensation)
@@ -228,14 +225,39 @@ void PlayingSensation::noteLimits()
 
 Eigen::Vector3d PlayingSensation::middle() const
 {
-    return _frame.at(kMetres * _sample.path_mm);
+    return _frame.at(kPatternUnit_m * _sample.path_mm);
 }
 
-void PlayingSensation::render(
-    double now_s, double dt_s, double pressure_Pa, double rate_Hz, std::vector<ContactFocus>& foci)
+ContactFocus PlayingSensation::focus() const
+{
+    ContactFocus focus;
+    focus.object = _object;
+    focus.contact = _contact;
+    focus.centre = _frame.toArray.translation();
+    // Out of an object is into a hand.
+    focus.normal =
+        _properties.sensation.attach == Attach::HAND ? Vector3d(-_frame.normal()) : _frame.normal();
+    return focus;
+}
+
+std::optional<SteadyPart> PlayingSensation::steady(double pressure_Pa) const
+{
+    if (!mayPlay() || _gain < 1.0 || !_sample.isFinite) return std::nullopt;
+    const std::optional<haptics::SteadySensation> pattern = _player.steady();
+    if (!pattern) return std::nullopt;
+    SteadyPart part{*pattern, _frame, focus()};
+    part.focus.pressure_Pa = pressure_Pa;
+    return part;
+}
+
+void PlayingSensation::render(double now_s,
+                              double dt_s,
+                              double pressure_Pa,
+                              const haptics::SensationCarried& carried,
+                              std::vector<ContactFocus>& foci)
 {
     if (!isPlaying()) return;
-    _player.setFieldRate(rate_Hz);
+    _player.setCarried(carried);
     _sample = _player.sampleAt(patternTime_ms(now_s));
     if (_sample.isStopped && _properties.sensation.trigger == Trigger::ALWAYS && _isWanted)
     {
@@ -248,24 +270,12 @@ void PlayingSensation::render(
     const double wanted = mayPlay() ? 1.0 : 0.0;
     _gain += std::clamp(wanted - _gain, -dt_s / kFadeOut_s, dt_s / kFadeIn_s);
 
-    ContactFocus focus;
-    focus.object = _object;
-    focus.contact = _contact;
-    focus.centre = _frame.toArray.translation();
-    // Out of an object is into a hand.
-    focus.normal =
-        _properties.sensation.attach == Attach::HAND ? Vector3d(-_frame.normal()) : _frame.normal();
+    ContactFocus focus = this->focus();
     focus.pressure_Pa = pressure_Pa * intensity();
-    const int points =
-        _sample.isOutline ? static_cast<int>(haptics::SensationFigures::kLeastPoints) : 1;
-    for (focus.index = 0; focus.index < points; ++focus.index)
-    {
-        Vector3d place = kMetres * _sample.position_mm;
-        if (_sample.isOutline)
-            place.head<2>() += kMetres * _sample.brush.at(base::kTwoPi * focus.index / points);
-        focus.position = _frame.at(place);
-        if (focus.pressure_Pa > 0.0 && focus.position.allFinite()) foci.push_back(focus);
-    }
+    if (_sample.isOutline)
+        appendOutline(_frame, _sample.path_mm, _sample.brush, focus, foci);
+    else
+        appendFocus(_frame, _sample.position_mm, focus, foci);
     _trail.push_back({now_s, focus.position, intensity()});
     const double turn_s = _sample.brush.draw_Hz > 0.0 ? 1.0 / _sample.brush.draw_Hz : 0.0;
     const double kept_s = std::clamp(turn_s, SensationView::kTrail_s, 1.0);
@@ -281,7 +291,7 @@ SensationView PlayingSensation::view() const
     view.isStopped = _sample.isStopped;
     view.patternTime_ms = _sample.patternTime_ms;
     view.intensity = isPlaying() ? intensity() : 0.0;
-    view.place = _frame.at(kMetres * _sample.position_mm);
+    view.place = _frame.at(kPatternUnit_m * _sample.position_mm);
     if (isPlaying()) view.trail.assign(_trail.begin(), _trail.end());
     return view;
 }

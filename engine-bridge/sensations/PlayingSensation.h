@@ -6,6 +6,7 @@
 #include "engine-bridge/hands/MeshDistance.h"
 #include "engine-bridge/sensations/SensationFrame.h"
 #include "engine-bridge/sensations/SensationView.h"
+#include "engine-bridge/sensations/SteadyTurn.h"
 #include "haptics/sensation/SensationPlayer.h"
 
 #include <cstdint>
@@ -53,13 +54,16 @@ public:
     Eigen::Vector3d middle() const;
 
     /// Appends the foci of the field at \a now_s, \a dt_s after the last one; \a pressure_Pa: of
-    /// intensity 1 without fades. \a rate_Hz: of fields; slow ones get outlines (SensationPlayer).
+    /// intensity 1 without fades. \a carried: see SensationPlayer; what is faster gets an outline.
     /// Time that passes without it doesn't pass in the pattern.
     void render(double now_s,
                 double dt_s,
                 double pressure_Pa,
-                double rate_Hz,
+                const haptics::SensationCarried& carried,
                 std::vector<ContactFocus>& foci);
+    /// Returns what follows the last render() for ever, of a focus of \a pressure_Pa at intensity
+    /// 1; none: it changes or fades.
+    std::optional<SteadyPart> steady(double pressure_Pa) const;
 
     /// What wasn't played as drawn since its begin.
     struct Limited
@@ -70,7 +74,8 @@ public:
         double modulation_Hz = 0.0; ///< of an amplitude modulation that is left out
     };
     const Limited& limited() const { return _limited; }
-    double intensity() const { return _gain * _sample.intensity; } ///< 0 .. 1, with fades
+    const haptics::DrawnBrush& brush() const { return _sample.brush; } ///< at the last render()
+    double intensity() const { return _gain * _sample.intensity; }     ///< 0 .. 1, with fades
     SensationView view() const;
 
     static constexpr double kFadeIn_s = 0.005; ///< against a click at the begin
@@ -86,6 +91,7 @@ private:
     void begin();
     double patternTime_ms(double now_s);
     void noteLimits();
+    ContactFocus focus() const;
     void
     place(const HapticObject& object, const SensationSurroundings& around, const Contact* touch);
     void setValues(const HapticObject& object,

@@ -23,6 +23,15 @@ bool hasPattern(const HapticObject& object)
     return object.properties.sensation.isMeant && object.properties.sensation.pattern;
 }
 
+/// Returns true if a device plays a frequency noticeably wrong; it is left out where \a played_Hz
+/// is 0.
+bool isPlayedOff(double played_Hz, double wanted_Hz)
+{
+    const double wanted = std::abs(wanted_Hz);
+    return played_Hz > 0.0 && wanted > 0.0 &&
+           std::abs(played_Hz - wanted) > haptics::kToldTurnError * wanted;
+}
+
 bool needsSurface(const HapticObject& object)
 {
     return object.mesh && object.mesh->triangles.cols() > 0;
@@ -163,11 +172,15 @@ double SensationRenderer::pressureOf(Item& item)
 void SensationRenderer::render(double now_s,
                                double dt_s,
                                double rate_Hz,
+                               const haptics::StoredTurn* turn,
                                double most_Pa,
                                Precedence& levels,
                                std::vector<ContactFocus>& foci)
 {
     _rate_Hz = rate_Hz;
+    _turn = turn ? std::optional<haptics::StoredTurn>(*turn) : std::nullopt;
+    const haptics::SensationCarried carried =
+        turn ? turn->carried() : haptics::SensationCarried::at(rate_Hz);
     std::vector<Item*> playing;
     for (auto& [object, item] : _items)
     {
@@ -186,16 +199,31 @@ void SensationRenderer::render(double now_s,
         item->pressure_Pa = pressureOf(*item);
         item->level = isFull ? 0.0 : levels.level(item->sensation.priority());
         std::vector<ContactFocus> own;
-        item->sensation.render(now_s, dt_s, item->level * item->pressure_Pa, rate_Hz, own);
+        item->sensation.render(now_s, dt_s, item->level * item->pressure_Pa, carried, own);
         item->isLeftOut = isFull && item->sensation.intensity() > 0.0;
         used += own.empty() ? 0 : 1;
-        const bool isOver = most_Pa > 0.0 && item->pressure_Pa > most_Pa;
         for (ContactFocus& focus : own)
         {
-            focus.share = _capped * (isOver ? most_Pa / item->pressure_Pa : 1.0);
+            focus.share = _capped * item->shareWithin(most_Pa);
             foci.push_back(focus);
         }
     }
+}
+
+// A cap lowers a turn as a whole, so that what earlier fields were lowered by doesn't count.
+std::optional<SteadyTurn> SensationRenderer::steady(double most_Pa) const
+{
+    std::vector<SteadyPart> parts;
+    for (const auto& [object, item] : _items)
+    {
+        if (!item.sensation.isPlaying() || item.isLeftOut) continue;
+        std::optional<SteadyPart> part = item.sensation.steady(item.pressure_Pa);
+        if (!part || item.level < 1.0) return std::nullopt;
+        part->focus.share = item.shareWithin(most_Pa);
+        parts.push_back(std::move(*part));
+    }
+    if (parts.empty()) return std::nullopt;
+    return SteadyTurn(std::move(parts));
 }
 
 void SensationRenderer::noteCap(double factor, double dt_s)
@@ -245,6 +273,14 @@ std::vector<base::Message> SensationRenderer::problems() const
                 limited.modulation_Hz,
                 _rate_Hz,
                 haptics::SensationPlayer::kLeastOfPeriod));
+        if (_turn && isPlayedOff(_turn->draw_Hz(), item.sensation.brush().draw_Hz))
+            whys.push_back(fmt::format("the device turns its brush {:g} times a second, not {:g}",
+                                       _turn->draw_Hz(),
+                                       item.sensation.brush().draw_Hz));
+        if (_turn && isPlayedOff(_turn->modulation_Hz(), item.sensation.brush().modulation_Hz))
+            whys.push_back(fmt::format("the device modulates it by {:g} Hz, not {:g}",
+                                       _turn->modulation_Hz(),
+                                       item.sensation.brush().modulation_Hz));
         if (item.isLeftOut)
             whys.push_back(fmt::format(
                 "it isn't played: {} sensations have a focus already, those of higher priority",

@@ -46,15 +46,20 @@ public:
     /// Returns the highest priority of those that play; \a lowest if none does.
     int highestPriority(int lowest) const;
 
-    /// Appends the foci of the field at \a now_s, \a dt_s after the last one, at \a rate_Hz fields
-    /// a second. \a levels: factors by priority. ContactFocus::share keeps each below \a most_Pa
-    /// (0: no limit) as a whole, so that a cap leaves the course of a sensation.
+    /// Appends the foci of the field at \a now_s, \a dt_s after the last one, on a line of \a
+    /// rate_Hz fields a second. \a turn: the fields that the device repeats by itself; null: each
+    /// comes over the line. \a levels: factors by priority. ContactFocus::share keeps each below \a
+    /// most_Pa (0: no limit) as a whole, so that a cap leaves the course of a sensation.
     void render(double now_s,
                 double dt_s,
                 double rate_Hz,
+                const haptics::StoredTurn* turn,
                 double most_Pa,
                 Precedence& levels,
                 std::vector<ContactFocus>& foci);
+    /// Returns what follows the last render() for ever, with the foci of each below \a most_Pa (0:
+    /// no limit); none: one of those that play changes or fades.
+    std::optional<SteadyTurn> steady(double most_Pa) const;
     /// Takes the factor, 0 .. 1, by which a field of sensations alone was lowered: later fields
     /// begin with the lowest one, and rise slowly, since a factor that changed from field to field
     /// would be felt as a vibration.
@@ -78,6 +83,12 @@ private:
         bool isLeftOut = false;
         double pressure_Pa = 0.0; ///< of intensity 1, without caps, in the last render()
         double level = 0.0;       ///< 0 .. 1; by its priority; 0: it wasn't rendered
+
+        /// The share of its pressure that keeps it below \a most_Pa (0: no limit).
+        double shareWithin(double most_Pa) const
+        {
+            return most_Pa > 0.0 && pressure_Pa > most_Pa ? most_Pa / pressure_Pa : 1.0;
+        }
     };
 
     double mostAt(const Eigen::Vector3d& place);
@@ -93,7 +104,8 @@ private:
     std::uint64_t _updates = 0;
     std::uint64_t _made = 0;
     double _rate_Hz = 0.0;
-    double _capped = 1.0; ///< 0 .. 1; see noteCap()
+    std::optional<haptics::StoredTurn> _turn; ///< of the last render()
+    double _capped = 1.0;                     ///< 0 .. 1; see noteCap()
 };
 
 } // namespace midair::bridge

@@ -32,6 +32,12 @@ double stepAfter(double time_ms, double last_ms)
 
 } // namespace
 
+SensationCarried SensationCarried::at(double rate_Hz)
+{
+    if (!(rate_Hz > 0.0)) return {};
+    return {rate_Hz / SensationFigures::kLeastPoints, rate_Hz / SensationPlayer::kLeastOfPeriod};
+}
+
 SensationPlayer::SensationPlayer(std::shared_ptr<const Sensation> sensation,
                                  const SensationPlayerOptions& options) :
     _track(std::move(sensation)),
@@ -63,6 +69,7 @@ void SensationPlayer::advance(double time_ms)
     double speed = _options.speed * sensation().speed.at(_values);
     _isBroken = !std::isfinite(speed);
     speed = _isBroken ? 0.0 : std::clamp(speed, -kMostPatternSpeed, kMostPatternSpeed);
+    _speed = speed;
     double due_ms = std::numeric_limits<double>::infinity(); // keyframe whose jump follows
     int jumps = 0;
     while (_now.time_ms < time_ms)
@@ -127,9 +134,8 @@ void SensationPlayer::turn(double passed_ms, double middle_ms)
     if (std::isfinite(modulation)) _now.modulation_turns = modulation - std::floor(modulation);
 }
 
-SensationSample SensationPlayer::sampleAt(double time_ms)
+TrackPoint SensationPlayer::pointNow() const
 {
-    if (std::isfinite(time_ms)) advance(std::min(time_ms, kMostPlayed_ms));
     const auto held = static_cast<std::uint64_t>(_now.time_ms / kHold_ms);
     TrackPoint point =
         _track.at(_shown_ms,
@@ -137,13 +143,33 @@ SensationSample SensationPlayer::sampleAt(double time_ms)
                   {uniformDraw(_options.seed, 2 * held), uniformDraw(_options.seed, 2 * held + 1)});
     if (_options.dropsHeight)
         point.position_mm.z() -= sensation().transform.translation_mm[2].at(_values);
+    return point;
+}
+
+std::optional<SteadySensation> SensationPlayer::steady() const
+{
+    if (_isBroken || _speed < 0.0 || !_track.isSteady(_shown_ms, _speed > 0.0)) return std::nullopt;
+    const TrackPoint point = pointNow();
+    const DrawnBrush& brush = point.brush;
+    const bool isFinite = point.position_mm.allFinite() && std::isfinite(point.intensity) &&
+                          std::isfinite(brush.draw_Hz) && std::isfinite(brush.modulation_Hz) &&
+                          brush.at(0.0).allFinite();
+    if (point.isStopped || !isFinite) return std::nullopt;
+    return SteadySensation{point.position_mm,
+                           std::clamp(point.intensity, 0.0, 1.0),
+                           brush,
+                           _now.draw_turns,
+                           _now.modulation_turns};
+}
+
+SensationSample SensationPlayer::sampleAt(double time_ms)
+{
+    if (std::isfinite(time_ms)) advance(std::min(time_ms, kMostPlayed_ms));
+    const TrackPoint point = pointNow();
 
     SensationSample sample;
-    const double rate_Hz = _options.fieldRate_Hz;
-    sample.isOutline = rate_Hz > 0.0 && point.brush.isDrawn() &&
-                       SensationFigures::kLeastPoints * std::abs(point.brush.draw_Hz) > rate_Hz;
-    sample.isUnmodulated =
-        rate_Hz > 0.0 && kLeastOfPeriod * std::abs(point.brush.modulation_Hz) > rate_Hz;
+    sample.isOutline = point.brush.isDrawn() && std::abs(point.brush.draw_Hz) > _carried.draw_Hz;
+    sample.isUnmodulated = std::abs(point.brush.modulation_Hz) > _carried.modulation_Hz;
     sample.position_mm = sample.path_mm = point.position_mm;
     if (!sample.isOutline)
         sample.position_mm.head<2>() += point.brush.at(base::kTwoPi * _now.draw_turns);

@@ -5,19 +5,40 @@
 #include "haptics/sensation/SensationValues.h"
 
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 
 namespace midair::haptics
 {
 
+/// The highest frequencies that are played; higher ones are left out, so that nothing aliases.
+struct SensationCarried
+{
+    double draw_Hz = std::numeric_limits<double>::infinity();
+    double modulation_Hz = std::numeric_limits<double>::infinity();
+
+    /// Those of \a rate_Hz fields a second, one by one; 0: any.
+    static SensationCarried at(double rate_Hz);
+};
+
 /// Options of a player; any number is played.
 struct SensationPlayerOptions
 {
-    double speed = 1.0;        ///< factor on the pattern's own speed; 0 holds the pattern
-    std::uint64_t seed = 1;    ///< of random intensities
-    double fieldRate_Hz = 0.0; ///< at which it is sampled; 0: fast enough for any pattern
-    bool dropsHeight = false;  ///< leaves out the transform's translation along z, which only
-                               ///< patterns in the array's frame need
+    double speed = 1.0;       ///< factor on the pattern's own speed; 0 holds the pattern
+    std::uint64_t seed = 1;   ///< of random intensities
+    bool dropsHeight = false; ///< leaves out the transform's translation along z, which only
+                              ///< patterns in the array's frame need
+};
+
+/// What a pattern repeats without an end while its parameters and its speed stay.
+struct SteadySensation
+{
+    Eigen::Vector3d path_mm = Eigen::Vector3d::Zero();
+    double intensity = 0.0; ///< 0 .. 1, without the modulation
+    DrawnBrush brush;
+    double draw_turns = 0.0;       ///< where the brush is
+    double modulation_turns = 0.0; ///< where the modulation is
 };
 
 /// Plays a pattern field by field. It differs from AdapTics (SensationEvaluator) where that depends
@@ -48,12 +69,16 @@ public:
     SensationValues& values() { return _values; }
     const SensationValues& values() const { return _values; }
     void setSpeed(double speed) { _options.speed = speed; }
-    void setFieldRate(double rate_Hz) { _options.fieldRate_Hz = rate_Hz; }
+    void setCarried(const SensationCarried& carried) { _carried = carried; }
 
     /// Returns the sample at \a time_ms since the start. Times should not descend; at an earlier
     /// one the pattern holds. After 20,000 jumps for one sample, those of a second, the rest of the
     /// time has none. Doesn't allocate.
     SensationSample sampleAt(double time_ms);
+
+    /// Returns what follows the last sample for ever; none: the pattern moves, changes, is random,
+    /// has stopped or isn't finite.
+    std::optional<SteadySensation> steady() const;
 
     /// Begins anew at time 0. Parameters keep their values.
     void restart();
@@ -75,13 +100,16 @@ private:
     void advance(double time_ms);
     void run(double until_ms, double speed);
     void turn(double passed_ms, double middle_ms);
+    TrackPoint pointNow() const;
 
     SensationTrack _track;
     SensationValues _values;
     SensationPlayerOptions _options;
+    SensationCarried _carried;
     Progress _now;
     double _shown_ms = 0.0; ///< time in the pattern; before a jump that is due
     bool _isBroken = false; ///< the speed isn't finite
+    double _speed = 0.0;    ///< at the last sample
     Eigen::Vector3d _place_mm = Eigen::Vector3d::Zero(); ///< the last one that was finite
 };
 

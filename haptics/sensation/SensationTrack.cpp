@@ -204,6 +204,16 @@ SensationTrack::brushIn(const Span& span, double time_ms, const SensationValues&
     return now;
 }
 
+bool SensationTrack::isSteady(double time_ms, bool passes) const
+{
+    const Keys& keys = spanAt(time_ms).before;
+    const bool isLast = _times_ms.empty() || time_ms >= _times_ms.back();
+    const auto isRandom = [this](const Key& key)
+    { return key.index >= 0 && frame(key).intensity->isRandom; };
+    if (passes) return isLast && !isRandom(keys.intensity);
+    return !isRandom(keys.intensity) && !isRandom(spanAt(time_ms).after.intensity);
+}
+
 std::optional<TakenJump>
 SensationTrack::jump(double after_ms, double until_ms, const SensationValues& values) const
 {

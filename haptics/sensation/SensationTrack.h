@@ -46,6 +46,10 @@ public:
     at(double time_ms, const SensationValues& values, const std::array<double, 2>& draws) const;
     DrawnBrush brushAt(double time_ms, const SensationValues& values) const;
 
+    /// Returns true if nothing changes after \a time_ms, or, unless time \a passes in the pattern,
+    /// at it: no keyframe follows, and the intensity isn't random.
+    bool isSteady(double time_ms, bool passes) const;
+
     /// Returns the first jump whose condition holds, of keyframes with \a after_ms < time <= \a
     /// until_ms.
     std::optional<TakenJump>

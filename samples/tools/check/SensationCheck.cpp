@@ -4,6 +4,7 @@
 #include "haptics/base/text/Words.h"
 #include "haptics/sensation/SensationFigures.h"
 #include "haptics/sensation/SensationReader.h"
+#include "samples/shared/SensationOnDevice.h"
 #include "samples/shared/SettingOptions.h"
 
 #include <algorithm>
@@ -19,8 +20,9 @@ namespace midair::samples
 namespace
 {
 
-/// Returns "40 x 40 x 0 mm, 8.8 m/s, 14 fields a turn at 1000 a second"; empty if it can't be read.
-std::string figuresOf(const osgMidair::HapticProperty& property, double rate_Hz)
+/// Returns "40 x 40 x 0 mm, 8.8 m/s, 14 fields a turn at 1000 a second", and what the scene's
+/// device makes of it; empty if it can't be read.
+std::string figuresOf(const osgMidair::HapticProperty& property, const CheckedScene& scene)
 {
     try
     {
@@ -36,11 +38,16 @@ std::string figuresOf(const osgMidair::HapticProperty& property, double rate_Hz)
             size_mm.y(),
             size_mm.z(),
             figures.speed_m_s);
+        const double rate_Hz = scene.granted.fieldRate;
         const double perTurn = figures.pointsPerTurn(rate_Hz);
         if (std::isfinite(perTurn))
             text += fmt::format(", with {:.0f} fields a turn at {:g} a second", perTurn, rate_Hz);
         if (figures.duration_ms)
             text += fmt::format(", and ends after {:g} ms", *figures.duration_ms);
+        const std::string& device = scene.granted.device;
+        if (const auto store = storeOf(device, scene.transducers, rate_Hz))
+            if (const std::string made = onDevice(player, figures, *store); !made.empty())
+                text += fmt::format("; {}: {}", device, made);
         return text;
     }
     catch (const base::InputError&)
@@ -60,7 +67,7 @@ bool judgeSensation(CheckedObject& object, const CheckedScene& scene)
 {
     using Property = osgMidair::HapticProperty;
     const Property& property = object.property;
-    std::string figures = figuresOf(property, scene.granted.fieldRate);
+    std::string figures = figuresOf(property, scene);
     if (!figures.empty()) object.notes.push_back(std::move(figures));
     const bool isBroken = std::any_of(scene.messages.begin(),
                                       scene.messages.end(),

@@ -1,6 +1,7 @@
 // midair-sense: shows what a sensation does, without an array: figures, samples and a picture.
 // Plays one on an array, or those of an AdapTics Designer.
 
+#include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Words.h"
@@ -9,6 +10,7 @@
 #include "haptics/sensation/SensationFigures.h"
 #include "haptics/sensation/SensationPlayer.h"
 #include "haptics/sensation/SensationReader.h"
+#include "samples/shared/SensationOnDevice.h"
 #include "samples/shared/ToolOptions.h"
 #include "samples/tools/sense/SenseFiles.h"
 #include "samples/tools/sense/SenseLive.h"
@@ -232,7 +234,7 @@ int listClassics()
     return EXIT_DONE;
 }
 
-int show(const SenseArguments& arguments)
+int show(const SenseArguments& arguments, const SensePlaybackOptions& on)
 {
     const auto sensation =
         std::make_shared<const haptics::Sensation>(haptics::loadSensation(arguments.name));
@@ -243,7 +245,14 @@ int show(const SenseArguments& arguments)
     const double most_ms = arguments.duration_s > 0.0 ? 1e3 * arguments.duration_s : kMeasured_ms;
     const haptics::SensationFigures figures = haptics::measureSensation(player, most_ms);
 
-    if (arguments.csv != "-") printFigures(figures, arguments.rate_Hz);
+    if (arguments.csv != "-")
+    {
+        printFigures(figures, arguments.rate_Hz);
+        const int transducers = haptics::TransducerArray::load(on.array).size();
+        if (const auto store = storeOf(on.device, transducers, arguments.rate_Hz))
+            if (const std::string made = onDevice(player, figures, *store); !made.empty())
+                std::printf("device      %s\n", made.c_str());
+    }
     if (!arguments.conformance) printProblems(figures.isBroken, figures.isLimited);
     if (arguments.csv.empty() && arguments.picture.empty()) return EXIT_DONE;
     const double end_ms =
@@ -279,7 +288,7 @@ int run(int argc, char** argv)
     if (arguments.serve) return serveDesigner(live.port, live.origins, live.on);
     if (arguments.name.empty())
         throw InputError("name an .adaptics file or a classic; --list lists the classics");
-    if (!arguments.play) return show(arguments);
+    if (!arguments.play) return show(arguments, live.on);
     return playSensation({arguments.name, parametersOf(arguments), live.seconds}, live.on);
 }
 

@@ -118,6 +118,9 @@ public:
 
     void give(std::uint8_t byte) { _inbox.push_back(byte); }
 
+    /// The 100 bytes of the pattern that the next period plays.
+    const std::uint8_t* pattern() const { return &_buffers[_front][_pattern]; }
+
     /// One period; returns the pressure in it.
     float turn()
     {

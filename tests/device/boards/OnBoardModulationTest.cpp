@@ -284,6 +284,64 @@ TEST(OnBoardModulation, NewFieldsKeepItsFrequency)
     EXPECT_TRUE(isThere);
 }
 
+// Of a sequence that takes half a second to write: silence and fields come after the piece that is
+// on the line, and what was written of it doesn't come back.
+TEST(OnBoardModulation, AnUploadIsGivenUpForWhatIsNewer)
+{
+    DriveSequence sequence{{}, 800.0};
+    for (int k = 0; k < 32; ++k)
+    {
+        sequence.signals.push_back(loud(64));
+        std::fill(sequence.signals.back().phase.begin(),
+                  sequence.signals.back().phase.end(),
+                  static_cast<std::uint8_t>(8 * k));
+    }
+    for (const double after_s : {0.01, 0.2, 0.53})
+    {
+        Bench bench("ultraino", 64);
+        ASSERT_TRUE(bench.device.sendSequence(sequence));
+        letPass(after_s);
+        double asked_s = base::steadySeconds();
+        bench.device.silence();
+        letPass(0.3);
+        std::vector<Sent> sent = bench.wire.sent();
+        Envelope envelope = envelopeOfSketch(sent, base::steadySeconds());
+        double lastSound_s = 0;
+        for (std::size_t i = 0; i + 1 < envelope.size(); ++i)
+            if (envelope[i].second > 0) lastSound_s = envelope[i + 1].first;
+        EXPECT_EQ(envelope.back().second, 0.0F) << after_s;
+        EXPECT_LT(lastSound_s - asked_s, 0.12) << after_s;
+        sent.push_back({base::steadySeconds(), 0});
+        EXPECT_EQ(envelopeOfSketch(sent, base::steadySeconds() + 0.01).back().second, 0.0F)
+            << "a swap that nobody asked for brings nothing back";
+        DeviceReport report = bench.device.report();
+        EXPECT_EQ(report.sent, 1U);
+        EXPECT_EQ(report.played + report.dropped, 1U);
+
+        ASSERT_TRUE(bench.device.sendSequence(sequence));
+        letPass(after_s);
+        asked_s = base::steadySeconds();
+        DriveSignal half = loud(64);
+        std::fill(half.duty.begin(), half.duty.end(), std::uint8_t(85));
+        ASSERT_TRUE(bench.device.send(half));
+        letPass(0.3);
+        envelope = envelopeOfSketch(bench.wire.sent(), base::steadySeconds());
+        EXPECT_NEAR(envelope.back().second, 0.58F, 0.02F) << after_s;
+        EXPECT_LT(envelope.back().first - asked_s, 0.12) << after_s;
+        report = bench.device.report();
+        EXPECT_EQ(report.sent, 3U);
+        EXPECT_EQ(report.played + report.dropped, 3U);
+
+        ASSERT_TRUE(bench.device.sendSequence(sequence));
+        letPass(after_s);
+        ASSERT_TRUE(bench.device.sendSequence(halves(64, 200.0)));
+        letPass(1.2);
+        const double end_s = base::steadySeconds();
+        const Spectrum spectrum(envelopeOfSketch(bench.wire.sent(), end_s), end_s - 0.8, end_s);
+        EXPECT_NEAR(spectrum.strongest_Hz(), 200.0, 1.5) << after_s;
+    }
+}
+
 TEST(OnBoardModulation, WhatABoardCantTimeIsRefused)
 {
     Bench surface("sonicsurface", 256);

@@ -5,6 +5,7 @@
 #include "tests/haptics/sensation/Patterns.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -479,6 +480,92 @@ TEST(SensationRenderer, SlowFieldsGetAnOutlineAndNothingAliases)
     scene.rate_Hz = 1000.0;
     EXPECT_EQ(scene.run(0.03).foci.size(), 1);
     EXPECT_TRUE(scene.renderer.sensationProblems().empty());
+}
+
+// Two circles, the second a quarter of a turn behind, of which one is modulated.
+TEST(SensationRenderer, ASteadyTurnIsThatOfItsSamples)
+{
+    Scene scene;
+    scene.objects = {sensation("circle?radius=20mm&frequency=50Hz")};
+    scene.run(0.005);
+    scene.objects.push_back(sensation("point-am?radius=10mm&frequency=50Hz&modulation=100", 2));
+    scene.objects.back().pose.translation().x() = 0.05;
+    EXPECT_FALSE(scene.renderer.steady(0.0)) << "it hasn't begun";
+    scene.run(0.003);
+    EXPECT_FALSE(scene.renderer.steady(0.0)) << "it fades in";
+    scene.run(0.02);
+    const std::optional<SteadyTurn> steady = scene.renderer.steady(0.0);
+    ASSERT_TRUE(steady);
+    EXPECT_FALSE(steady->storedIn({1000.0, 1024, 40e3})) << "fields one by one do";
+    const auto turn = steady->storedIn({200.0, 1024, 40e3});
+    ASSERT_TRUE(turn);
+    EXPECT_EQ(turn->periods, 2 * turn->turns);
+    for (int field = 0; field < turn->fields; ++field)
+    {
+        const double turns = static_cast<double>(field * turn->turns) / turn->fields;
+        const double first_rad = 2.0 * M_PI * turns;
+        const double second_rad = 2.0 * M_PI * (turns - 0.005 * 50.0);
+        const std::vector<ContactFocus> foci = steady->foci(*turn, field);
+        const Vector3d circle = 0.02 * Vector3d(std::cos(first_rad), std::sin(first_rad), 0.0);
+        EXPECT_LT((foci.at(0).position - circle).norm(), 1e-9);
+        EXPECT_EQ(foci[0].pressure_Pa, kPressure_Pa);
+        // The only modulation goes on from its last sample, 22 ms after its begin at none.
+        const double wave = 0.5 + 0.5 * std::cos(2.0 * M_PI * (2.0 * turns + 0.5 + 100.0 * 0.022));
+        if (foci.size() < 2)
+        {
+            EXPECT_LT(wave, 1e-6);
+            continue;
+        }
+        EXPECT_NEAR(foci[1].pressure_Pa, kPressure_Pa * wave, 1e-6);
+        const Vector3d point =
+            Vector3d(0.05 + 0.01 * std::cos(second_rad), 0.01 * std::sin(second_rad), 0.0);
+        EXPECT_LT((foci[1].position - point).norm(), 1e-9);
+    }
+}
+
+TEST(SensationRenderer, WhatChangesIsNotSteady)
+{
+    Scene scene;
+    const auto isSteady = [&] { return scene.renderer.steady(0.0).has_value(); };
+    scene.objects = {sensation("circle")};
+    scene.run(0.03);
+    const std::optional<SteadyTurn> before = scene.renderer.steady(0.0);
+    ASSERT_TRUE(before);
+    scene.run(0.0123);
+    EXPECT_TRUE(scene.renderer.steady(0.0)->isSame(*before)) << "whatever the time";
+    scene.objects[0].pose.translation().x() = 1e-4;
+    scene.run(0.01);
+    EXPECT_FALSE(scene.renderer.steady(0.0)->isSame(*before)) << "another place";
+    scene.objects[0].pose.translation().x() = 0.0;
+    scene.objects[0].properties.sensation.parameters = {{"intensity", 0.5}};
+    scene.run(0.01);
+    EXPECT_FALSE(scene.renderer.steady(0.0)->isSame(*before)) << "another parameter";
+    scene.objects[0].properties.sensation.parameters.clear();
+    scene.objects[0].properties.pressure = 999.0;
+    scene.run(0.01);
+    EXPECT_FALSE(scene.renderer.steady(0.0)->isSame(*before)) << "another pressure";
+    scene.objects[0].properties.pressure = kPressure_Pa;
+    scene.run(0.01);
+    EXPECT_TRUE(scene.renderer.steady(0.0)->isSame(*before));
+
+    scene.objects.push_back(sensation("circle?frequency=71", 2));
+    scene.run(0.03);
+    EXPECT_FALSE(scene.renderer.steady(0.0)->storedIn({100.0, 1024, 40e3})) << "other turns";
+    scene.objects[1].properties.sensation.pattern = classic("pulse?repeat=1");
+    scene.run(0.03);
+    EXPECT_FALSE(isSteady()) << "it moves";
+    scene.objects.pop_back();
+    scene.run(0.03);
+    EXPECT_TRUE(isSteady());
+    scene.objects.push_back(object(sheet(), 3));
+    scene.run(0.03);
+    EXPECT_FALSE(isSteady()) << "a whole object is played, too";
+    scene.objects.pop_back();
+    scene.run(0.2);
+    EXPECT_TRUE(isSteady());
+    scene.objects[0].properties.sensation.trigger = Trigger::PROGRAM;
+    scene.run(0.01);
+    EXPECT_FALSE(isSteady()) << "it fades out";
 }
 
 TEST(SensationRenderer, TenPlayAtOnceAndTheRestIsTold)

@@ -73,6 +73,28 @@ TEST(Sense, PrintsFigures)
     EXPECT_NE(sense("--list").output.find("heartbeat:"), std::string::npos);
 }
 
+TEST(Sense, SaysWhatADeviceMakesOfIt)
+{
+    const std::string mega = " --array ultraino64 --device ";
+    const auto says = [](const std::string& arguments, const std::string& text)
+    {
+        const Outcome outcome = sense(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.output;
+        EXPECT_NE(outcome.output.find(text), std::string::npos) << outcome.output;
+    };
+    says("circle" + mega + "sim:?board=ultraino",
+         "device      it repeats 11 fields by itself: 69.93 turns a second");
+    says("circle" + mega + "ultraino:/dev/none", "device      it repeats 11 fields by itself");
+    says("circle" + mega + "'ultraino:/dev/none?ramp=20ms'",
+         "device      it takes 57.3 fields a second: the brush is an outline");
+    says("pulse" + mega + "sim:?board=ultraino", "fields a second: the brush is an outline");
+    const std::string surface = " --array sonicsurface --device sonicsurface:/dev/none";
+    says("point-am" + surface,
+         "it repeats 2 fields by itself: a modulation of 143 Hz, of the brush's outline");
+    says("circle" + surface, "fields a second: the brush is an outline");
+    EXPECT_EQ(sense("circle").output.find("device "), std::string::npos) << "as authored";
+}
+
 TEST(Sense, SetsParametersWhenTheyAreDue)
 {
     const std::string folder = testing::TempDir() + "midair-sense-set";
