@@ -34,9 +34,13 @@ private:
     void round();
     void write(std::uint8_t* phases) const;
     ManyFieldsFigures measure();
+    const QuietPoints& quiet() const { return _search.quiet(); }
+    double phaseStep_rad() const { return ManyFields::phaseStepOf_rad(_array); }
+    // A difference of levels as the nearest one by whole turns.
+    float wrapped(float levels) const;
 
     const ManyFieldsOptions _options;
-    TransducerArray _array; // plays 256 phases
+    TransducerArray _array; // with ManyFields' levels
     const Medium _medium;
     GaussNewtonTuning _tuning;
     FieldProblem _field;
@@ -46,7 +50,8 @@ private:
     Pace _pace; // without a deadline
     ControlPoints _points;
     std::vector<int> _active;          // 0 .. points - 1
-    base::AlignedBuffer<float> _level; // of each lane, -128 .. 128
+    float _levels = 0.0f;              // number of phases
+    base::AlignedBuffer<float> _level; // of each lane, about -_levels / 2 .. _levels / 2
     base::AlignedBuffer<float> _last;  // of the last field
     int _path = 0;
     bool _isFirst = true;
