@@ -109,7 +109,7 @@ ManyFields::ManyFields(const TransducerArray& array,
 
 ManyFields::~ManyFields() = default;
 
-void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) const
+void ManyFields::check(const ManyPoints& points) const
 {
     const int n = points.points;
     std::string why;
@@ -123,8 +123,7 @@ void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) con
                                            n,
                                            _transducers,
                                            base::kMostEntries));
-    if (points.positions == nullptr || phases == nullptr)
-        throw base::InputError("many fields need arrays for positions and phases");
+    if (points.positions == nullptr) throw base::InputError("many fields need positions");
     for (int field = 0; field < points.fields; ++field)
         for (int l = 0; l < n; ++l)
         {
@@ -146,7 +145,8 @@ void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) con
 
 void ManyFields::solve(const ManyPoints& points, std::uint8_t* phases, ManyFieldsFigures* figures)
 {
-    check(points, phases);
+    check(points);
+    if (phases == nullptr) throw base::InputError("many fields need room for phases");
     const int length = _options.fieldsInPath > 0 ? _options.fieldsInPath : points.fields;
     const int paths = points.fields / length + (points.fields % length > 0 ? 1 : 0);
     std::atomic<int> next{0};

@@ -103,6 +103,9 @@ public:
 
     int transducers() const { return _transducers; }
 
+    /// Throws InputError, which names the field and the point, for counts out of range, positions
+    /// that aren't finite and targets out of range.
+    void check(const ManyPoints& points) const;
     /// Sets \a phases (fields x transducers) to the phases of full amplitude, in units of
     /// phaseStepOf_rad(), in the array's order; 0 for dead transducers. \a figures: fields, or null
     /// if they aren't wanted, which saves time. Throws InputError, which names the field and the
@@ -113,8 +116,6 @@ public:
     solve(const ManyPoints& points, std::uint8_t* phases, ManyFieldsFigures* figures = nullptr);
 
 private:
-    void check(const ManyPoints& points, const std::uint8_t* phases) const;
-
     ManyFieldsOptions _options;
     int _transducers = 0;
     std::unique_ptr<base::ThreadPool> _pool;
