@@ -109,10 +109,10 @@ bool PropagationMatrix::resize(int points)
         const auto entries =
             static_cast<std::size_t>(_entries.capacity) * static_cast<std::size_t>(_lanes.padded);
         if (_storage == Storage::FLOAT)
-            _entries.floats.reserve(2 * entries);
+            _entries.floats.reserveUnset(2 * entries);
         else
         {
-            _entries.fixed.reserve(entries);
+            _entries.fixed.reserveUnset(entries);
             _entries.scale.reserve(static_cast<std::size_t>(_entries.capacity) *
                                    _geometry.blocks.size());
         }

@@ -76,8 +76,8 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
     }
     const auto count = static_cast<std::size_t>(_lanes.count),
                stride = static_cast<std::size_t>(_rows.stride);
-    _columns.first.reserve(count * stride);
-    if (isCoarse(field)) _columns.second.reserve(count * stride);
+    _columns.first.reserveUnset(count * stride);
+    if (isCoarse(field)) _columns.second.reserveUnset(count * stride);
     for (base::AlignedBuffer<float>* v :
          {&_columns.square, &_lanes.wanted, &_lanes.level, &_lanes.amplitude})
         v->reserve(count);
