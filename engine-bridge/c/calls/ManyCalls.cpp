@@ -28,7 +28,8 @@ struct Conditions
 
 bool isUsedByMany(const base::SettingFacts& row)
 {
-    for (const char* name : {"temperature", "humidity", "airPressure", "threads", "fieldRate"})
+    for (const char* name :
+         {"dead", "weak", "temperature", "humidity", "airPressure", "threads", "fieldRate"})
         if (row.name == name) return true;
     return false;
 }

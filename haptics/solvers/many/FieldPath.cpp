@@ -56,7 +56,6 @@ FieldPath::FieldPath(const TransducerArray& array,
 {
     _array.drive.phaseLevels = ManyFields::phaseLevelsOf(array);
     _array.drive.amplitudeLevels.clear();
-    _levels = static_cast<float>(_array.drive.phaseLevels);
     _tuning.coldStarts = 1;
     _field.G.buildQuickly();
 }
@@ -106,9 +105,9 @@ void FieldPath::startPhases()
     }
 }
 
-float FieldPath::wrapped(float levels) const
+float FieldPath::wrapped(float difference) const
 {
-    return levels - _levels * nearest(levels * (1.0f / _levels));
+    return difference - levels() * nearest(difference * (1.0f / levels()));
 }
 
 void FieldPath::checkReach(int field) const
@@ -137,7 +136,7 @@ bool FieldPath::isShaped() const
 void FieldPath::alignToLast()
 {
     const int width = _field.G.paddedTransducers();
-    kernels::unitAtLevel(width, _levels, _last.data(), _field.z.re.data(), _field.z.im.data());
+    kernels::unitAtLevel(width, levels(), _last.data(), _field.z.re.data(), _field.z.im.data());
     _field.clearPadding(_field.z);
     const kernels::InnerProduct product = kernels::innerProduct(
         width, _field.q.re.data(), _field.q.im.data(), _field.z.re.data(), _field.z.im.data());
@@ -158,7 +157,7 @@ void FieldPath::alignToLast()
 bool FieldPath::keepNear(float most)
 {
     const int width = _field.G.paddedTransducers();
-    kernels::phaseInLevels(width, _levels, _field.q.re.data(), _field.q.im.data(), _level.data());
+    kernels::phaseInLevels(width, levels(), _field.q.re.data(), _field.q.im.data(), _level.data());
     bool isAny = false;
     for (int i = 0; i < _field.m(); ++i)
     {
@@ -169,7 +168,7 @@ bool FieldPath::keepNear(float most)
         isAny = true;
     }
     if (!isAny) return false;
-    kernels::unitAtLevel(width, _levels, _level.data(), _field.q.re.data(), _field.q.im.data());
+    kernels::unitAtLevel(width, levels(), _level.data(), _field.q.re.data(), _field.q.im.data());
     _field.clearPadding(_field.q);
     _field.forward(_field.q, _field.p);
     _field.phasesOf(_field.p);
@@ -241,7 +240,7 @@ void FieldPath::round()
         if (quiet().any()) effort.passes *= _tuning.quietPasses;
         _rounding.shape(_field, quiet(), nullptr, _search.naturalLevel(_field), effort);
     }
-    kernels::phaseInLevels(width, _levels, _field.q.re.data(), _field.q.im.data(), _level.data());
+    kernels::phaseInLevels(width, levels(), _field.q.re.data(), _field.q.im.data(), _level.data());
     for (int i = 0; i < width; ++i)
         _level[static_cast<std::size_t>(i)] = nearest(_level[static_cast<std::size_t>(i)]);
 }
@@ -251,21 +250,24 @@ void FieldPath::write(std::uint8_t* phases) const
     const PropagationMatrix& G = _field.G;
     const bool hasSilent = G.hasSilentLanes();
     if (hasSilent || G.transducers() < G.arraySize()) std::fill_n(phases, G.arraySize(), 0);
-    const int levels = _field.drive().phaseLevels;
-    for (int lane = 0; lane < G.transducers(); ++lane)
+    // Copies, since a store of bytes could change the originals.
+    const int count = _array.drive.phaseLevels, lanes = G.transducers();
+    const int* to = G.order().data();
+    const float* levels = _level.data();
+    for (int lane = 0; lane < lanes; ++lane)
     {
         if (hasSilent && G.isSilent(lane)) continue;
-        int level = static_cast<int>(_level[static_cast<std::size_t>(lane)]);
-        level += level < 0 ? levels : 0;
-        level -= level >= levels ? levels : 0;
-        phases[G.order()[static_cast<std::size_t>(lane)]] = static_cast<std::uint8_t>(level);
+        // Phases are -count / 2 .. count / 2; without a branch, which no processor foresees.
+        const int level = static_cast<int>(levels[lane]);
+        phases[to[lane]] =
+            static_cast<std::uint8_t>(level + (count & -static_cast<int>(level < 0)));
     }
 }
 
 ManyFieldsFigures FieldPath::measure()
 {
     kernels::unitAtLevel(_field.G.paddedTransducers(),
-                         _levels,
+                         levels(),
                          _level.data(),
                          _field.q.re.data(),
                          _field.q.im.data());

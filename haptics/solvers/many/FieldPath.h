@@ -36,8 +36,9 @@ private:
     ManyFieldsFigures measure();
     const QuietPoints& quiet() const { return _search.quiet(); }
     double phaseStep_rad() const { return ManyFields::phaseStepOf_rad(_array); }
+    float levels() const { return static_cast<float>(_array.drive.phaseLevels); }
     // A difference of levels as the nearest one by whole turns.
-    float wrapped(float levels) const;
+    float wrapped(float difference) const;
 
     const ManyFieldsOptions _options;
     TransducerArray _array; // with ManyFields' levels
@@ -50,8 +51,7 @@ private:
     Pace _pace; // without a deadline
     ControlPoints _points;
     std::vector<int> _active;          // 0 .. points - 1
-    float _levels = 0.0f;              // number of phases
-    base::AlignedBuffer<float> _level; // of each lane, about -_levels / 2 .. _levels / 2
+    base::AlignedBuffer<float> _level; // of each lane, about -levels() / 2 .. levels() / 2
     base::AlignedBuffer<float> _last;  // of the last field
     int _path = 0;
     bool _isFirst = true;
