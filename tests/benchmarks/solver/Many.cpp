@@ -159,12 +159,12 @@ struct Outcome
     double perSecond = 0.0, perCore = 0.0, rms = 0.0, worst = 0.0, loudness = 0.0;
 };
 
-Outcome run(const Case& one, int threads, int repeats)
+Outcome run(const Case& one, int threads, int repeats, bool inPaths)
 {
     haptics::ManyFieldsOptions options;
     options.threads = threads;
     options.rmsTolerance = one.tolerance;
-    options.fieldsInPath = one.isCold ? 1 : kPathLength;
+    options.fieldsInPath = one.isCold ? 1 : inPaths ? kPathLength : 0;
     ManyFields many(*one.array, {}, options);
     const int fields = one.fields * threads;
     const std::vector<double> positions = movingSphere(fields, one.points, one.height_m);
@@ -237,11 +237,13 @@ void printThreads(const Case& one, int repeats)
     double alone = 0.0;
     for (int threads = 1; threads <= cores; ++threads)
     {
-        const Outcome outcome = run(one, threads, repeats);
+        const Outcome outcome = run(one, threads, repeats, true);
         if (threads == 1) alone = outcome.perCore;
-        std::printf("%d threads: %.0f fields/s, %.0f a second of processor time (%.2f of one "
+        std::printf("%d threads, paths of %d fields: %.0f fields/s, %.0f a second of processor "
+                    "time (%.2f of one "
                     "thread's)\n",
                     threads,
+                    kPathLength,
                     outcome.perSecond,
                     outcome.perCore,
                     outcome.perCore / alone);
@@ -271,12 +273,11 @@ void printMany(int threads, int repeats)
         {"path", &coarse[1], 4, 1000, 0.01, false, 0, false, 0.15},
         {"path", &coarse[2], 2, 1000, 0.01, false, 0, false, 0.15},
     };
-    std::printf("%s, %s, %d threads; paths of %d fields in steps of %.1f mm; errors in double "
+    std::printf("%s, %s, %d threads; steps of %.1f mm; errors in double "
                 "precision\n",
                 processorName().c_str(),
                 base::instructionSetName(base::instructionSet()),
                 threads,
-                kPathLength,
                 1e3 * kStep_m);
     std::printf("%-14s %6s %11s %6s %9s %10s %10s %8s %8s %6s %13s\n",
                 "fields",
@@ -291,7 +292,7 @@ void printMany(int threads, int repeats)
                 "E",
                 "wanted a core");
     for (const Case& one : cases)
-        printLine(one, run(one, threads, repeats));
+        printLine(one, run(one, threads, repeats, threads > 1));
     printThreads(cases[0], repeats);
     std::printf("published by others:\n");
     for (const Published& one : kPublished)
