@@ -28,8 +28,8 @@
 ///
 /// Functions that can fail return a midair_status; midair_last_error() then returns a sentence. No
 /// function throws C++ exceptions. On an error output arguments stay unchanged, except for counts
-/// of the room needed. A silent field is not an error, and `status < 0` doesn't catch it: compare
-/// with MIDAIR_SILENT if silence is an error for you.
+/// of the room needed and the fields of midair_solve_many(). A silent field is not an error, and
+/// `status < 0` doesn't catch it: compare with MIDAIR_SILENT if silence is an error for you.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -252,6 +252,58 @@ extern "C"
                                                   double* value);
     /// Closes the handle, after waiting for a running solve.
     MIDAIR_API midair_status midair_solver_close(midair_solver* solver);
+
+    /// Input of midair_solve_many(): K fields of n points each.
+    typedef struct midair_many
+    {
+        size_t struct_size;      ///< sizeof(midair_many)
+        size_t fields;           ///< K, 1 .. 1e9
+        size_t points;           ///< n, 1 .. 1000
+        const double* positions; ///< K x n x 3, m: x, y, z of each point of each field
+        /// ratios of the wanted pressures, >= 0, not all 0 in a field: K x n, or n if same_targets;
+        /// NULL: all equal. A point of target 0 is held silent, so fades end continuously.
+        const double* targets;
+        int32_t same_targets; ///< 1: the targets of the first field hold for all
+        int32_t reserved;     ///< 0
+        /// length of a path of successive fields, each of which starts from the one before; paths
+        /// run on the scene's "threads". 0: all fields are one path, on one thread; 1: no field
+        /// depends on another
+        size_t fields_in_path;
+        double tolerance; ///< rms error that is good enough, 3e-4 .. 0.3; 0: 0.01
+        /// largest change of a phase from one field of a path to the next, rad, at least four of
+        /// the array's phases (at most pi); 0: no bound
+        double largest_phase_step_rad;
+        uint64_t seed; ///< of starting phases; equal seeds give equal fields
+    } midair_many;
+    /// Layout of the phases of midair_solve_many().
+    typedef struct midair_many_layout
+    {
+        uint32_t transducers;  ///< m
+        uint32_t phase_levels; ///< P, 2 .. 256: level L means e^{+j 2 pi L/P}
+    } midair_many_layout;
+    /// Figures of a field of midair_solve_many(), measured after rounding.
+    typedef struct midair_many_figures
+    {
+        /// relative rms error of the pressures; for targets below 0.3 of the largest relative to
+        /// more than the target
+        float rms;
+        float level_Pa;       ///< pressure of the largest target, peak Pa at full drive
+        float loudness;       ///< 1: the energy of one focus, shared by all points
+        float phase_step_rad; ///< largest change of a phase since the last field of the path
+    } midair_many_figures;
+    /// Solves for many fields, thousands a second, with the scene's array, "dead", "weak", air and
+    /// "threads". It applies no caps and plays nothing: it is refused while the scene has a cap or
+    /// another setting that it doesn't use. \a phases: K x m levels, at full amplitude, 0 for dead
+    /// transducers; \a size: room there, or 0, which only queries. \a layout (may be NULL) is set
+    /// then, too. \a figures: K, or NULL if they aren't wanted, which saves time. Returns when it
+    /// is done; midair_cancel() aborts it. MIDAIR_REFUSED: a point is out of the array's reach, or
+    /// a setting isn't used. After that and MIDAIR_STOPPED phases and figures are partly written.
+    MIDAIR_API midair_status midair_solve_many(midair_scene* scene,
+                                               const midair_many* many,
+                                               uint8_t* phases,
+                                               size_t size,
+                                               midair_many_layout* layout,
+                                               midair_many_figures* figures);
 
     // --- Fields ----------------------------------------------------------------------------------
 

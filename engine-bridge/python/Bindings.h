@@ -180,6 +180,7 @@ void addArrays(py::module_& module);
 void addFields(py::module_& module);
 void addScenes(py::module_& module);
 void addMessages(py::module_& module, SceneClass& scene);
+void addMany(SceneClass& scene);
 void addSolvers(py::module_& module);
 void addExtending(py::module_& module);
 /// \}

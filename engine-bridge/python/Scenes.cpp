@@ -714,6 +714,7 @@ void addScenes(py::module_& module)
     addHead(scene);
     addHandsAndState(scene);
     addMessages(module, scene);
+    addMany(scene);
 }
 
 } // namespace midair::python

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -93,30 +94,32 @@ void encodeFields(const SolveTask& task, SolvedFields& solved)
 }
 
 /// Returns |p| at the points of \a sequence (n), computed in double, each in its own field; for an
-/// evened cycle as felt.
+/// evened cycle as felt. Rows of G are made one after the other: all of them take megabytes, whose
+/// first touch may cost more than the numbers in them.
 Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask& task)
 {
+    std::vector<Eigen::VectorXcd> fields;
+    for (const Eigen::VectorXcf& q : sequence.fields)
+        fields.emplace_back(q.cast<std::complex<double>>());
+    Eigen::VectorXd achieved_Pa = Eigen::VectorXd::Zero(sequence.points().size());
+    const auto rowAt = [&](const Eigen::Vector3d& place) -> Eigen::RowVectorXcd
+    { return haptics::referencePropagationMatrix(place, task.array, task.medium); };
     if (sequence.evened)
     {
-        const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
-            sequence.points().positions, task.array, task.medium);
-        Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
-        for (const Eigen::VectorXcf& q : sequence.fields)
-            square += (G * q.cast<std::complex<double>>()).cwiseAbs2();
-        return (square / static_cast<double>(sequence.fields.size())).cwiseSqrt();
+        for (Eigen::Index l = 0; l < achieved_Pa.size(); ++l)
+        {
+            const Eigen::RowVectorXcd row = rowAt(sequence.points().positions.col(l));
+            double square = 0.0;
+            for (const Eigen::VectorXcd& q : fields)
+                square += std::norm((row * q).value());
+            achieved_Pa[l] = std::sqrt(square / static_cast<double>(fields.size()));
+        }
+        return achieved_Pa;
     }
-    Eigen::VectorXd achieved_Pa = Eigen::VectorXd::Zero(sequence.points().size());
     Eigen::Index done = 0;
-    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
-    {
-        const Eigen::Matrix3Xd& positions = sequence.parts[k].positions;
-        if (positions.cols() == 0) continue;
-        const Eigen::MatrixXcd G =
-            haptics::referencePropagationMatrix(positions, task.array, task.medium);
-        achieved_Pa.segment(done, positions.cols()) =
-            (G * sequence.fields[k].cast<std::complex<double>>()).cwiseAbs();
-        done += positions.cols();
-    }
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), fields.size()); ++k)
+        for (const auto& place : sequence.parts[k].positions.colwise())
+            achieved_Pa[done++] = std::abs((rowAt(place) * fields[k]).value());
     return achieved_Pa;
 }
 

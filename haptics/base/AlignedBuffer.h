@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/LargeMemory.h"
+
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -19,9 +21,17 @@ public:
     void reserve(std::size_t count)
     {
         if (count <= _capacity) return;
-        _data.reset(
-            static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{kAlignment})));
-        std::memset(static_cast<void*>(_data.get()), 0, count * sizeof(T));
+        reserveUnset(count);
+        setZero();
+    }
+    /// Makes room for \a count elements that the caller writes before it reads them: if it has to
+    /// grow, none of them is set.
+    void reserveUnset(std::size_t count)
+    {
+        if (count <= _capacity) return;
+        if (count > static_cast<std::size_t>(-1) / 2 / sizeof(T)) throw std::bad_alloc();
+        const std::size_t bytes = count * sizeof(T);
+        _data = {static_cast<T*>(takeMemory(bytes)), Give{bytes}};
         _capacity = count;
     }
     void setZero()
@@ -35,11 +45,12 @@ public:
     const T& operator[](std::size_t i) const { return _data.get()[i]; }
 
 private:
-    struct Free
+    struct Give
     {
-        void operator()(T* data) const { ::operator delete (data, std::align_val_t{kAlignment}); }
+        std::size_t bytes = 0;
+        void operator()(T* data) const { giveMemory(data, bytes); }
     };
-    std::unique_ptr<T[], Free> _data;
+    std::unique_ptr<T[], Give> _data;
     std::size_t _capacity = 0;
 };
 

@@ -109,10 +109,10 @@ bool PropagationMatrix::resize(int points)
         const auto entries =
             static_cast<std::size_t>(_entries.capacity) * static_cast<std::size_t>(_lanes.padded);
         if (_storage == Storage::FLOAT)
-            _entries.floats.reserve(2 * entries);
+            _entries.floats.reserveUnset(2 * entries);
         else
         {
-            _entries.fixed.reserve(entries);
+            _entries.fixed.reserveUnset(entries);
             _entries.scale.reserve(static_cast<std::size_t>(_entries.capacity) *
                                    _geometry.blocks.size());
         }
@@ -208,17 +208,17 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
 
 void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, double* sums)
 {
-    if (_isQuick && isFixed()) return buildQuickly(block, batch, sums);
     const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity;
     if (_storage == Storage::FLOAT)
-        buildBatch(block, batch, kernels::FloatRows{_entries.floats.data() + 2 * first}, sums);
+        return buildBatch(
+            block, batch, kernels::FloatRows{_entries.floats.data() + 2 * first}, sums);
+    const kernels::FixedRows rows{_entries.fixed.data() + first,
+                                  _entries.scale.data() +
+                                      static_cast<std::size_t>(block) * _entries.capacity};
+    if (_isQuick)
+        buildBatch(block, batch, kernels::QuickRows{rows}, sums);
     else
-        buildBatch(block,
-                   batch,
-                   kernels::FixedRows{_entries.fixed.data() + first,
-                                      _entries.scale.data() +
-                                          static_cast<std::size_t>(block) * _entries.capacity},
-                   sums);
+        buildBatch(block, batch, rows, sums);
 }
 
 template<typename Target>
@@ -239,29 +239,6 @@ void PropagationMatrix::buildBatch(int block,
         break;
     case Directivity::POINT:
         kernels::buildPoint(geometry(block), batch, decay, {}, rows, ofBatch);
-        break;
-    }
-    for (int k = 0; k < batch.count; ++k)
-        sums[batch.row[k]] += static_cast<double>(ofBatch[k]);
-}
-
-void PropagationMatrix::buildQuickly(int block, const kernels::PointBatch& batch, double* sums)
-{
-    const auto decay = static_cast<float>(_beta * _wavelength_m);
-    const kernels::FixedRows rows{
-        _entries.fixed.data() + static_cast<std::size_t>(offset(block)) * _entries.capacity,
-        _entries.scale.data() + static_cast<std::size_t>(block) * _entries.capacity};
-    float ofBatch[kernels::PointBatch::kSize];
-    switch (_array.directivity)
-    {
-    case Directivity::T4010A1_HARMONICS:
-        kernels::quickCubic(geometry(block), batch, decay, _geometry.cubic, rows, ofBatch);
-        break;
-    case Directivity::T4010A1_TABLE:
-        kernels::quickTable(geometry(block), batch, decay, _geometry.table, rows, ofBatch);
-        break;
-    case Directivity::POINT:
-        kernels::quickPoint(geometry(block), batch, decay, {}, rows, ofBatch);
         break;
     }
     for (int k = 0; k < batch.count; ++k)

@@ -35,7 +35,7 @@ public:
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
     bool isFixed() const { return _storage == Storage::FIXED; }
-    /// Builds rows with distances in single precision from now on (kernels::BuildQuickRows), or as
+    /// Builds rows with distances in single precision from now on (kernels::QuickRows), or as
     /// exactly as before; only FIXED rows change.
     void buildQuickly(bool isQuick = true) { _isQuick = isQuick; }
 
@@ -184,7 +184,6 @@ private:
     template<typename Target>
     void buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums);
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
-    void buildQuickly(int block, const kernels::PointBatch& batch, double* sums);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
 

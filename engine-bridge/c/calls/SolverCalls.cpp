@@ -3,7 +3,6 @@
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/settings/Setting.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/sequence/FieldSettings.h"
 
@@ -66,25 +65,6 @@ std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
     return solver;
 }
 
-// Refuses settings that don't apply to a midair_solver, such as caps.
-void refuseUnused(const SceneSettings& settings)
-{
-    static const haptics::FieldSettings kDefaults;
-    for (const auto& row : haptics::fieldSettings().rows())
-    {
-        if (row.use & base::Use::POINTS) continue;
-        if (base::isSame<haptics::FieldSettings>(row.member, settings, kDefaults)) continue;
-        fail(
-            MIDAIR_REFUSED,
-            fmt::format("a midair_solver solves for one set of points and {} no {}, which is {}{}: "
-                        "use midair_solve()",
-                        row.isSafety ? "keeps" : "knows",
-                        row.name,
-                        row.defaultText(settings),
-                        row.unit.empty() ? "" : " " + row.unit));
-    }
-}
-
 void setPoints(const double* positions,
                const double* targets,
                std::size_t count,
@@ -130,7 +110,9 @@ midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
                 settings = of->settings;
                 made->array = of->markedArray();
             }
-            refuseUnused(settings);
+            refuseUnused(settings,
+                         "a midair_solver solves for one set of points and",
+                         [](const auto& row) { return (row.use & base::Use::POINTS) != 0; });
             made->medium = haptics::mediumOf(settings);
             haptics::SolverOptions options;
             base::assignPart<haptics::SolverSettings>(options, settings);

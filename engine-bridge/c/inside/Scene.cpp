@@ -6,6 +6,7 @@
 #include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "haptics/sequence/FieldSettings.h"
 
 #include <algorithm>
 #include <utility>
@@ -258,6 +259,25 @@ std::shared_ptr<Scene> sceneOf(midair_scene* handle)
     std::shared_ptr<Scene> scene = scenes().find(handle);
     if (!scene->isOurs) scene = scenes().replace(handle, scene, heirOf(*scene));
     return scene;
+}
+
+void refuseUnused(const SceneSettings& settings,
+                  const char* who,
+                  const std::function<bool(const base::SettingFacts& row)>& isUsed)
+{
+    static const haptics::FieldSettings kDefaults;
+    for (const auto& row : haptics::fieldSettings().rows())
+    {
+        if (isUsed(row)) continue;
+        if (base::isSame<haptics::FieldSettings>(row.member, settings, kDefaults)) continue;
+        fail(MIDAIR_REFUSED,
+             fmt::format("{} {} no {}, which is {}{}: use midair_solve()",
+                         who,
+                         row.isSafety ? "keeps" : "knows",
+                         row.name,
+                         row.defaultText(settings),
+                         row.unit.empty() ? "" : " " + row.unit));
+    }
 }
 
 SceneObject& objectOf(Scene& scene, midair_object object)

@@ -10,11 +10,13 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/settings/SceneTable.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/settings/Setting.h"
 #include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -180,6 +182,11 @@ Handles<midair_scene, Scene>& scenes();
 
 /// Returns what a scene's handle stands for; fails inside a callback.
 std::shared_ptr<Scene> sceneOf(midair_scene* handle);
+/// Fails for a setting of the field, such as a cap, that isn't its default although \a isUsed(row)
+/// is false. \a who: "a midair_solver ... and", begin of the sentence.
+void refuseUnused(const SceneSettings& settings,
+                  const char* who,
+                  const std::function<bool(const base::SettingFacts& row)>& isUsed);
 /// Fails if there is none of that number.
 SceneObject& objectOf(Scene& scene, midair_object object) MIDAIR_REQUIRES(scene.mutex);
 

@@ -2,6 +2,7 @@
 
 #include "haptics/base/simd/InstructionSet.h"
 
+#include <tuple>
 #include <type_traits>
 
 namespace midair::base
@@ -17,12 +18,21 @@ namespace midair::base
 ///
 ///     MIDAIR_KERNEL(sumOf); // in a source that is compiled once
 ///
-/// A second signature makes an overload; define it with MIDAIR_KERNEL_OF_TWO.
-template<typename First, typename Second = void>
-class Kernel;
+/// More signatures make overloads; define them with MIDAIR_KERNEL_OF_TWO or .._OF_THREE.
+template<typename... Functions>
+class Kernel : private Kernel<Functions>...
+{
+public:
+    template<int kIndex>
+    using FunctionOf = std::tuple_element_t<kIndex, std::tuple<Functions...>>;
+
+    constexpr explicit Kernel(Kernel<Functions>... overloads) : Kernel<Functions>(overloads)... {}
+
+    using Kernel<Functions>::operator()...;
+};
 
 template<typename Result, typename... Arguments>
-class Kernel<Result(Arguments...), void>
+class Kernel<Result(Arguments...)>
 {
 public:
     using Function = Result(Arguments...);
@@ -39,23 +49,6 @@ public:
 
 private:
     Function* _forms[3];
-};
-
-template<typename First, typename Second>
-class Kernel : private Kernel<First>, private Kernel<Second>
-{
-public:
-    using FirstFunction = First;
-    using SecondFunction = Second;
-
-    constexpr Kernel(Kernel<First> first, Kernel<Second> second) :
-        Kernel<First>(first),
-        Kernel<Second>(second)
-    {
-    }
-
-    using Kernel<First>::operator();
-    using Kernel<Second>::operator();
 };
 
 // Declares the versions of a kernel and defines it. midair_kernels() compiles the versions into
@@ -89,8 +82,14 @@ public:
     const KernelOf_##name name(MIDAIR_FORMS(name))
 #define MIDAIR_KERNEL_OF_TWO(name)                                                                 \
     using KernelOf_##name = std::remove_const_t<decltype(name)>;                                   \
-    MIDAIR_DECLARE(name, FirstFunction)                                                            \
-    MIDAIR_DECLARE(name, SecondFunction)                                                           \
+    MIDAIR_DECLARE(name, FunctionOf<0>)                                                            \
+    MIDAIR_DECLARE(name, FunctionOf<1>)                                                            \
     const KernelOf_##name name({MIDAIR_FORMS(name)}, {MIDAIR_FORMS(name)})
+#define MIDAIR_KERNEL_OF_THREE(name)                                                               \
+    using KernelOf_##name = std::remove_const_t<decltype(name)>;                                   \
+    MIDAIR_DECLARE(name, FunctionOf<0>)                                                            \
+    MIDAIR_DECLARE(name, FunctionOf<1>)                                                            \
+    MIDAIR_DECLARE(name, FunctionOf<2>)                                                            \
+    const KernelOf_##name name({MIDAIR_FORMS(name)}, {MIDAIR_FORMS(name)}, {MIDAIR_FORMS(name)})
 
 } // namespace midair::base

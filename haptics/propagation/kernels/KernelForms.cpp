@@ -7,12 +7,9 @@
 namespace midair::haptics::kernels
 {
 
-MIDAIR_KERNEL_OF_TWO(buildCubic);
-MIDAIR_KERNEL_OF_TWO(buildTable);
-MIDAIR_KERNEL_OF_TWO(buildPoint);
-MIDAIR_KERNEL(quickCubic);
-MIDAIR_KERNEL(quickTable);
-MIDAIR_KERNEL(quickPoint);
+MIDAIR_KERNEL_OF_THREE(buildCubic);
+MIDAIR_KERNEL_OF_THREE(buildTable);
+MIDAIR_KERNEL_OF_THREE(buildPoint);
 MIDAIR_KERNEL(inverseRoots);
 MIDAIR_KERNEL(packRow);
 MIDAIR_KERNEL_OF_TWO(backward);

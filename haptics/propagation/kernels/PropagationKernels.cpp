@@ -2,6 +2,8 @@
 
 #include "haptics/propagation/kernels/DirectivityModels.h"
 #include "haptics/propagation/kernels/KernelTools.h"
+#include "haptics/propagation/kernels/PointExpansion.h"
+#include "haptics/propagation/kernels/Register.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,57 +26,6 @@ struct Scratch
     alignas(64) float inverse[PointBatch::kSize][kGroup]; // 1/R
     alignas(64) float sums[PointBatch::kSize][kGroup];
 };
-
-// Expansion of a point's distances to a group's transducers about the group's centre. With r0 the
-// vector from the centre, R0 = |r0|:
-//     R^2 = R0^2 + e,  e = |d|^2 - 2 r0.d,  R = R0 + e / (R + R0),
-// where d is the transducer's position relative to the centre. R0 is computed in double and only
-// its fraction of a wavelength is kept, so the phase is as exact as a float holds e / (R + R0),
-// which is at most |d|: a few 1e-7 wavelengths for groups of a few wavelengths. A float could not
-// hold R itself (60 wavelengths) to 1e-6.
-struct Expansion
-{
-    alignas(64) float ax[PointBatch::kSize], ay[PointBatch::kSize], az[PointBatch::kSize]; // -2 r0
-    alignas(64) float square[PointBatch::kSize], distance[PointBatch::kSize]; // R0^2, R0
-    alignas(64) float turns[PointBatch::kSize];   // -R0 without whole turns
-    alignas(64) float decayed[PointBatch::kSize]; // exp(-decay R0), in units of the row
-    alignas(64) float slope[PointBatch::kSize]; // first derivative of decayed, and half the second
-    alignas(64) float bend[PointBatch::kSize];
-    alignas(64) float height[PointBatch::kSize];    // n.r0
-    alignas(64) float magnitude[PointBatch::kSize]; // a bound of |G_li| / D, Pa
-};
-
-// Wavelengths; the matrix passes no points that are nearer to a transducer.
-constexpr float kNearest = 0.25f;
-
-MIDAIR_INLINE void
-expand(const GroupGeometry& group, const PointBatch& points, float decay, Expansion& out)
-{
-    const GroupGeometry g = group;
-    const float planar = g.planar ? 1.0f : 0.0f;
-#pragma omp simd
-    for (int k = 0; k < PointBatch::kSize; ++k)
-    {
-        const double x = points.x[k] - g.x, y = points.y[k] - g.y, z = points.z[k] - g.z;
-        const double square = x * x + y * y + z * z;
-        const double distance = std::sqrt(square);
-        const auto fx = static_cast<float>(x), fy = static_cast<float>(y),
-                   fz = static_cast<float>(z);
-        out.ax[k] = -2.0f * fx;
-        out.ay[k] = -2.0f * fy;
-        out.az[k] = -2.0f * fz;
-        out.square[k] = static_cast<float>(square);
-        out.turns[k] = static_cast<float>(rounded(distance) - distance);
-        const auto R = static_cast<float>(distance);
-        out.distance[k] = R;
-        out.decayed[k] = expOfMinus(decay * R);
-        const float height = g.nx * fx + g.ny * fy + g.nz * fz;
-        out.height[k] = height;
-        const float nearest =
-            std::max(std::max(R - g.radius, planar * std::fabs(height)), kNearest);
-        out.magnitude[k] = out.decayed[k] * g.strongest * (1.0f + g.radius * decay) / nearest;
-    }
-}
 
 // Computes e and R^2 of a group's entries.
 MIDAIR_INLINE void
@@ -135,45 +86,6 @@ waves(const BlockGeometry& block, const Expansion& at, int first, int points, Mo
     }
 }
 
-// Returns the unit of a row's entries for which \a bound fits.
-MIDAIR_INLINE float unitOf(const FloatRows&, float)
-{
-    return 1.0f;
-}
-MIDAIR_INLINE float unitOf(const FixedRows&, float bound)
-{
-    return std::max(bound, 1e-30f) * (1.0f / kFixedPeak);
-}
-
-// Computes the units of the batch's rows and the groups' attenuations in these units.
-template<typename Rows>
-MIDAIR_INLINE void
-scale(const Rows& rows, float largestD, float decay, int groups, Expansion* at, float* units)
-{
-    alignas(64) float level[PointBatch::kSize] = {};
-    for (int g = 0; g < groups; ++g)
-    {
-#pragma omp simd
-        for (int k = 0; k < PointBatch::kSize; ++k)
-            level[k] = std::max(level[k], at[g].magnitude[k]);
-    }
-#pragma omp simd
-    for (int k = 0; k < PointBatch::kSize; ++k)
-    {
-        units[k] = unitOf(rows, 1.002f * largestD * level[k]);
-        level[k] = 1.0f / units[k];
-    }
-    for (int g = 0; g < groups; ++g)
-#pragma omp simd
-        for (int k = 0; k < PointBatch::kSize; ++k)
-        {
-            const float c0 = level[k] * at[g].decayed[k];
-            at[g].decayed[k] = c0;
-            at[g].slope[k] = -decay * c0;
-            at[g].bend[k] = 0.5f * decay * decay * c0;
-        }
-}
-
 struct FloatRow
 {
     float *re, *im;
@@ -198,6 +110,14 @@ MIDAIR_INLINE FloatRow rowOf(const FloatRows& rows, int row, int width)
 MIDAIR_INLINE FixedRow rowOf(const FixedRows& rows, int row, int width)
 {
     return {rows.entries + 1L * width * row};
+}
+MIDAIR_INLINE constexpr bool isFixed(const FloatRows&)
+{
+    return false;
+}
+MIDAIR_INLINE constexpr bool isFixed(const FixedRows&)
+{
+    return true;
 }
 MIDAIR_INLINE void keepUnit(const FloatRows&, int, float) {}
 MIDAIR_INLINE void keepUnit(const FixedRows& rows, int row, float unit)
@@ -239,9 +159,9 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
     const int groups = width / kGroup;
     Expansion at[kMaxWidth / kGroup];
     for (int g = 0; g < groups; ++g)
-        expand(block.groups[g], points, decay, at[g]);
+        expand<true>(block.groups[g], points, decay, at[g]);
     alignas(64) float units[PointBatch::kSize];
-    scale(rows, D.largest(), decay, groups, at, units);
+    scale(isFixed(rows), D.largest(), decay, groups, at, units);
     Scratch s;
     for (int k = 0; k < points.count; ++k)
         std::fill_n(s.sums[k], kGroup, 0.0f);
@@ -344,5 +264,38 @@ void buildPoint(const BlockGeometry& block,
 {
     buildAny(block, points, decay, PointModel{D}, rows, sums);
 }
+
+#ifndef MIDAIR_HAS_PAIRS
+// Sets without registers to interleave (QuickRowKernels.cpp) have the exact rows.
+void buildCubic(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityCubic& D,
+                const QuickRows& rows,
+                float* sums)
+{
+    buildCubic(block, points, decay, D, static_cast<const FixedRows&>(rows), sums);
+}
+
+void buildTable(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityTable& D,
+                const QuickRows& rows,
+                float* sums)
+{
+    buildTable(block, points, decay, D, static_cast<const FixedRows&>(rows), sums);
+}
+
+void buildPoint(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityPoint& D,
+                const QuickRows& rows,
+                float* sums)
+{
+    buildPoint(block, points, decay, D, static_cast<const FixedRows&>(rows), sums);
+}
+#endif
 
 } // namespace midair::haptics::kernels::MIDAIR_SET

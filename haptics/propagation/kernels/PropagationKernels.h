@@ -82,6 +82,10 @@ struct FixedRows
     float* scale; ///< for each row: Pa per unit of the numbers in its lanes as the kernels read
                   ///< them
 };
+/// FIXED with distances in single precision: in half of the time, less exactly.
+struct QuickRows : FixedRows
+{
+};
 
 // The error bounds below assume these limits.
 
@@ -95,6 +99,8 @@ constexpr double kLargestRadius = 6.5;
 /// least 1/4 wavelength from every transducer, and groups at most kLargestRadius large. A float
 /// entry is within 7e-5 + (decay radius)^3 / 6 of strength D.largest exp(-decay R) / R, for the
 /// largest group radius; in fixed point the error is larger by up to 0.8 of scale * 65536.
+/// QuickRows are within 1.5e-3 + 5e-6 R + (decay radius)^2 / 2 of it, R in wavelengths, plus 1.5 of
+/// scale * 65536; strengths are not negative.
 template<typename Model>
 using BuildRows = base::Kernel<void(const BlockGeometry& block,
                                     const PointBatch& points,
@@ -107,28 +113,19 @@ using BuildRows = base::Kernel<void(const BlockGeometry& block,
                                     float decay,
                                     const Model& D,
                                     const FixedRows& rows,
+                                    float* sums),
+                               void(const BlockGeometry& block,
+                                    const PointBatch& points,
+                                    float decay,
+                                    const Model& D,
+                                    const QuickRows& rows,
                                     float* sums)>;
-
-/// The same rows in fixed point, in half of the time, less exactly: an entry is within 8e-4 + 5e-6
-/// R
-/// + (decay radius)^2 / 2 of strength D.largest exp(-decay R) / R, R in wavelengths, plus 1.5 of
-/// scale * 65536; strengths are not negative.
-template<typename Model>
-using BuildQuickRows = base::Kernel<void(const BlockGeometry& block,
-                                         const PointBatch& points,
-                                         float decay,
-                                         const Model& D,
-                                         const FixedRows& rows,
-                                         float* sums)>;
 
 // A kernel is called like a function, and named like one.
 // NOLINTBEGIN(readability-identifier-naming)
 extern const BuildRows<DirectivityCubic> buildCubic;
 extern const BuildRows<DirectivityTable> buildTable;
 extern const BuildRows<DirectivityPoint> buildPoint;
-extern const BuildQuickRows<DirectivityCubic> quickCubic;
-extern const BuildQuickRows<DirectivityTable> quickTable;
-extern const BuildQuickRows<DirectivityPoint> quickPoint;
 
 /// inverse_i = 1/sqrt(x_i) to a relative error of 2e-7 for 1e-30 <= x_i <= 1e30. \a count: a
 /// multiple of kLanes; the arrays must not overlap. The last bits differ between processor makers

@@ -1,6 +1,7 @@
-// Rows of G in fixed point with distances in single precision (BuildQuickRows), for fields by the
+// Rows of G in fixed point with distances in single precision (QuickRows), for fields by the
 // thousand: without PropagationKernels.cpp's exact expansion of a distance and its division.
 #include "haptics/propagation/kernels/KernelTools.h"
+#include "haptics/propagation/kernels/PointExpansion.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/propagation/kernels/Register.h"
 
@@ -10,58 +11,7 @@
 namespace midair::haptics::kernels::MIDAIR_SET
 {
 
-#ifndef MIDAIR_HAS_PAIRS
-// Sets without registers to interleave have the exact rows, of PropagationKernels.cpp.
-void buildCubic(const BlockGeometry&,
-                const PointBatch&,
-                float,
-                const DirectivityCubic&,
-                const FixedRows&,
-                float*);
-void buildTable(const BlockGeometry&,
-                const PointBatch&,
-                float,
-                const DirectivityTable&,
-                const FixedRows&,
-                float*);
-void buildPoint(const BlockGeometry&,
-                const PointBatch&,
-                float,
-                const DirectivityPoint&,
-                const FixedRows&,
-                float*);
-
-void quickCubic(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityCubic& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildCubic(block, points, decay, D, rows, sums);
-}
-
-void quickTable(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityTable& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildTable(block, points, decay, D, rows, sums);
-}
-
-void quickPoint(const BlockGeometry& block,
-                const PointBatch& points,
-                float decay,
-                const DirectivityPoint& D,
-                const FixedRows& rows,
-                float* sums)
-{
-    buildPoint(block, points, decay, D, rows, sums);
-}
-
-#else
+#ifdef MIDAIR_HAS_PAIRS
 
 namespace
 {
@@ -70,72 +20,6 @@ namespace
 constexpr int kTogether = 4;
 
 constexpr int kPoints = PointBatch::kSize;
-constexpr float kNearest = 0.25f; // wavelengths; the matrix passes no points nearer to a transducer
-
-// A batch's points relative to the centre of a group: with r0 the vector from the centre and d a
-// transducer's position relative to it,
-//     R^2 = |r0|^2 + |d|^2 - 2 r0.d.
-struct Seen
-{
-    alignas(64) float ax[kPoints], ay[kPoints], az[kPoints]; // -2 r0
-    alignas(64) float square[kPoints], distance[kPoints];    // |r0|^2, |r0|
-    alignas(64) float height[kPoints];                       // n.r0
-    // exp(-decay R) as decayed + slope R, in units of the row.
-    alignas(64) float decayed[kPoints], slope[kPoints];
-    alignas(64) float magnitude[kPoints]; // a bound of |G_li| / D, Pa
-};
-
-MIDAIR_INLINE void see(const GroupGeometry& group, const PointBatch& points, float decay, Seen& out)
-{
-    const GroupGeometry g = group;
-    const float planar = g.planar ? 1.0f : 0.0f;
-#pragma omp simd
-    for (int k = 0; k < kPoints; ++k)
-    {
-        // Differences in double: a float holds a place in the array less exactly.
-        const auto x = static_cast<float>(points.x[k] - g.x),
-                   y = static_cast<float>(points.y[k] - g.y),
-                   z = static_cast<float>(points.z[k] - g.z);
-        const float square = x * x + y * y + z * z, R = std::sqrt(square);
-        out.ax[k] = -2.0f * x;
-        out.ay[k] = -2.0f * y;
-        out.az[k] = -2.0f * z;
-        out.square[k] = square;
-        out.distance[k] = R;
-        out.decayed[k] = expOfMinus(decay * R);
-        const float height = g.nx * x + g.ny * y + g.nz * z;
-        out.height[k] = height;
-        const float nearest =
-            std::max(std::max(R - g.radius, planar * std::fabs(height)), kNearest);
-        out.magnitude[k] = out.decayed[k] * g.strongest * (1.0f + g.radius * decay) / nearest;
-    }
-}
-
-// Computes the units of the batch's rows, and the groups' attenuations in these units.
-MIDAIR_INLINE void scale(float largestD, float decay, int groups, Seen* at, float* units)
-{
-    alignas(64) float level[kPoints] = {};
-    for (int g = 0; g < groups; ++g)
-    {
-#pragma omp simd
-        for (int k = 0; k < kPoints; ++k)
-            level[k] = std::max(level[k], at[g].magnitude[k]);
-    }
-#pragma omp simd
-    for (int k = 0; k < kPoints; ++k)
-    {
-        units[k] = std::max(1.002f * largestD * level[k], 1e-30f) * (1.0f / kFixedPeak);
-        level[k] = 1.0f / units[k];
-    }
-    for (int g = 0; g < groups; ++g)
-#pragma omp simd
-        for (int k = 0; k < kPoints; ++k)
-        {
-            const float c0 = level[k] * at[g].decayed[k];
-            at[g].slope[k] = -decay * c0;
-            at[g].decayed[k] = c0 * (1.0f + decay * at[g].distance[k]);
-        }
-}
 
 // Numbers of kRows rows for the transducers of one register. An operation is done for all rows
 // before the next, because an entry is a chain of some 50 operations that wait for each other,
@@ -313,7 +197,7 @@ write(const Rows<kRows>& a, const Rows<kRows>& f, std::int32_t* const* rows, int
 // their amplitudes, in units of the rows, are added to  sums.
 template<int kRows, bool kPlanar, bool kWithOffset, typename Model>
 MIDAIR_INLINE void fill(const BlockGeometry& block,
-                        const Seen& at,
+                        const Expansion& at,
                         int k,
                         int i,
                         const Model& D,
@@ -354,7 +238,7 @@ MIDAIR_INLINE void fill(const BlockGeometry& block,
 
 template<bool kPlanar, bool kWithOffset, typename Model>
 MIDAIR_INLINE void fillGroup(const BlockGeometry& block,
-                             const Seen& at,
+                             const Expansion& at,
                              int count,
                              int first,
                              const Model& D,
@@ -380,11 +264,16 @@ MIDAIR_INLINE void buildQuickRows(const BlockGeometry& block,
                                   float* sums)
 {
     const int width = block.width & ~(kLanes - 1), groups = width / kGroup;
-    Seen at[kMaxWidth / kGroup];
+    Expansion at[kMaxWidth / kGroup];
     for (int g = 0; g < groups; ++g)
-        see(block.groups[g], points, decay, at[g]);
+        expand<false>(block.groups[g], points, decay, at[g]);
     alignas(64) float units[kPoints];
-    scale(D.largest(), decay, groups, at, units);
+    scale(true, D.largest(), decay, groups, at, units);
+    // exp(-decay R) as decayed + slope R.
+    for (int g = 0; g < groups; ++g)
+#pragma omp simd
+        for (int k = 0; k < kPoints; ++k)
+            at[g].decayed[k] -= at[g].slope[k] * at[g].distance[k];
     alignas(64) float parts[kPoints][Register::kLanes] = {};
     std::int32_t* to[kPoints];
     for (int k = 0; k < points.count; ++k)
@@ -417,31 +306,31 @@ MIDAIR_INLINE void buildQuick(const BlockGeometry& block,
 
 } // namespace
 
-void quickCubic(const BlockGeometry& block,
+void buildCubic(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
                 const DirectivityCubic& D,
-                const FixedRows& rows,
+                const QuickRows& rows,
                 float* sums)
 {
     buildQuick(block, points, decay, QuickCubic{D}, rows, sums);
 }
 
-void quickTable(const BlockGeometry& block,
+void buildTable(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
                 const DirectivityTable& D,
-                const FixedRows& rows,
+                const QuickRows& rows,
                 float* sums)
 {
     buildQuick(block, points, decay, QuickTable{D}, rows, sums);
 }
 
-void quickPoint(const BlockGeometry& block,
+void buildPoint(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
                 const DirectivityPoint& D,
-                const FixedRows& rows,
+                const QuickRows& rows,
                 float* sums)
 {
     buildQuick(block, points, decay, QuickPoint{D}, rows, sums);

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/kernels/ShapingKernels.h"
 
 #include <algorithm>
@@ -17,27 +18,17 @@ namespace
 {
 
 // SOLVER.md, "Many fields".
-constexpr float kEnough = 0.5f;   // share of the tolerance that the error may have before rounding
-constexpr float kUnshaped = 0.8f; // share of it up to which rounding isn't shaped
 constexpr int kCorrections = 4;
 constexpr int kConjugateSteps = 12;
 constexpr ShapedRounding::Effort kShaping{0.25f, 3, 0.7f};
 constexpr double kReach = 1e-3; // as SolverBase
 constexpr int kUnlimited = 1000;
 
-constexpr auto kLevels = static_cast<float>(ManyFields::kPhaseLevels);
-
 // The nearest integer, |x| < 2^22, without a call per number.
 float nearest(float x)
 {
     constexpr float kToInteger = 12582912.0f; // 1.5 * 2^23
     return (x + kToInteger) - kToInteger;
-}
-
-// A difference of levels as the nearest one by whole turns.
-float wrapped(float levels)
-{
-    return levels - kLevels * nearest(levels * (1.0f / kLevels));
 }
 
 // A number in 0 .. 1 that looks random (SplitMix64, Steele, Lea, Flood 2014).
@@ -61,7 +52,7 @@ FieldPath::FieldPath(const TransducerArray& array,
     _search(_tuning),
     _step(_tuning.largestTurn_rad, _tuning.mostFreedom)
 {
-    _array.drive.phaseLevels = ManyFields::kPhaseLevels;
+    _array.drive.phaseLevels = ManyFields::phaseLevelsOf(array);
     _array.drive.amplitudeLevels.clear();
     _tuning.coldStarts = 1;
     _field.G.buildQuickly();
@@ -91,7 +82,8 @@ void FieldPath::assign(const ManyPoints& all, int field)
             Eigen::Map<const Eigen::VectorXd>(all.targets + (all.sameTargets ? 0 : first), n);
     else
         _points.targets.setOnes();
-    _points.targets /= _points.targets.maxCoeff();
+    // A silent point is held silent: left out, it would have the field that others leave there.
+    _points.targets = (_points.targets / _points.targets.maxCoeff()).cwiseMax(kLeastTarget);
     const bool isBound = _level.data() != nullptr;
     _field.assign(_points, _active, _array, _medium, 0.0, isBound);
     if (isBound) return;
@@ -109,6 +101,11 @@ void FieldPath::startPhases()
         const float turns = scattered(seed * 0x9e3779b97f4a7c15U + row);
         _field.u.set(row, std::polar(1.0f, static_cast<float>(base::kTwoPi) * turns));
     }
+}
+
+float FieldPath::wrapped(float difference) const
+{
+    return difference - levels() * nearest(difference * (1.0f / levels()));
 }
 
 void FieldPath::checkReach(int field) const
@@ -130,14 +127,15 @@ void FieldPath::checkReach(int field) const
 // The error of plain rounding is above what the tolerance leaves for it.
 bool FieldPath::isShaped() const
 {
-    return roundingError(_field, 1.0f) > kUnshaped * static_cast<float>(_options.rmsTolerance);
+    return quiet().rounding(_field, 1.0f) >
+           _tuning.unshaped * static_cast<float>(_options.rmsTolerance);
 }
 
 // Turns all phases together, so that the drive changes least.
 void FieldPath::alignToLast()
 {
     const int width = _field.G.paddedTransducers();
-    kernels::unitAtLevel(width, kLevels, _last.data(), _field.z.re.data(), _field.z.im.data());
+    kernels::unitAtLevel(width, levels(), _last.data(), _field.z.re.data(), _field.z.im.data());
     _field.clearPadding(_field.z);
     const kernels::InnerProduct product = kernels::innerProduct(
         width, _field.q.re.data(), _field.q.im.data(), _field.z.re.data(), _field.z.im.data());
@@ -145,6 +143,7 @@ void FieldPath::alignToLast()
     if (!(std::abs(sum) > 0.0f)) return;
     const std::complex<float> by = sum / std::abs(sum);
     kernels::scaleBy(width, by.real(), by.imag(), _field.q.re.data(), _field.q.im.data());
+    _search.turn(by);
     for (int l = 0; l < _field.n(); ++l)
     {
         const auto row = static_cast<std::size_t>(l);
@@ -157,7 +156,7 @@ void FieldPath::alignToLast()
 bool FieldPath::keepNear(float most)
 {
     const int width = _field.G.paddedTransducers();
-    kernels::phaseInLevels(width, kLevels, _field.q.re.data(), _field.q.im.data(), _level.data());
+    kernels::phaseInLevels(width, levels(), _field.q.re.data(), _field.q.im.data(), _level.data());
     bool isAny = false;
     for (int i = 0; i < _field.m(); ++i)
     {
@@ -168,7 +167,7 @@ bool FieldPath::keepNear(float most)
         isAny = true;
     }
     if (!isAny) return false;
-    kernels::unitAtLevel(width, kLevels, _level.data(), _field.q.re.data(), _field.q.im.data());
+    kernels::unitAtLevel(width, levels(), _level.data(), _field.q.re.data(), _field.q.im.data());
     _field.clearPadding(_field.q);
     _field.forward(_field.q, _field.p);
     _field.phasesOf(_field.p);
@@ -179,14 +178,15 @@ bool FieldPath::keepNear(float most)
 // about the square of the error before it, so the last one isn't measured.
 void FieldPath::correct()
 {
-    const float goal = kEnough * static_cast<float>(_options.rmsTolerance);
+    const float goal = _tuning.enough * static_cast<float>(_options.rmsTolerance);
     // Shaped rounding may miss the limited phases by its reach.
-    const float slack = isShaped() ? std::ceil(kShaping.reach) : 0.0f;
+    const float slack = isShaped() ? ShapedRounding::reach(_field, kShaping) : 0.0f;
     const float most =
-        std::floor(static_cast<float>(_options.largestPhaseStep_rad / ManyFields::kPhaseStep_rad) +
-                   1e-3f) -
+        std::floor(static_cast<float>(_options.largestPhaseStep_rad / phaseStep_rad()) + 1e-3f) -
         slack;
-    const bool isLimited = _options.largestPhaseStep_rad > 0.0 && !_isFirst;
+    // Pi is no limit.
+    const bool isLimited = _options.largestPhaseStep_rad > 0.0 &&
+                           _options.largestPhaseStep_rad < (1.0 - 1e-6) * base::kPi && !_isFirst;
     if (isLimited)
     {
         alignToLast();
@@ -194,19 +194,21 @@ void FieldPath::correct()
     }
     for (int k = 0; k < kCorrections; ++k)
     {
-        const float error = errorOf(_field, _search.naturalLevel(_field));
+        const float level = _search.naturalLevel(_field);
+        const float error = quiet().error(_field, level);
         if (!(error > goal)) break;
+        const float next = error * quiet().bend(_field, level);
         _step.solve(_field,
                     _field.q,
-                    _search.quiet(),
+                    quiet(),
                     _search.weights(_field),
-                    static_cast<double>(kEnough * goal),
+                    static_cast<double>(_tuning.enough * goal),
                     kConjugateSteps);
         for (int block = 0; block < _field.G.blocks(); ++block)
             _step.turn(_field, block, _field.q);
         _search.adjust(_step, 1.0f);
         if (isLimited && keepNear(most)) continue;
-        if (error * error <= goal) break;
+        if (next <= goal) break;
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
     }
@@ -224,7 +226,7 @@ void FieldPath::round()
             const int first = _field.G.offset(block);
             float *re = _field.q.re.data() + first, *im = _field.q.im.data() + first;
             kernels::quantisePhase(ShapedRounding::first(_field, block, kShaping),
-                                   ManyFields::kPhaseLevels,
+                                   _field.drive().phaseLevels,
                                    re,
                                    im,
                                    re,
@@ -233,9 +235,11 @@ void FieldPath::round()
         _field.clearPadding(_field.q);
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
-        _rounding.shape(_field, _search.quiet(), nullptr, _search.naturalLevel(_field), kShaping);
+        ShapedRounding::Effort effort = kShaping;
+        if (quiet().any()) effort.passes *= _tuning.quietPasses;
+        _rounding.shape(_field, quiet(), nullptr, _search.naturalLevel(_field), effort);
     }
-    kernels::phaseInLevels(width, kLevels, _field.q.re.data(), _field.q.im.data(), _level.data());
+    kernels::phaseInLevels(width, levels(), _field.q.re.data(), _field.q.im.data(), _level.data());
     for (int i = 0; i < width; ++i)
         _level[static_cast<std::size_t>(i)] = nearest(_level[static_cast<std::size_t>(i)]);
 }
@@ -245,16 +249,24 @@ void FieldPath::write(std::uint8_t* phases) const
     const PropagationMatrix& G = _field.G;
     const bool hasSilent = G.hasSilentLanes();
     if (hasSilent || G.transducers() < G.arraySize()) std::fill_n(phases, G.arraySize(), 0);
-    for (int lane = 0; lane < G.transducers(); ++lane)
-        if (!hasSilent || !G.isSilent(lane))
-            phases[G.order()[static_cast<std::size_t>(lane)]] = static_cast<std::uint8_t>(
-                static_cast<int>(_level[static_cast<std::size_t>(lane)]) & 0xff);
+    // Copies, since a store of bytes could change the originals.
+    const int count = _array.drive.phaseLevels, lanes = G.transducers();
+    const int* to = G.order().data();
+    const float* levels = _level.data();
+    for (int lane = 0; lane < lanes; ++lane)
+    {
+        if (hasSilent && G.isSilent(lane)) continue;
+        // Phases are -count / 2 .. count / 2; without a branch, which no processor foresees.
+        const int level = static_cast<int>(levels[lane]);
+        phases[to[lane]] =
+            static_cast<std::uint8_t>(level + (count & -static_cast<int>(level < 0)));
+    }
 }
 
 ManyFieldsFigures FieldPath::measure()
 {
     kernels::unitAtLevel(_field.G.paddedTransducers(),
-                         kLevels,
+                         levels(),
                          _level.data(),
                          _field.q.re.data(),
                          _field.q.im.data());
@@ -269,10 +281,10 @@ ManyFieldsFigures FieldPath::measure()
         most = std::max(most, std::fabs(wrapped(_level[lane] - _last[lane])));
     }
     const float s = fittedLevel(_field);
-    return {errorOf(_field, s),
+    return {quiet().error(_field, s),
             s * static_cast<float>(_field.unit_Pa()),
             loudnessAt(_field, s),
-            most * static_cast<float>(ManyFields::kPhaseStep_rad)};
+            most * static_cast<float>(phaseStep_rad())};
 }
 
 void FieldPath::solve(const ManyPoints& all,

@@ -34,9 +34,14 @@ private:
     void round();
     void write(std::uint8_t* phases) const;
     ManyFieldsFigures measure();
+    const QuietPoints& quiet() const { return _search.quiet(); }
+    double phaseStep_rad() const { return ManyFields::phaseStepOf_rad(_array); }
+    float levels() const { return static_cast<float>(_array.drive.phaseLevels); }
+    // A difference of levels as the nearest one by whole turns.
+    float wrapped(float difference) const;
 
     const ManyFieldsOptions _options;
-    TransducerArray _array; // plays 256 phases
+    TransducerArray _array; // with ManyFields' levels
     const Medium _medium;
     GaussNewtonTuning _tuning;
     FieldProblem _field;
@@ -46,7 +51,7 @@ private:
     Pace _pace; // without a deadline
     ControlPoints _points;
     std::vector<int> _active;          // 0 .. points - 1
-    base::AlignedBuffer<float> _level; // of each lane, -128 .. 128
+    base::AlignedBuffer<float> _level; // of each lane, about -levels() / 2 .. levels() / 2
     base::AlignedBuffer<float> _last;  // of the last field
     int _path = 0;
     bool _isFirst = true;

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -22,7 +23,7 @@ namespace
 {
 
 constexpr double kMostTarget = 1e12; // as SolverBase
-constexpr double kLeastStep_rad = 4.0 * ManyFields::kPhaseStep_rad;
+constexpr double kLeastSteps = 4.0;  // of the bound on phase changes, in steps of the phases
 
 /// The first of several paths' errors, in the order of the paths.
 class FirstError
@@ -52,26 +53,18 @@ void checkTargets(const double* targets, int points, int field)
     double largest = 0.0;
     for (int l = 0; l < points; ++l)
     {
-        if (!(targets[l] > 0.0) || targets[l] > kMostTarget)
+        if (!(targets[l] >= 0.0) || targets[l] > kMostTarget)
             throw base::InputError(
-                fmt::format("point {} of field {} has the target {:g}; targets are above 0, "
-                            "at most {:g}",
+                fmt::format("point {} of field {} has the target {:g}; targets are 0 .. {:g}",
                             l,
                             field,
                             targets[l],
                             kMostTarget));
         largest = std::max(largest, targets[l]);
     }
-    for (int l = 0; l < points; ++l)
-        if (targets[l] < ManyFields::kLeastRatio * largest)
-            throw base::InputError(
-                fmt::format("point {} of field {} has the target {:g}; targets are at least {:g} "
-                            "of a field's largest, {:g}",
-                            l,
-                            field,
-                            targets[l],
-                            ManyFields::kLeastRatio,
-                            largest));
+    if (!(largest >= std::numeric_limits<double>::min()))
+        throw base::InputError(fmt::format(
+            "field {} has only targets of 0: phases of full amplitude can't be silent", field));
 }
 
 } // namespace
@@ -82,11 +75,7 @@ bool ManyFieldsOptions::isValid(std::string* error) const
         .within("threads", threads, 1, base::kMostThreads)
         .within("rmsTolerance", rmsTolerance, 3e-4, 0.3)
         .atLeast("fieldsInPath", fieldsInPath, 0)
-        .check(largestPhaseStep_rad == 0.0 ||
-                   (largestPhaseStep_rad >= kLeastStep_rad && largestPhaseStep_rad <= base::kPi),
-               "largestPhaseStep_rad",
-               largestPhaseStep_rad,
-               "0 (no bound) or 0.0982 .. 3.1416")
+        .within("largestPhaseStep_rad", largestPhaseStep_rad, 0.0, base::kPi)
         .passed(error);
 }
 
@@ -100,6 +89,19 @@ ManyFields::ManyFields(const TransducerArray& array,
     if (!array.isValid(&why)) throw base::InputError("the array of many fields: " + why);
     if (!medium.isValid(&why)) throw base::InputError("the air of many fields: " + why);
     if (!options.isValid(&why)) throw base::InputError(why);
+    const int levels = phaseLevelsOf(array);
+    if (levels > kMostPhaseLevels)
+        throw base::InputError(fmt::format(
+            "the array plays {} phases; many fields have at most {}", levels, kMostPhaseLevels));
+    const double least = std::min(kLeastSteps * phaseStepOf_rad(array), base::kPi);
+    if (options.largestPhaseStep_rad > 0.0 && options.largestPhaseStep_rad < (1.0 - 1e-6) * least)
+        throw base::InputError(
+            fmt::format("option of many fields largestPhaseStep_rad is {:g}; for "
+                        "{} phases it must be 0 (no bound) or {:g} .. {:g}",
+                        options.largestPhaseStep_rad,
+                        levels,
+                        least,
+                        base::kPi));
     _pool = std::make_unique<base::ThreadPool>(options.threads);
     for (int thread = 0; thread < options.threads; ++thread)
         _paths.push_back(std::make_unique<FieldPath>(array, medium, options));
@@ -107,7 +109,7 @@ ManyFields::ManyFields(const TransducerArray& array,
 
 ManyFields::~ManyFields() = default;
 
-void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) const
+void ManyFields::check(const ManyPoints& points) const
 {
     const int n = points.points;
     std::string why;
@@ -121,8 +123,7 @@ void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) con
                                            n,
                                            _transducers,
                                            base::kMostEntries));
-    if (points.positions == nullptr || phases == nullptr)
-        throw base::InputError("many fields need arrays for positions and phases");
+    if (points.positions == nullptr) throw base::InputError("many fields need positions");
     for (int field = 0; field < points.fields; ++field)
         for (int l = 0; l < n; ++l)
         {
@@ -144,7 +145,8 @@ void ManyFields::check(const ManyPoints& points, const std::uint8_t* phases) con
 
 void ManyFields::solve(const ManyPoints& points, std::uint8_t* phases, ManyFieldsFigures* figures)
 {
-    check(points, phases);
+    check(points);
+    if (phases == nullptr) throw base::InputError("many fields need room for phases");
     const int length = _options.fieldsInPath > 0 ? _options.fieldsInPath : points.fields;
     const int paths = points.fields / length + (points.fields % length > 0 ? 1 : 0);
     std::atomic<int> next{0};

@@ -26,7 +26,7 @@ void GaussNewtonStep::reserve(const FieldProblem& field, const std::vector<int>&
     const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
     _even = (n + 1) / 2 * 2;
     _stride = (n + 16) / 16 * 16; // whole cache lines
-    _jacobian.reserve(m * static_cast<std::size_t>(_even / 2));
+    _jacobian.reserveUnset(m * static_cast<std::size_t>(_even / 2));
     _unit.reserve(static_cast<std::size_t>(field.G.blocks()) * static_cast<std::size_t>(_stride));
     _scaledDirection.reserve(static_cast<std::size_t>(field.threads()) *
                              static_cast<std::size_t>(_stride));

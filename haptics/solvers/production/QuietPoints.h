@@ -118,7 +118,7 @@ public:
         }
         if (rows() == n) return;
         _stride = static_cast<std::size_t>(rows()) * PropagationMatrix::kBlockWidth;
-        _rows.reserve(_stride * static_cast<std::size_t>(field.threads()));
+        _rows.reserveUnset(_stride * static_cast<std::size_t>(field.threads()));
     }
     int rows() const { return _n + static_cast<int>(_twice->size()); }
     int point(int row) const

@@ -36,6 +36,13 @@ int ShapedRounding::first(const FieldProblem& field, int block, const Effort& ef
     return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
 }
 
+// The coarse kernel takes whole levels, beside the nearest one.
+float ShapedRounding::reach(const FieldProblem& field, const Effort& effort)
+{
+    if (!isCoarse(field)) return std::ceil(effort.reach);
+    return std::min(2.0f, std::floor(0.5f * static_cast<float>(field.drive().phaseLevels)));
+}
+
 // Weights points by their yards, but none by more than a kShapingGroup-th of all: transducers that
 // choose simultaneously would all correct its error. Points count twice if rounding orthogonal to
 // their pressure is not far below it; coarse levels are chosen by the complex p.
@@ -69,8 +76,8 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
     }
     const auto count = static_cast<std::size_t>(_lanes.count),
                stride = static_cast<std::size_t>(_rows.stride);
-    _columns.first.reserve(count * stride);
-    if (isCoarse(field)) _columns.second.reserve(count * stride);
+    _columns.first.reserveUnset(count * stride);
+    if (isCoarse(field)) _columns.second.reserveUnset(count * stride);
     for (base::AlignedBuffer<float>* v :
          {&_columns.square, &_lanes.wanted, &_lanes.level, &_lanes.amplitude})
         v->reserve(count);
@@ -199,14 +206,13 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
         _rows.p.set(row, l < field.n() ? field.p.at(row) / (level * _yard[l]) : 1.0f);
         _rows.aim[row] = l < field.n() ? field.a[l] / _yard[l] : 1.0f;
     }
-    const float reach = std::min(2.0f, std::floor(0.5f * levels));
     for (int pass = 0; pass < effort.passes; ++pass)
         kernels::shapeCoarseLevels(_lanes.count,
                                    _rows.stride,
                                    _columns.first.data(),
                                    _columns.second.data(),
                                    levels,
-                                   static_cast<int>(reach),
+                                   static_cast<int>(reach(field, effort)),
                                    _lanes.amplitude.data(),
                                    _lanes.wanted.data(),
                                    _lanes.level.data(),

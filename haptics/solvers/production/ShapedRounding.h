@@ -24,6 +24,8 @@ public:
     /// First shaped lane of block \a block, counted from the block's begin; the caller rounds those
     /// before it.
     static int first(const FieldProblem& field, int block, const Effort& effort);
+    /// Largest difference of a level from the rounded phase, in whole levels.
+    static float reach(const FieldProblem& field, const Effort& effort);
 
     /// Expects field.q with continuous phases for the lanes to shape, and its field.p, y and u;
     /// leaves them as played. The targets are \a s a_l, and errors are in the yards of \a quiet. \a

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace midair;
@@ -35,7 +36,26 @@ struct Case
     int points, fields;
     double tolerance;
     bool isCold;
-    double wanted; ///< fields per second on one core with AVX-512; 0: nothing is wanted
+    double wanted;         ///< fields per second on one core with AVX-512; 0: nothing is wanted
+    bool fades = false;    ///< every other point fades to 0 and back within 200 fields
+    double height_m = 0.0; ///< of the points' middle
+};
+
+/// Figures that others publish for their own programs, on their own hardware.
+struct Published
+{
+    const char *what, *hardware, *figure, *source;
+};
+
+constexpr Published kPublished[] = {
+    {"GS-PAT, up to 32 points, 512 transducers",
+     "NVIDIA GTX 1660",
+     "17,000 fields/s",
+     "Plasencia et al. 2020, doi 10.1145/3386569.3392492"},
+    {"AUTD3 SDK, GS-PAT in batches",
+     "a GPU (wgpu)",
+     "none",
+     "its repository, changelog and manuals have benchmarks, but no figures"},
 };
 
 /// Two facing boards of 16 x 16 emitters at 10.5 mm, 239 mm apart: the levitators of the
@@ -62,14 +82,15 @@ TransducerArray facingBoards()
 
 /// Points on a sphere of 40 mm whose centre moves by kStep_m a field on a curve around the array's
 /// middle.
-std::vector<double> movingSphere(int fields, int points)
+std::vector<double> movingSphere(int fields, int points, double height_m)
 {
     std::vector<double> positions;
     for (int field = 0; field < fields; ++field)
     {
         const double angle = field * kStep_m / 0.02;
-        const double at[3] = {
-            0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.006 * std::sin(2.0 * angle)};
+        const double at[3] = {0.02 * std::cos(angle),
+                              0.02 * std::sin(angle),
+                              height_m + 0.006 * std::sin(2.0 * angle)};
         for (int l = 0; l < points; ++l)
         {
             const double z = 1.0 - 2.0 * (l + 0.5) / points, r = std::sqrt(1.0 - z * z);
@@ -81,14 +102,32 @@ std::vector<double> movingSphere(int fields, int points)
     return positions;
 }
 
-/// The rms error of one field in double precision, without anything that the solver uses.
-double errorOf(const TransducerArray& array, const double* points, int n, const std::uint8_t* phase)
+/// Targets of fading points; without fading all are 1.
+std::vector<double> targetsOf(const Case& one, int fields)
+{
+    std::vector<double> targets;
+    for (int field = 0; field < fields; ++field)
+        for (int l = 0; l < one.points; ++l)
+            targets.push_back(one.fades && l % 2 == 1
+                                  ? 0.5 * (1.0 + std::cos(base::kTwoPi * field / 200.0))
+                                  : 1.0);
+    return targets;
+}
+
+/// The rms error of one field in double precision, without anything that the solver uses: relative
+/// to the targets, or to the largest if points fade.
+double errorOf(const TransducerArray& array,
+               const double* points,
+               int n,
+               const double* targets,
+               bool fades,
+               const std::uint8_t* phase)
 {
     const haptics::Medium air;
     const double wavelength = air.wavelength(array.frequency_Hz);
     const double beta = air.attenuation(array.frequency_Hz);
     std::vector<double> pressures;
-    double sum = 0.0, square = 0.0;
+    double py = 0.0, pp = 0.0, square = 0.0;
     for (int l = 0; l < n; ++l)
     {
         std::complex<double> p = 0.0;
@@ -100,13 +139,17 @@ double errorOf(const TransducerArray& array, const double* points, int n, const 
             const double offset = array.phaseOffset_rad.size() > 0 ? array.phaseOffset_rad[i] : 0.0;
             p += std::polar(haptics::directivity(array.directivity, cosine) / R *
                                 std::exp(-beta * R),
-                            offset + base::kTwoPi * (phase[i] / 256.0 - R / wavelength));
+                            offset + phase[i] * ManyFields::phaseStepOf_rad(array) -
+                                base::kTwoPi * R / wavelength);
         }
         pressures.push_back(std::abs(p));
-        sum += pressures.back();
+        py += pressures.back() * targets[l];
+        pp += targets[l] * targets[l];
     }
-    for (const double p : pressures)
-        square += std::pow(p * n / sum - 1.0, 2);
+    for (int l = 0; l < n; ++l)
+        square += std::pow((pressures[static_cast<std::size_t>(l)] * pp / py - targets[l]) /
+                               (fades ? 1.0 : targets[l]),
+                           2);
     return std::sqrt(square / n);
 }
 
@@ -116,18 +159,20 @@ struct Outcome
     double perSecond = 0.0, perCore = 0.0, rms = 0.0, worst = 0.0, loudness = 0.0;
 };
 
-Outcome run(const Case& one, int threads, int repeats)
+Outcome run(const Case& one, int threads, int repeats, bool inPaths)
 {
     haptics::ManyFieldsOptions options;
     options.threads = threads;
     options.rmsTolerance = one.tolerance;
-    options.fieldsInPath = one.isCold ? 1 : threads > 1 ? kPathLength : 0;
+    options.fieldsInPath = one.isCold ? 1 : inPaths ? kPathLength : 0;
     ManyFields many(*one.array, {}, options);
     const int fields = one.fields * threads;
-    const std::vector<double> positions = movingSphere(fields, one.points);
+    const std::vector<double> positions = movingSphere(fields, one.points, one.height_m);
     std::vector<std::uint8_t> phases(static_cast<std::size_t>(fields) *
                                      static_cast<std::size_t>(one.array->size()));
-    const haptics::ManyPoints points{fields, one.points, positions.data()};
+    const std::vector<double> targets = targetsOf(one, fields);
+    const haptics::ManyPoints points{
+        fields, one.points, positions.data(), one.fades ? targets.data() : nullptr, false};
     Outcome outcome;
     for (int k = 0; k < repeats; ++k)
     {
@@ -148,6 +193,8 @@ Outcome run(const Case& one, int threads, int repeats)
             errorOf(*one.array,
                     positions.data() + 3 * k * static_cast<std::size_t>(one.points),
                     one.points,
+                    targets.data() + k * static_cast<std::size_t>(one.points),
+                    one.fades,
                     phases.data() + k * static_cast<std::size_t>(one.array->size()));
         outcome.rms += error * error;
         outcome.worst = std::max(outcome.worst, error);
@@ -166,12 +213,52 @@ std::string processorName()
     return "unknown processor";
 }
 
+void printLine(const Case& one, const Outcome& outcome)
+{
+    std::printf("%-14s %6d %11d %6d %7.2f %% %10.0f %10.0f %6.3f %% %6.3f %% %6.3f %13.0f\n",
+                one.name,
+                one.points,
+                one.array->size(),
+                ManyFields::phaseLevelsOf(*one.array),
+                100.0 * one.tolerance,
+                outcome.perSecond,
+                outcome.perCore,
+                100.0 * outcome.rms,
+                100.0 * outcome.worst,
+                outcome.loudness,
+                one.wanted);
+    std::fflush(stdout);
+}
+
+/// The first case on up to all cores: fields per second of each core's time stay the same.
+void printThreads(const Case& one, int repeats)
+{
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    double alone = 0.0;
+    for (int threads = 1; threads <= cores; ++threads)
+    {
+        const Outcome outcome = run(one, threads, repeats, true);
+        if (threads == 1) alone = outcome.perCore;
+        std::printf("%d threads, paths of %d fields: %.0f fields/s, %.0f a second of processor "
+                    "time (%.2f of one "
+                    "thread's)\n",
+                    threads,
+                    kPathLength,
+                    outcome.perSecond,
+                    outcome.perCore,
+                    outcome.perCore / alone);
+        std::fflush(stdout);
+    }
+}
+
 } // namespace
 
 void printMany(int threads, int repeats)
 {
     const TransducerArray boards = facingBoards(), octagon = TransducerArray::octagonalPrism();
-    const TransducerArray autd3 = TransducerArray::load("autd3");
+    const TransducerArray coarse[] = {TransducerArray::load("openmpd"),
+                                      TransducerArray::load("sonicsurface"),
+                                      TransducerArray::load("ultraino64")};
     const Case cases[] = {
         {"path", &boards, 32, 4000, 0.01, false, 50000},
         {"path", &boards, 32, 4000, 0.001, false, 30000},
@@ -181,16 +268,22 @@ void printMany(int threads, int repeats)
         {"path", &octagon, 32, 1000, 0.01, false, 12000},
         {"path", &octagon, 32, 1000, 0.001, false, 0},
         {"from nothing", &octagon, 32, 200, 0.01, true, 0},
+        {"fading", &boards, 32, 4000, 0.01, false, 0, true},
+        {"path", &coarse[0], 4, 1000, 0.01, false, 0, false, 0.15},
+        {"path", &coarse[1], 4, 1000, 0.01, false, 0, false, 0.15},
+        {"path", &coarse[2], 2, 1000, 0.01, false, 0, false, 0.15},
     };
-    std::printf("%s, %s, %d threads; steps of %.1f mm, 8-bit phases; errors in double precision\n",
+    std::printf("%s, %s, %d threads; steps of %.1f mm; errors in double "
+                "precision\n",
                 processorName().c_str(),
                 base::instructionSetName(base::instructionSet()),
                 threads,
                 1e3 * kStep_m);
-    std::printf("%-14s %6s %11s %9s %10s %10s %8s %8s %6s %13s\n",
+    std::printf("%-14s %6s %11s %6s %9s %10s %10s %8s %8s %6s %13s\n",
                 "fields",
                 "points",
                 "transducers",
+                "phases",
                 "rms asked",
                 "fields/s",
                 "a core",
@@ -199,23 +292,11 @@ void printMany(int threads, int repeats)
                 "E",
                 "wanted a core");
     for (const Case& one : cases)
-    {
-        const Outcome outcome = run(one, threads, repeats);
-        std::printf("%-14s %6d %11d %7.2f %% %10.0f %10.0f %6.3f %% %6.3f %% %6.3f %13.0f\n",
-                    one.name,
-                    one.points,
-                    one.array->size(),
-                    100.0 * one.tolerance,
-                    outcome.perSecond,
-                    outcome.perCore,
-                    100.0 * outcome.rms,
-                    100.0 * outcome.worst,
-                    outcome.loudness,
-                    one.wanted);
-        std::fflush(stdout);
-    }
-    std::printf("published: GS-PAT (Plasencia et al. 2020), 32 points, 512 transducers, on a "
-                "desktop GPU: 17000 fields/s\n");
+        printLine(one, run(one, threads, repeats, threads > 1));
+    printThreads(cases[0], repeats);
+    std::printf("published by others:\n");
+    for (const Published& one : kPublished)
+        std::printf("%-42s %-16s %-16s (%s)\n", one.what, one.hardware, one.figure, one.source);
 }
 
 } // namespace midair::bench

@@ -352,6 +352,49 @@ class Memory(unittest.TestCase):
         self.assertAlmostEqual(float(field.felt([0.0, 0.0, 0.15])[0]) / abs(p[0]), 1.0, 5)
 
 
+class Many(unittest.TestCase):
+    def test_solve_many(self):
+        k, n = 30, 3
+        across = np.linspace(-0.01, 0.01, k)[:, None] + np.array([-0.02, 0.0, 0.02])
+        positions = np.stack([across, np.zeros((k, n)), np.full((k, n), 0.15)], axis=2)
+        scene = midair.Scene("board")
+        phases, levels, figures = scene.solve_many(positions, figures=True)
+        self.assertEqual((phases.shape, phases.dtype, levels), ((k, 249), np.uint8, 256))
+        self.assertEqual(figures.shape, (k,))
+        self.assertLess(figures["rms"].max(), 0.011)
+        # By the formula alone, without directivity and air.
+        places = midair.Array("board").transducers["position"]
+        r = np.linalg.norm(positions[-1][:, None] - places[None], axis=2)
+        p = np.abs((np.exp(2j * np.pi * (phases[-1] / levels - r * 40e3 / 343.2)) / r).sum(axis=1))
+        self.assertLess(p.std() / p.mean(), 0.05)
+        self.assertGreater(p.min(), 0.4 * (1 / r).sum(axis=1).mean() / np.sqrt(n))
+        # Independent fields are the same in any order; no figures, no array of them.
+        alone, _, none = scene.solve_many(positions[:1], path=1)
+        self.assertIsNone(none)
+        np.testing.assert_array_equal(alone[0], phases[0])
+        fading = np.linspace(1.0, 0.0, k)[:, None] * [1, 0, 0] + [0, 1, 1]
+        _, _, figures = scene.solve_many(positions, fading, tolerance=0.003, phase_step=1.0, seed=3, figures=True)
+        self.assertLess(figures["phase_step_rad"].max(), 1.0)
+
+    def test_wrong_arguments(self):
+        scene = midair.Scene("board")
+        good = np.full((2, 3, 3), 0.1) + 0.01 * np.arange(3)
+        for positions in (good[0], good[..., :2], 5.0):
+            with self.assertRaises(ValueError):
+                scene.solve_many(positions)
+        for targets in (np.ones(2), np.ones((3, 3)), np.ones((2, 3, 1))):
+            with self.assertRaises(ValueError):
+                scene.solve_many(good, targets)
+        for wrong in ({"tolerance": 1.0}, {"phase_step": 0.01}, {"targets": [1, -1, 1]}, {"targets": [0, 0, 0]}):
+            with self.assertRaises(midair.Error) as raised:
+                scene.solve_many(good, **wrong)
+            self.assertEqual(raised.exception.status, "invalid")
+        with self.assertRaises(midair.Error):
+            scene.solve_many(np.zeros((0, 3, 3)))
+        with self.assertRaises(midair.Error):
+            scene.solve_many(good * np.nan)
+
+
 class Extending(unittest.TestCase):
     def test_solver(self):
         problems = []

@@ -169,7 +169,7 @@ void expectQuickRows(const Scene& scene, double decay, double largest, Model D, 
     midair::base::AlignedBuffer<std::int32_t> fixed;
     fixed.reserve(std::size_t(kWidth) * kPoints);
     float sums[kPoints];
-    build(kernels::FixedRows{fixed.data(), scale.data()}, sums);
+    build(kernels::QuickRows{{fixed.data(), scale.data()}}, sums);
     double radius = 0.0, worst = 0.0;
     for (const auto& group : scene.groups)
         radius = std::max(radius, double(group.radius));
@@ -308,7 +308,7 @@ TEST_P(RowKernels, QuickOnesOfEveryDirectivity)
         {
             const auto with = [&](const auto& kernel, const auto& directivity)
             {
-                return [&](const kernels::FixedRows& rows, float* sums)
+                return [&](const kernels::QuickRows& rows, float* sums)
                 { kernel(scene.block, scene.points, float(decay), directivity, rows, sums); };
             };
             expectQuickRows(
@@ -316,18 +316,18 @@ TEST_P(RowKernels, QuickOnesOfEveryDirectivity)
                 decay,
                 1.0,
                 [](double x) { return valueOf(kCubic, x); },
-                with(kernels::quickCubic, kCubic));
+                with(kernels::buildCubic, kCubic));
             expectQuickRows(
                 scene,
                 decay,
                 1.0,
                 [&](double x) { return valueOf(table, x); },
-                with(kernels::quickTable, table));
+                with(kernels::buildTable, table));
             expectQuickRows(
                 scene,
                 decay,
                 1.0,
                 [](double) { return 1.0; },
-                with(kernels::quickPoint, kernels::DirectivityPoint{}));
+                with(kernels::buildPoint, kernels::DirectivityPoint{}));
         });
 }

@@ -3,7 +3,7 @@
 
 #include "haptics/base/InputError.h"
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstdint>
@@ -22,6 +22,7 @@ namespace
 
 constexpr int kFields = 24;
 constexpr int kPoints = 12;
+constexpr double kStep_rad = 2.0 * M_PI / 256.0;
 
 /// Two facing boards of 12 x 12 transducers.
 TransducerArray facing(Directivity directivity)
@@ -77,11 +78,12 @@ std::vector<double> pressuresOf(const TransducerArray& array,
             const double R = d.norm();
             const double gain = array.gain.size() > 0 ? array.gain[i] : 1.0;
             const double offset = array.phaseOffset_rad.size() > 0 ? array.phaseOffset_rad[i] : 0.0;
-            p += std::polar(
-                array.sourceAmplitude_Pa_m * gain *
-                    directivity(array.directivity, d.dot(array.normals.col(i)) / R) / R *
-                    std::exp(-air.attenuation(array.frequency_Hz) * R),
-                offset + 2.0 * M_PI * (phases[i] / 256.0 - R / air.wavelength(array.frequency_Hz)));
+            p += std::polar(array.sourceAmplitude_Pa_m * gain *
+                                directivity(array.directivity, d.dot(array.normals.col(i)) / R) /
+                                R * std::exp(-air.attenuation(array.frequency_Hz) * R),
+                            offset + 2.0 * M_PI *
+                                         (phases[i] / double(ManyFields::phaseLevelsOf(array)) -
+                                          R / air.wavelength(array.frequency_Hz)));
         }
         result.push_back(std::abs(p));
     }
@@ -136,9 +138,11 @@ std::string refusalOf(const TransducerArray& array, const ManyPoints& points)
     return {};
 }
 
-int stepOf(std::uint8_t a, std::uint8_t b)
+/// The difference of two of \a levels phases, by whole turns.
+int stepOf(int a, int b, int levels = 256)
 {
-    return std::abs(static_cast<int>(static_cast<std::int8_t>(a - b)));
+    const int step = std::abs(a - b);
+    return std::min(step, levels - step);
 }
 
 } // namespace
@@ -225,7 +229,7 @@ TEST(ManyFields, KeepTheBoundOnPhaseSteps)
         {
             ManyFieldsOptions options;
             options.rmsTolerance = tolerance;
-            options.largestPhaseStep_rad = levels * ManyFields::kPhaseStep_rad;
+            options.largestPhaseStep_rad = levels * kStep_rad;
             std::vector<ManyFieldsFigures> figures;
             const std::vector<std::uint8_t> phases =
                 solved(array, options, {kFields, kPoints, positions.data()}, &figures);
@@ -235,7 +239,7 @@ TEST(ManyFields, KeepTheBoundOnPhaseSteps)
                 for (std::size_t i = 0; i < 288; ++i)
                     most = std::max(most, stepOf(phases[288 * k + i], phases[288 * (k - 1) + i]));
                 EXPECT_LE(most, levels) << k;
-                EXPECT_NEAR(figures[k].phaseStep_rad, most * ManyFields::kPhaseStep_rad, 1e-5);
+                EXPECT_NEAR(figures[k].phaseStep_rad, most * kStep_rad, 1e-5);
                 // 0.5 mm turn phases by up to 15 levels; with 24 there is room for the rest.
                 if (levels < 24) continue;
                 const Achieved real = achieved(
@@ -243,6 +247,87 @@ TEST(ManyFields, KeepTheBoundOnPhaseSteps)
                 EXPECT_LT(real.rms, 3.0 * tolerance) << k;
             }
         }
+}
+
+// Arrays of fewer phases play theirs: accurate as far as these allow, and within the bound.
+TEST(ManyFields, PlayThePhasesOfTheArray)
+{
+    // Shipped arrays play 10, 32 and 128 phases, others some; what plain rounding leaves is the
+    // estimate of SOLVER.md ("Rounding") at E = 1.
+    for (const int levels : {2, 3, 10, 32, 64, 65, 128, 256})
+        for (const double bound_rad : {0.0, 4.0 * 2.0 * M_PI / levels})
+        {
+            if (bound_rad > M_PI) continue;
+            SCOPED_TRACE(std::to_string(levels) + " " + std::to_string(bound_rad));
+            TransducerArray array = facing(Directivity::T4010A1_TABLE);
+            array.drive.phaseLevels = levels;
+            const double rounded = M_PI / std::sqrt(3.0) / levels * std::sqrt(kPoints / 288.0);
+            ManyFieldsOptions options;
+            options.rmsTolerance = 0.002;
+            options.largestPhaseStep_rad = bound_rad;
+            const std::vector<double> positions = movingRing(kFields, kPoints, 1e-4);
+            std::vector<ManyFieldsFigures> figures;
+            const std::vector<std::uint8_t> phases =
+                solved(array, options, {kFields, kPoints, positions.data()}, &figures);
+            double square = 0.0;
+            for (std::size_t k = 0; k < kFields; ++k)
+            {
+                int most = 0;
+                for (std::size_t i = 0; i < 288; ++i)
+                {
+                    ASSERT_LT(phases[288 * k + i], levels);
+                    if (k > 0)
+                        most = std::max(
+                            most, stepOf(phases[288 * k + i], phases[288 * (k - 1) + i], levels));
+                }
+                EXPECT_LE(most, bound_rad > 0.0 ? 4 : levels) << k;
+                EXPECT_NEAR(figures[k].phaseStep_rad, most * 2.0 * M_PI / levels, 1e-5) << k;
+                const Achieved real = achieved(
+                    pressuresOf(array, &positions[3 * kPoints * k], kPoints, &phases[288 * k]));
+                EXPECT_NEAR(figures[k].rms, real.rms, 4e-4) << k;
+                square += real.rms * real.rms / kFields;
+            }
+            // Shaping leaves less than half of what plain rounding does.
+            EXPECT_LT(std::sqrt(square), std::max(0.0024, 0.5 * rounded));
+            testing::Test::RecordProperty("rms_" + std::to_string(levels),
+                                          std::to_string(std::sqrt(square) / rounded));
+        }
+}
+
+// Every other point fades to nothing and comes back while the ring moves: the others stay, and the
+// fading ones follow.
+TEST(ManyFields, FadePoints)
+{
+    constexpr int kFading = 60;
+    const TransducerArray array = facing(Directivity::T4010A1_TABLE);
+    const std::vector<double> positions = movingRing(kFading, kPoints, 2e-4);
+    std::vector<double> targets;
+    for (int field = 0; field < kFading; ++field)
+        for (int l = 0; l < kPoints; ++l)
+            targets.push_back(
+                l % 2 == 0 ? 1.0
+                           : std::max(0.0, std::abs(1.0 - 2.0 * field / (kFading - 1.0)) - 0.05));
+    ManyFieldsOptions options;
+    for (const int inPath : {0, 1})
+    {
+        options.fieldsInPath = inPath;
+        std::vector<ManyFieldsFigures> figures;
+        const std::vector<std::uint8_t> phases = solved(
+            array, options, {kFading, kPoints, positions.data(), targets.data(), false}, &figures);
+        for (std::size_t k = 0; k < kFading; ++k)
+        {
+            SCOPED_TRACE(std::to_string(inPath) + " " + std::to_string(k));
+            const std::vector<double> p =
+                pressuresOf(array, &positions[3 * kPoints * k], kPoints, &phases[288 * k]);
+            for (std::size_t l = 0; l < kPoints; ++l)
+                // Of the largest target.
+                EXPECT_NEAR(
+                    p[l] / static_cast<double>(figures[k].level_Pa), targets[kPoints * k + l], 0.02)
+                    << l;
+            EXPECT_LT(figures[k].rms, 0.02F);
+            EXPECT_GT(figures[k].loudness, 0.6F);
+        }
+    }
 }
 
 TEST(ManyFields, LeaveDeadTransducersOut)
@@ -295,14 +380,14 @@ TEST(ManyFields, RefuseByName)
     refused({0, 4, positions.data()}, "number of fields is 0");
     refused({2, 0, positions.data()}, "number of points is 0");
     refused({1, ManyFields::kMostPoints + 1, positions.data()}, "number of points is 1001");
-    refused({2, 4, nullptr}, "arrays");
-    for (const double bad : {0.0, -1.0, 1e13, std::nan("")})
+    refused({2, 4, nullptr}, "need positions");
+    for (const double bad : {-1.0, 1e13, std::nan("")})
     {
         targets[2] = bad;
         refused({2, 4, positions.data(), targets.data()}, "point 2 of field 0 has the target");
     }
-    targets[2] = 0.29;
-    refused({2, 4, positions.data(), targets.data()}, "0.3 of a field's largest");
+    targets.assign(4, 0.0);
+    refused({2, 4, positions.data(), targets.data()}, "field 0 has only targets of 0");
     positions[3 * 5 + 1] = std::numeric_limits<double>::infinity();
     refused({2, 4, positions.data()}, "point 1 of field 1 is at");
     // Behind both boards, far away.
@@ -326,8 +411,19 @@ TEST(ManyFields, CheckTheirOptions)
               std::string::npos);
     EXPECT_NE(refusal([](auto& o) { o.fieldsInPath = -1; }).find("fieldsInPath"),
               std::string::npos);
-    EXPECT_NE(refusal([](auto& o) { o.largestPhaseStep_rad = 0.01; }).find("largestPhaseStep_rad"),
-              std::string::npos);
+    for (const double bad : {-0.1, 3.2, std::nan("")})
+        EXPECT_NE(
+            refusal([&](auto& o) { o.largestPhaseStep_rad = bad; }).find("largestPhaseStep_rad"),
+            std::string::npos);
+    // The bound is a number of the array's phases.
+    TransducerArray coarse = facing(Directivity::POINT);
+    ManyFieldsOptions bounded;
+    bounded.largestPhaseStep_rad = 4.0 * kStep_rad;
+    EXPECT_NO_THROW(ManyFields(coarse, {}, bounded));
+    coarse.drive.phaseLevels = 128;
+    EXPECT_THROW(ManyFields(coarse, {}, bounded), base::InputError);
+    coarse.drive.phaseLevels = 257;
+    EXPECT_THROW(ManyFields(coarse, {}, {}), base::InputError);
     TransducerArray nothing;
     EXPECT_THROW(ManyFields(nothing, {}, {}), base::InputError);
     Medium frozen;
