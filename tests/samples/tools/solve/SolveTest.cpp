@@ -203,7 +203,7 @@ TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
 TEST(Solve, OptionsThatWouldDoNothingAreRefused)
 {
     for (const std::string options :
-         {"--outline --solver gs", "--even 3", "--cycle-steps 4", "--outline --cycle 2"})
+         {"--outline --solver gs", "--outline --even 3", "--cycle-steps 4", "--outline --cycle 2"})
     {
         const Outcome outcome = shell(kProgram + " " + kStar + " " + options);
         EXPECT_NE(outcome.code, 0) << options;
