@@ -182,7 +182,20 @@ std::vector<EvenedScene> heldScenes(const std::string& folder)
     return scenes;
 }
 
-// A single field of each shape, evened out to the end.
+/// The places of a held field as the programs choose them. \a spacing: another one; 0: theirs.
+ControlPoints heldPlaces(const EvenedScene& scene, const ControlPoints& points, double spacing)
+{
+    if (spacing > 0.0) return scene.places(points, spacing);
+    ControlPoints places;
+    for (const double one : placeSpacings(true))
+    {
+        places = scene.places(points, one);
+        if (places.size() <= kMostPlaces) break;
+    }
+    return places;
+}
+
+// A single field of a shape, evened out to the end.
 void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
@@ -192,7 +205,7 @@ void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
     const FieldSequence given =
         SequenceComposer({}, messages).compose(0, scene.sets(1).front(), {}, array, medium);
     const double solved_ms = cpu_ms() - start_ms;
-    const ControlPoints places = scene.places(given.points(), spacing);
+    const ControlPoints places = heldPlaces(scene, given.points(), spacing);
     CycleEqualizerOptions options;
     options.passes = passes;
     options.heldRaise = raise;
@@ -292,9 +305,11 @@ int main(int argc, char** argv)
     std::string meshes;
     app.add_option(
         "--meshes", meshes, "folder of spot.obj, teapot.obj and fandisk.obj, for --held");
-    double raise = CycleEqualizerOptions().heldRaise, spacing = kHeldPlaceSpacing;
+    double raise = CycleEqualizerOptions().heldRaise, spacing = 0.0;
     app.add_option("--raise", raise, "goal over the mean before, for --held");
-    app.add_option("--spacing", spacing, "of the places, wavelengths, for --held");
+    app.add_option("--spacing", spacing, "of the places, wavelengths, for --held; 0: as played");
+    std::string shape;
+    app.add_option("--shape", shape, "only the shape of this name, for --held");
     CLI11_PARSE(app, argc, argv);
     if (held)
     {
@@ -316,7 +331,8 @@ int main(int argc, char** argv)
             "s",
             "slice");
         for (const EvenedScene& scene : heldScenes(meshes))
-            runHeld(scene, EvenedCycle::kHeldPasses * passes, raise, spacing);
+            if (shape.empty() || scene.name == shape)
+                runHeld(scene, EvenedCycle::kHeldPasses * passes, raise, spacing);
         return 0;
     }
     std::printf(

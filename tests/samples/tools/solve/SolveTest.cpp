@@ -212,6 +212,24 @@ TEST(Solve, OptionsThatWouldDoNothingAreRefused)
     }
 }
 
+TEST(Solve, ASingleFieldIsEvenedOutOnRequest)
+{
+    const std::string plain = folder("plain"), evened = folder("evened");
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --out " + plain).code, 0);
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --even 8 --out " + evened).code, 0);
+    const nlohmann::json a = readSummary(plain), b = readSummary(evened);
+    EXPECT_FALSE(a.contains("evened"));
+    EXPECT_TRUE(b.contains("evened"));
+    EXPECT_LT(b["surface"]["coefficientOfVariation"].get<double>(),
+              0.7 * a["surface"]["coefficientOfVariation"].get<double>());
+    EXPECT_GT(b["surface"]["mean_Pa"].get<double>(), 0.97 * a["surface"]["mean_Pa"].get<double>());
+    // Its figures are of what is played, which no longer meets the points.
+    EXPECT_GT(b["report"]["rms"].get<double>(), 10.0 * a["report"]["rms"].get<double>());
+    const Outcome vertices = shell(kProgram + " " + kStar + " --sampling vertices --even 8");
+    EXPECT_NE(vertices.code, 0);
+    EXPECT_NE(vertices.output.find("--even"), std::string::npos) << vertices.output;
+}
+
 TEST(Solve, FieldsInTurnAreWrittenAndMeasured)
 {
     const std::string one = folder("one"), many = folder("cycle"), subsets = folder("subsets");
