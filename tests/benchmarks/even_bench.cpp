@@ -195,6 +195,26 @@ ControlPoints heldPlaces(const EvenedScene& scene, const ControlPoints& points, 
     return places;
 }
 
+void printHeldHead()
+{
+    std::printf("Pa: mean radiation pressure, cv: its coefficient of variation, 1 %%: its first "
+                "percentile over\nthe mean, contrast: on the surface over off it; each before > "
+                "after; slice: the longest\n\n%-10s %6s %6s %6s %14s %6s %14s %15s %12s %6s %6s "
+                "%5s\n",
+                "shape",
+                "points",
+                "places",
+                "ms",
+                "Pa",
+                "ratio",
+                "cv",
+                "1 %",
+                "contrast",
+                "passes",
+                "s",
+                "slice");
+}
+
 // A single field of a shape, evened out to the end.
 void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
 {
@@ -313,23 +333,7 @@ int main(int argc, char** argv)
     CLI11_PARSE(app, argc, argv);
     if (held)
     {
-        std::printf(
-            "Pa: mean radiation pressure, cv: its coefficient of variation, 1 %%: its first "
-            "percentile over\nthe mean, contrast: on the surface over off it; each before > "
-            "after; slice: the longest\n\n%-10s %6s %6s %6s %14s %6s %14s %15s %12s %6s %6s "
-            "%5s\n",
-            "shape",
-            "points",
-            "places",
-            "ms",
-            "Pa",
-            "ratio",
-            "cv",
-            "1 %",
-            "contrast",
-            "passes",
-            "s",
-            "slice");
+        printHeldHead();
         for (const EvenedScene& scene : heldScenes(meshes))
             if (shape.empty() || scene.name == shape)
                 runHeld(scene, EvenedCycle::kHeldPasses * passes, raise, spacing);
