@@ -348,7 +348,7 @@ std::shared_ptr<HologramResult> HologramPipeline::playRefined(haptics::FieldSequ
     for (PipelineStage* stage : _stages)
         stage->compose(sequence);
     auto result = std::make_shared<HologramResult>(*_context.last);
-    result->outline = sequence.isHeld();
+    result->outline = sequence.isHeld() && !sequence.evened;
     continueLast(sequence);
     const haptics::TransducerArray& array = _hands.shadowed(_context.last->points);
     _output.play(array, std::move(sequence), *result);

@@ -63,9 +63,16 @@ void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::F
     _missing = {};
     _missing.sets = _context.options.cycle > 1 && !made.isEmpty();
     _missing.outline = !made.isEmpty() && isOutline(snapshot);
+    _missing.places = !_missing.outline && isHeldSurface(snapshot, made);
     _evened.end();
-    _isCurrent = _missing.sets || _missing.outline;
+    _isCurrent = _missing.sets || _missing.outline || _missing.places;
     if (_isCurrent || _context.options.monitorInterval > 0.0) _snapshot = snapshot;
+    _restsAt_s = 0.0;
+    if (_missing.places)
+    {
+        _joined = made;
+        _restsAt_s = _context.clock.now_s() + _context.options.restAfter_s;
+    }
     if (!_missing.sets) return;
     for (haptics::FieldSequence& other : _sets)
         other = {};
@@ -82,7 +89,7 @@ void RestRefiner::settle(const HologramResult& result,
 RestStep RestRefiner::attend(bool isPlaying)
 {
     RestStep made;
-    if (!isPlaying || !hasWork()) return made;
+    if (!isPlaying || !hasWork() || _context.clock.now_s() < _restsAt_s) return made;
     made.field = step();
     made.isOtherField = made.field.has_value();
     return made;
@@ -90,8 +97,8 @@ RestStep RestRefiner::attend(bool isPlaying)
 
 std::optional<double> RestRefiner::rest_s(bool isPlaying) const
 {
-    if (isPlaying && hasWork()) return 0.0;
-    return std::nullopt;
+    if (!isPlaying || !hasWork()) return std::nullopt;
+    return std::max(0.0, _restsAt_s - _context.clock.now_s());
 }
 
 std::optional<haptics::FieldSequence> RestRefiner::step()
@@ -164,13 +171,13 @@ void RestRefiner::beginToEven()
 {
     const haptics::ControlPoints& played = _context.last->points;
     if (played.absolute) return;
-    const auto places = _surface.places(_snapshot.objects, played);
+    const auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
     if (!places)
     {
         _context.messages.say(
             {base::MessageCode::FIELD_UNEVEN,
-             fmt::format("the fields in turn are not evened out: their surfaces have "
-                         "more than {} places {:g} wavelengths apart",
+             fmt::format("what is played is not evened out: its surfaces have more than {} places "
+                         "{:g} wavelengths apart",
                          haptics::kMostPlaces,
                          haptics::kPlaceSpacings.back())});
         return;
@@ -222,6 +229,24 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
     };
     return !snapshot.objects.empty() &&
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
+}
+
+// True if \a made is one field of surfaces only, which may be evened out: ratios of pressures, of
+// objects larger than a focus.
+bool RestRefiner::isHeldSurface(const SceneSnapshot& snapshot,
+                                const haptics::FieldSequence& made) const
+{
+    if (_context.options.even == 0 || _context.options.cycle > 1 || !made.isHeld() ||
+        made.parts.empty() || _assembler.hasSmall())
+        return false;
+    const haptics::ControlPoints& points = made.parts.front();
+    const auto isSurface = [&](int object)
+    {
+        return snapshot.objects[static_cast<std::size_t>(object)].properties.sampling ==
+               haptics::Sampling::SURFACE;
+    };
+    return !points.absolute && !points.object.empty() &&
+           std::all_of(points.object.begin(), points.object.end(), isSurface);
 }
 
 // The outlines of all objects, array frame; none if a part of one is out of reach or clipped,

@@ -13,9 +13,10 @@
 namespace midair::bridge
 {
 
-/// Improves the field of a scene at rest: solves outlines as one smooth field, or solves the other
-/// sets of points of a cycle, joins them and evens them out. It works in steps, so that a new
-/// snapshot waits for at most one step; those of evening out take about a millisecond.
+/// Improves the field of a scene at rest: solves outlines as one smooth field; evens a held field
+/// out, once it has been played for HologramOptions::restAfter_s; or solves the other sets of
+/// points of a cycle, joins them and evens them out. It works in steps, so that a new snapshot
+/// waits for at most one step; those of evening out take about a millisecond.
 class RestRefiner final : public PipelineStage
 {
 public:
@@ -27,7 +28,7 @@ public:
 
     /// Drops all work, and starts again with the first set of points.
     void setOptions() override;
-    bool mayPlayOn() const override { return !hasWork(); }
+    bool mayPlayOn() const override { return !hasWork() || isHeldYet(); }
     void settle(const HologramResult& result,
                 const SceneSnapshot& snapshot,
                 const haptics::TransducerArray& array) override;
@@ -52,16 +53,19 @@ private:
     {
         bool sets = false;
         bool outline = false;
-        bool places = false; ///< the playing cycle still has to be evened out
+        bool places = false; ///< the playing field or cycle still has to be evened out
     };
 
     bool hasWork() const;
+    // The solver's field is playing, and nothing has been done to even it out.
+    bool isHeldYet() const { return _missing.places && _joined.isHeld(); }
     std::optional<haptics::FieldSequence> step();
     std::optional<haptics::FieldSequence> makeOutline();
     haptics::FieldSequence joinSets();
     void beginToEven();
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;
+    bool isHeldSurface(const SceneSnapshot& snapshot, const haptics::FieldSequence& made) const;
     std::vector<haptics::Outline> outlines(const haptics::ControlPoints& played) const;
 
     PipelineContext& _context;
@@ -74,7 +78,8 @@ private:
     Missing _missing;
     std::vector<haptics::FieldSequence> _sets; // one per set; isEmpty(): not made yet
     int _next = 0;                             // the set for the next update
-    haptics::FieldSequence _joined;            // the cycle to be evened out
+    haptics::FieldSequence _joined;            // the field or cycle to be evened out
+    double _restsAt_s = 0.0;                   // on the context's clock: no work before
     FeltSurface _surface;
     haptics::EvenedCycle _evened;
 };

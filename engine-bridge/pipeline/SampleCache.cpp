@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/sequence/CycleEqualizer.h"
 
 #include <algorithm>
 #include <cstring>
@@ -254,10 +255,11 @@ void FeltSurface::setStop(const base::StopToken& stop)
 }
 
 std::optional<haptics::ControlPoints> FeltSurface::places(const std::vector<HapticObject>& objects,
-                                                          const haptics::ControlPoints& points)
+                                                          const haptics::ControlPoints& points,
+                                                          bool isHeld)
 {
     std::optional<haptics::ControlPoints> found;
-    for (const double spacing : haptics::kPlaceSpacings)
+    for (const double spacing : haptics::placeSpacings(isHeld))
     {
         found = placesOf(objects, points, spacing * _wavelength_m);
         if (found) break;

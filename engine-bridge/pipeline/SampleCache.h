@@ -88,7 +88,7 @@ private:
     std::uint64_t _followed = 0;
 };
 
-/// Finds the places on a scene's surfaces over which a cycle's fields are evened out.
+/// Finds the places on a scene's surfaces over which fields are evened out.
 class FeltSurface
 {
 public:
@@ -99,10 +99,11 @@ public:
     void setStop(const base::StopToken& stop);
 
     /// Returns the places of \a objects near \a points, the played control points, with the targets
-    /// of the nearest: at the first of haptics::kPlaceSpacings that gives at most
-    /// haptics::kMostPlaces; none if none does.
+    /// of the nearest: at the first of haptics::placeSpacings() that gives at most
+    /// haptics::kMostPlaces; none if none does. \a isHeld: for a single field.
     std::optional<haptics::ControlPoints> places(const std::vector<HapticObject>& objects,
-                                                 const haptics::ControlPoints& points);
+                                                 const haptics::ControlPoints& points,
+                                                 bool isHeld);
 
 private:
     std::optional<haptics::ControlPoints> placesOf(const std::vector<HapticObject>& objects,

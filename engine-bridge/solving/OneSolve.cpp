@@ -60,7 +60,12 @@ haptics::FieldSequence compose(const SolveTask& task)
             *task.outlines, task.absolute, composer.options().modulation, task.array, task.medium);
     }
     if (task.sets.size() == 1)
-        return composer.compose(0, task.sets.front(), task.plan, task.array, task.medium);
+    {
+        haptics::FieldSequence one =
+            composer.compose(0, task.sets.front(), task.plan, task.array, task.medium);
+        if (task.places.size() == 0 || !one.isHeld()) return one;
+        return composer.join({std::move(one)}, task.places, task.array, task.medium);
+    }
     return composer.composeCycle(task.sets, task.places, task.array, task.medium);
 }
 
@@ -93,8 +98,8 @@ void encodeFields(const SolveTask& task, SolvedFields& solved)
     }
 }
 
-/// Returns |p| at the points of \a sequence (n), computed in double, each in its own field; for an
-/// evened cycle as felt. Rows of G are made one after the other: all of them take megabytes, whose
+/// Returns |p| at the points of \a sequence (n), computed in double, each in its own field; for
+/// evened fields as felt. Rows of G are made one after the other: all of them take megabytes, whose
 /// first touch may cost more than the numbers in them.
 Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask& task)
 {

@@ -35,7 +35,7 @@ struct SolveTask
     std::vector<haptics::ControlPoints> sets = {};
     /// Modulation of the points; only with a single set.
     haptics::ModulationPlan plan = {};
-    /// Places where the fields of a cycle are evened out; none: only at the points of the sets.
+    /// Places where the fields of a cycle, or one held field, are evened out; none: they are not.
     haptics::ControlPoints places = {};
     /// Outlines for one stationary field, instead of the sets.
     std::optional<std::vector<haptics::Outline>> outlines = std::nullopt;

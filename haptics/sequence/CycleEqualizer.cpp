@@ -24,6 +24,9 @@ constexpr double kArmijo = 1e-4;         // required gain, as a share of the slo
 constexpr double kEven = 1e-4;           // value of f at which the fields are even enough
 constexpr int kLookEvery = 5;            // passes between two checks of the mean
 constexpr double kMostRaise = 1.1;       // largest factor on the goal per check
+constexpr int kLookHeldEvery = 25;       // the same for a single field
+constexpr double kMostTurn = 1.02;
+constexpr double kNearGain = 0.004;      // relative; the goal of a single field stays
 constexpr int kRowsAtOnce = 128;         // with the block's width a quarter of a level-2 cache
 constexpr std::size_t kFieldsAtOnce = 8; // of a slice
 
@@ -36,12 +39,20 @@ CycleEqualizerOptions withPasses(int passes)
 
 } // namespace
 
+std::vector<double> placeSpacings(bool isHeld)
+{
+    std::vector<double> spacings(kPlaceSpacings.begin(), kPlaceSpacings.end());
+    if (isHeld) spacings.insert(spacings.begin(), kHeldPlaceSpacing);
+    return spacings;
+}
+
 bool CycleEqualizerOptions::isValid(std::string* error) const
 {
     return base::RangeCheck()
         .atLeast("passes", passes, 0)
         .above("raise", raise, 0.0)
         .above("ringingRaise", ringingRaise, 0.0)
+        .above("heldRaise", heldRaise, 0.0)
         .passed(error);
 }
 
@@ -72,7 +83,7 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     const auto n = static_cast<Eigen::Index>(_places.rows.size());
     const bool isTooMuch =
         _places.rows.size() * static_cast<std::size_t>(array.size()) > base::kMostEntries;
-    if (n == 0 || isTooMuch || _fields.size() < 2 || sounding.empty()) return false;
+    if (n == 0 || isTooMuch || sounding.empty()) return false;
 
     _matrix.bind(array, medium);
     _matrix.resize(static_cast<int>(n));
@@ -91,7 +102,7 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     for (std::size_t k = 0; k < sounding.size(); ++k)
         _sounding[k].index = sounding[k];
     _overlaps.resize(0);
-    if (step_s > 0.0 && array.ringing_s > 0.0)
+    if (_fields.size() > 1 && step_s > 0.0 && array.ringing_s > 0.0)
         _overlaps = ringingOverlaps(static_cast<int>(_fields.size()), step_s, array.ringing_s)
                         .cast<float>();
     reserve();
@@ -165,6 +176,12 @@ bool CycleEqualizer::step()
     else
         direct();
     return hasWork();
+}
+
+double CycleEqualizer::raise() const
+{
+    if (_fields.size() == 1) return _options.heldRaise;
+    return _overlaps.size() > 0 ? _options.ringingRaise : _options.raise;
 }
 
 void CycleEqualizer::buildBlock(int block)
@@ -278,15 +295,32 @@ void CycleEqualizer::judge()
     _descent.f = f;
     ++_descent.passes;
     if (_descent.passes >= _options.passes || f < kEven) return end();
-    if (_descent.passes % kLookEvery == 0) keepUp();
+    keepUp();
     beginBackward();
 }
 
-// If the array can't have both, pressure has precedence over evenness.
+// Changes the goal, if the mean is not where it should be. If the array can't have both, pressure
+// has precedence over evenness; a single field gives all pressure above the given for it, but for
+// the first passes, in which its mean falls and returns.
+bool CycleEqualizer::keepsUp()
+{
+    if (_fields.size() == 1)
+    {
+        const double missing = kHeldGain * _evenness.given / _evenness.mean;
+        if (_descent.passes < 2 * kLookHeldEvery || _descent.passes % kLookHeldEvery != 0 ||
+            std::fabs(missing - 1.0) < kNearGain)
+            return true;
+        _evenness.goal *= std::clamp(missing, 1.0 / kMostTurn, kMostTurn);
+        return false;
+    }
+    if (_descent.passes % kLookEvery != 0 || _evenness.mean >= _evenness.given) return true;
+    _evenness.goal *= std::min(kMostRaise, _evenness.given / _evenness.mean);
+    return false;
+}
+
 void CycleEqualizer::keepUp()
 {
-    if (_evenness.mean >= _evenness.given) return;
-    _evenness.goal *= std::min(kMostRaise, _evenness.given / _evenness.mean);
+    if (keepsUp()) return;
     _descent.f = evaluate();
     _descent.newton.forget();
     _descent.share = 0.0; // the last step isn't stored: its gradients are of different goals
@@ -431,9 +465,7 @@ double CycleEqualizer::evaluate()
         _evenness.mean > 0.0
             ? std::sqrt((weight * (ratio - _evenness.mean).square()).sum() / all) / _evenness.mean
             : 0.0;
-    if (!_descent.isStarted)
-        _evenness.goal =
-            (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _evenness.mean;
+    if (!_descent.isStarted) _evenness.goal = raise() * _evenness.mean;
     // About the mean, because the two parts are known separately: ratio/goal - 1 = (ratio -
     // mean)/goal + ..
     const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
@@ -454,8 +486,9 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
                         const Medium& medium)
 {
     end();
-    const auto stride = static_cast<std::size_t>(_steps + 1);
-    if (_passes == 0 || cycle.fields.size() % stride != 0) return false;
+    const auto stride = static_cast<std::size_t>(cycle.isHeld() ? 1 : _steps + 1);
+    const bool isCycle = cycle.fields.size() > stride && cycle.fields.size() % stride == 0;
+    if (_passes == 0 || !(cycle.isHeld() || isCycle)) return false;
     for (const ControlPoints& part : cycle.parts)
         if (part.size() > 0 && part.absolute) return false;
     std::vector<Eigen::VectorXcf> fields;
@@ -463,6 +496,7 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
         fields.push_back(cycle.fields[k]);
     // With steps between the fields almost nothing rings.
     const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
+    _equalizer.setPasses(cycle.isHeld() ? kHeldPasses * _passes : _passes);
     if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
     _cycle = cycle;
     _drive = array.drive;
@@ -481,7 +515,8 @@ std::optional<FieldSequence> EvenedCycle::step()
     if (_equalizer.passes() == _seen && hasWork()) return std::nullopt;
     _seen = _equalizer.passes();
     if (_seen == 0 || _equalizer.gain() < kLeastGain) return std::nullopt;
-    if (now >= (hasWork() ? kWorthIt : 1.0) * _handedOut) return std::nullopt;
+    const double worthIt = _cycle.isHeld() ? kHeldWorthIt : kWorthIt;
+    if (now >= (hasWork() ? worthIt : 1.0) * _handedOut) return std::nullopt;
     _handedOut = now;
     return made();
 }

@@ -21,6 +21,12 @@
 namespace midair::haptics
 {
 
+/// Returns the spacings, in wavelengths, of surface samples for evening out, in the order in which
+/// they are tried: kPlaceSpacings, and before them, for a held field, which is more uneven between
+/// the places, kHeldPlaceSpacing.
+std::vector<double> placeSpacings(bool isHeld);
+constexpr double kHeldPlaceSpacing = 0.18;
+
 /// Options of a CycleEqualizer.
 struct CycleEqualizerOptions
 {
@@ -30,13 +36,16 @@ struct CycleEqualizerOptions
     double raise = 1.2;
     /// > 0; the same with ringing: fields that overlap more waste less as well
     double ringingRaise = 1.25;
+    /// > 0; the same for a single field, whose mean stays below its goal; the goal then follows, so
+    /// that the mean becomes CycleEqualizer::kHeldGain of that before
+    double heldRaise = 1.5;
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Evens out the pressure on a surface, averaged over K fields in turn. It minimises, over the
-/// phases of all fields together,
+/// Evens out the pressure on a surface, averaged over K >= 1 fields in turn; one is held. It
+/// minimises, over the phases of all fields together,
 ///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2,   r_l = I_l / (g a_l^2) - 1,   I_l = mean_k |p_l^k|^2
 /// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
 /// stay unchanged. If the array rings and the duration of fields is known, I_l is the mean with
@@ -49,11 +58,13 @@ public:
     /// threads. Throws base::InputError for invalid options.
     CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver);
 
+    /// Sets CycleEqualizerOptions::passes for the next begin(); >= 0.
+    void setPasses(int passes) { _options.passes = passes; }
+
     /// Starts with \a fields (K of m activations; silent ones stay silent) and \a places (positions
     /// and targets; ideally 0.22 wavelengths apart). Each field plays for \a step_s; 0: long enough
     /// that ringing doesn't matter. Returns false, without work, if no place has a target, the
-    /// places exceed base::kMostEntries, there are fewer than two fields, or all fields are silent
-    /// there.
+    /// places exceed base::kMostEntries, there is no field, or all fields are silent.
     bool begin(const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium,
@@ -63,7 +74,8 @@ public:
     /// options' token; it may then be called again.
     bool step();
     bool hasWork() const { return _at.slice != Slice::DONE; }
-    void end() { _at.slice = Slice::DONE; } ///< drops the remaining work; keeps the memory
+    static constexpr double kHeldGain = 1.005; ///< wanted gain() of a single field
+    void end() { _at.slice = Slice::DONE; }    ///< drops the remaining work; keeps the memory
 
     int passes() const { return _descent.passes; } ///< accepted steps since begin()
     /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last step.
@@ -120,6 +132,7 @@ private:
     void buildBlock(int block);
     void forwardBlock(std::size_t first, std::size_t last);
     void backwardBlock(int thread, std::size_t first, std::size_t last);
+    double raise() const;
     void beginForward();
     void beginBackward();
     void sumSteady();
@@ -128,6 +141,7 @@ private:
     void judge();
     void direct();
     void turn(double share);
+    bool keepsUp();
     void keepUp();
 
     CycleEqualizerOptions _options;
@@ -145,33 +159,38 @@ private:
     Evenness _evenness;
 };
 
-/// Evens out a cycle in slices and returns each intermediate cycle worth playing. Its fields keep
-/// their order and common phases, so one cycle can replace another while it plays.
+/// Evens out a cycle, or a held field, in slices and returns each intermediate one worth playing.
+/// Its fields keep their order and common phases, so one cycle can replace another while it plays.
 class EvenedCycle
 {
 public:
-    /// \a passes: >= 0, as CycleEqualizerOptions::passes. \a steps: >= 0, intermediate fields after
-    /// each field of the cycle. Takes threads, pool and stop token from \a solver.
+    /// \a passes: >= 0, as CycleEqualizerOptions::passes; a held field takes kHeldPasses times as
+    /// many. \a steps: >= 0, intermediate fields after each field of the cycle. Takes threads, pool
+    /// and stop token from \a solver.
     EvenedCycle(int passes, int steps, const SolverOptions& solver);
 
     /// Starts with \a cycle: one field for each part, with the steps between them, as
-    /// SequenceComposer::join() makes it. Returns false, without work, as CycleEqualizer::begin()
-    /// does, without passes, and for targets in Pa, because each point then needs its pressure in
-    /// its own field.
+    /// SequenceComposer::join() makes it; or one held field. Returns false, without work, as
+    /// CycleEqualizer::begin() does, without passes, and for targets in Pa, because each point then
+    /// needs its pressure in its own field.
     bool begin(const FieldSequence& cycle,
                const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium);
-    /// Does the next slice. Returns a cycle that is more even than the last by kWorthIt, or the
-    /// final one; it is `evened`, and its report has the figures of the steps between its fields,
-    /// but not yet those of the average field. Cycles more than 1 - kLeastGain weaker than the
-    /// given one are not returned. Throws base::Stopped; it may then be called again.
+    /// Does the next slice. Returns a cycle that is more even than the last by kWorthIt (a held
+    /// field: kHeldWorthIt), or the final one; it is `evened`, and its report has the figures of
+    /// the steps between its fields, but not yet those of the average field. Cycles more than 1 -
+    /// kLeastGain weaker than the given one are not returned. Throws base::Stopped; it may then be
+    /// called again.
     std::optional<FieldSequence> step();
     bool hasWork() const { return _equalizer.hasWork(); }
     void end() { _equalizer.end(); } ///< drops the remaining work
     const CycleEqualizer& equalizer() const { return _equalizer; }
 
-    static constexpr double kWorthIt = 0.7;    ///< factor on the coefficient of variation
+    static constexpr int kHeldPasses = 24;  ///< factor on the passes
+    static constexpr double kWorthIt = 0.7; ///< factor on the coefficient of variation
+    /// The same for a held field, which would be felt to jump: it changes in small steps.
+    static constexpr double kHeldWorthIt = 0.9;
     static constexpr double kLeastGain = 0.98; ///< of the mean radiation pressure
 
 private:

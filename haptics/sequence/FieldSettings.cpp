@@ -107,7 +107,8 @@ std::vector<Setting<S>> playing()
             .use(Use::PLAYED), // devices enforce it
         Row<S>("even",
                &S::even,
-               "passes for evening out a cycle's fields together while objects rest; 0: none")
+               "passes for evening out a cycle's fields together while objects rest; a held field "
+               "takes 24 times as many; 0: none")
             .range(0, kMostEven)
             .use(Use::STILL),
         Row<S>(

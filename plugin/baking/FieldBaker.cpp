@@ -56,8 +56,8 @@ struct BakedLimits
 
 constexpr double kSecond_ns = 1e9;
 
-/// The clock for baking with hands or sensations: it advances only when the baker moves it on, from
-/// field to field.
+/// The clock for baking: it advances only when the baker moves it on, from frame to frame, or from
+/// field to field with hands or sensations.
 class BakingClock : public midair::base::Clock
 {
 public:
@@ -396,7 +396,8 @@ struct FieldBaker::Part
         const bool hadSensations = std::exchange(
             touches.areSensations, midair::bridge::SensationRenderer::concerns(objects));
         if (hadSensations != touches.areSensations) touches.last.clear();
-        if (hadSensations != touches.areSensations && !hands) pipeline.reset(); // another clock
+        if (hadSensations != touches.areSensations && !hands)
+            pipeline.reset(); // its device records or not
         limits = limitsOfDevice(granted.device);
         if (pipeline && opened != collected.settings) pipeline.reset();
     }
@@ -410,7 +411,7 @@ struct FieldBaker::Part
         hands = new BakedHands(*uri);
         handsText = midair::base::readRegularFile(uri->file, kMostHandBytes);
         engine.setHandSource(hands);
-        pipeline.reset(); // it uses another clock
+        pipeline.reset(); // its device records from now on
         return true;
     }
 
@@ -436,7 +437,7 @@ struct FieldBaker::Part
                 most,
                 layout.transducers);
         };
-        if (isPlayedOn()) options.clock = &clock;
+        options.clock = &clock; // so that a field rests for restAfter_s of the animation
         options.solverFactory =
             [](const std::string& name, const midair::haptics::SolverOptions& wanted)
         {

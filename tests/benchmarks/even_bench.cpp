@@ -1,5 +1,6 @@
 // midair-even-bench: how fast the fields of a cycle are evened out together on one core: the
-// pressure between the points against time. haptics/SOLVER.md quotes it.
+// pressure between the points against time; --held: the same of single fields, for many shapes.
+// haptics/SOLVER.md quotes it.
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/points/ControlPoints.h"
@@ -162,6 +163,106 @@ void runConstants(const EvenedScene& scene, int K, int passes)
     std::printf("\n");
 }
 
+/// Spheres, the sample star and a flat board, and spot, teapot and fandisk from \a folder.
+std::vector<EvenedScene> heldScenes(const std::string& folder)
+{
+    std::vector<EvenedScene> scenes;
+    const auto add = [&scenes](const std::string& name, TriangleMesh mesh)
+    {
+        scenes.push_back({name, std::move(mesh), EvenedScene::wavelength_m(), {}});
+        scenes.back().fine = finePlaces(scenes.back().mesh);
+    };
+    for (const int radius_mm : {20, 25, 30, 35, 40, 45})
+        add("sphere " + std::to_string(radius_mm), test::sphere(1e-3 * radius_mm, 5));
+    for (const char* name : {"spot", "teapot", "fandisk"})
+        if (!folder.empty()) add(name, readObj(folder + "/" + name + ".obj").scaledTo(0.08));
+    scenes.push_back(evenedStar(MIDAIR_ROOT));
+    scenes.back().name = "star";
+    add("board", test::box({0.08, 0.06, 0.002}));
+    return scenes;
+}
+
+/// The places of a held field as the programs choose them. \a spacing: another one; 0: theirs.
+ControlPoints heldPlaces(const EvenedScene& scene, const ControlPoints& points, double spacing)
+{
+    if (spacing > 0.0) return scene.places(points, spacing);
+    ControlPoints places;
+    for (const double one : placeSpacings(true))
+    {
+        places = scene.places(points, one);
+        if (places.size() <= kMostPlaces) break;
+    }
+    return places;
+}
+
+void printHeldHead()
+{
+    std::printf("Pa: mean radiation pressure, cv: its coefficient of variation, 1 %%: its first "
+                "percentile over\nthe mean, contrast: on the surface over off it; each before > "
+                "after; slice: the longest\n\n%-10s %6s %6s %6s %14s %6s %14s %15s %12s %6s %6s "
+                "%5s\n",
+                "shape",
+                "points",
+                "places",
+                "ms",
+                "Pa",
+                "ratio",
+                "cv",
+                "1 %",
+                "contrast",
+                "passes",
+                "s",
+                "slice");
+}
+
+// A single field of a shape, evened out to the end.
+void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    midair::base::MessageLog messages;
+    double start_ms = cpu_ms();
+    const FieldSequence given =
+        SequenceComposer({}, messages).compose(0, scene.sets(1).front(), {}, array, medium);
+    const double solved_ms = cpu_ms() - start_ms;
+    const ControlPoints places = heldPlaces(scene, given.points(), spacing);
+    CycleEqualizerOptions options;
+    options.passes = passes;
+    options.heldRaise = raise;
+    CycleEqualizer equalizer(options, {});
+    start_ms = cpu_ms();
+    equalizer.begin(places, array, medium, given.fields);
+    double longest_ms = 0.0;
+    for (bool goesOn = true; goesOn;)
+    {
+        const double slice_ms = cpu_ms();
+        goesOn = equalizer.step();
+        longest_ms = std::max(longest_ms, cpu_ms() - slice_ms);
+    }
+    const double passed_ms = cpu_ms() - start_ms;
+    const SurfaceStatistics before = surfaceStatistics(scene.fine, array, medium, given.fields);
+    const SurfaceStatistics now = surfaceStatistics(scene.fine, array, medium, equalizer.fields());
+    std::printf("%-10s %6d %6d %6.0f %6.1f > %5.1f %6.3f %6.3f > %5.3f %6.4f > %6.4f %5.2f > %4.2f "
+                "%6d %6.2f %5.1f\n",
+                scene.name.c_str(),
+                given.points().size(),
+                places.size(),
+                solved_ms,
+                before.mean_Pa,
+                now.mean_Pa,
+                now.mean_Pa / before.mean_Pa,
+                before.coefficientOfVariation,
+                now.coefficientOfVariation,
+                before.percentile1,
+                now.percentile1,
+                before.contrast,
+                now.contrast,
+                equalizer.passes(),
+                1e-3 * passed_ms,
+                longest_ms);
+    std::fflush(stdout);
+}
+
 // The same in a live pipeline, twice at rest: how long a new snapshot may have to wait.
 void runLive(const EvenedScene& scene, int K, double maxPressure_Pa)
 {
@@ -219,7 +320,25 @@ int main(int argc, char** argv)
     app.add_flag("--constants", constants, "other spacings and goals in place of the time's curve");
     bool live = false;
     app.add_flag("--live", live, "steps of a live pipeline in place of the time's curve");
+    bool held = false;
+    app.add_flag("--held", held, "a single field of each of many shapes");
+    std::string meshes;
+    app.add_option(
+        "--meshes", meshes, "folder of spot.obj, teapot.obj and fandisk.obj, for --held");
+    double raise = CycleEqualizerOptions().heldRaise, spacing = 0.0;
+    app.add_option("--raise", raise, "goal over the mean before, for --held");
+    app.add_option("--spacing", spacing, "of the places, wavelengths, for --held; 0: as played");
+    std::string shape;
+    app.add_option("--shape", shape, "only the shape of this name, for --held");
     CLI11_PARSE(app, argc, argv);
+    if (held)
+    {
+        printHeldHead();
+        for (const EvenedScene& scene : heldScenes(meshes))
+            if (shape.empty() || scene.name == shape)
+                runHeld(scene, EvenedCycle::kHeldPasses * passes, raise, spacing);
+        return 0;
+    }
     std::printf(
         "cv: coefficient of variation of the mean radiation pressure over the surface, 1 %%:"
         " its first\npercentile over the mean, pressure: the mean over that before, slice: "

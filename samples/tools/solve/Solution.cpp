@@ -12,6 +12,7 @@
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/FieldMonitor.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/sequence/FocusShare.h"
@@ -239,13 +240,13 @@ modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& an
     return std::move(reached.inside);
 }
 
-/// Returns places near \a points, with targets, where fields in turn are evened out. Returns none,
-/// with a message, if the surface is too large.
+/// Returns places near \a points, with targets, where fields are evened out. Returns none, with a
+/// message, if the surface is too large.
 haptics::ControlPoints placesToEven(const SolveArguments& arguments,
                                     const haptics::ControlPoints& points,
                                     const SolveScene& scene)
 {
-    for (const double spacing : haptics::kPlaceSpacings)
+    for (const double spacing : haptics::placeSpacings(arguments.settings.cycle == 1))
     {
         const double spacing_m = spacing * scene.wavelength_m();
         haptics::ControlPoints places = haptics::feltPlaces(
@@ -327,7 +328,12 @@ bridge::SolveTask taskOf(const SolveArguments& arguments, const SolveScene& scen
         return task;
     }
     task.sets = pointSets(arguments, scene);
-    if (task.sets.size() == 1 || arguments.settings.even == 0) return task;
+    // A single field stays the solver's own unless something else is asked for.
+    if ((task.sets.size() == 1 && !arguments.evenGiven) || arguments.settings.even == 0)
+        return task;
+    if (task.sets.size() == 1 && arguments.sampling != haptics::Sampling::SURFACE)
+        throw base::InputError("--even: a single field of vertices, points or edges isn't evened "
+                               "out; use --sampling surface or --even 0");
     haptics::ControlPoints all;
     for (const haptics::ControlPoints& set : task.sets)
         append(all, set);
@@ -591,8 +597,8 @@ Solution solveAll(const SolveArguments& arguments)
             solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);
     if (arguments.certify && solution.parts.evened)
         std::fprintf(stderr,
-                     "midair-solve: no certificate, because the fields of the cycle are evened out "
-                     "together; --even 0 turns that off\n");
+                     "midair-solve: no certificate, because what is played is evened out over the "
+                     "surface, not solved for at points; --even 0 turns that off\n");
     else if (arguments.certify && report.level_Pa > 0.0)
         certify(arguments, solution);
     return solution;

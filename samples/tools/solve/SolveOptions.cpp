@@ -139,7 +139,7 @@ void addPlaces(CLI::App& app, SolveArguments& arguments)
                    arguments.pointsFile,
                    "CSV file instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
                    "target (relative)")
-        ->excludes(model, app.get_option("--cycle"));
+        ->excludes(model, app.get_option("--cycle"), app.get_option("--even"));
     app.add_option("--ears",
                    arguments.earsFile,
                    "CSV file of listening places, x_m,y_m,z_m: writes their levels into "
@@ -203,16 +203,22 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
 void addOptions(CLI::App& app, SolveArguments& arguments)
 {
     addFieldSettings(app, arguments);
-    for (const char* name : {"--cycle-steps", "--even"})
-        app.get_option(name)->needs("--cycle");
+    app.get_option("--cycle-steps")->needs("--cycle");
+    app.get_option("--even")->each([&arguments](const std::string&)
+                                   { arguments.evenGiven = true; });
     addPlaces(app, arguments);
     addPoints(app, arguments);
     auto* outline = app.add_flag(
         "--outline",
         arguments.outline,
         "Play the model's edges as one stationary field of dense points, nearly without ripples");
-    outline->excludes(
-        "--points-file", "--cycle", "--subsets", "--solver", "--max-points", "--crowding");
+    outline->excludes("--points-file",
+                      "--cycle",
+                      "--even",
+                      "--subsets",
+                      "--solver",
+                      "--max-points",
+                      "--crowding");
     // Outlines have their own solver.
     for (const auto& row : haptics::solverSettings().rows())
         if (row.name != "loudness" && row.name != "threads")

@@ -41,6 +41,7 @@ struct SolveArguments
     double pressure_Pa = 0.0;
     haptics::Crowding crowding = haptics::Crowding::THIN;
     bool crowdingGiven = false;   ///< else points of a file are kept, even crowded ones
+    bool evenGiven = false;       ///< else a single field isn't evened out
     std::vector<double> probes;   ///< x, y, z of each, metres, array frame
     bool probePoints = false;     ///< probe the control points, too
     double probePatch_m = 0.0;    ///< radius around each of probes; 0: only these

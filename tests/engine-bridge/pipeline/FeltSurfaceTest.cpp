@@ -36,7 +36,7 @@ std::vector<HapticObject> objects()
 
 TEST(FeltSurface, ItsPlacesAreNearTheOwnPointsOfEachObject)
 {
-    const auto places = FeltSurface(kWave_m).places(objects(), points());
+    const auto places = FeltSurface(kWave_m).places(objects(), points(), false);
     ASSERT_TRUE(places);
     const double reach_m = haptics::kFeltReach * kWave_m;
     int of[3] = {0, 0, 0};
@@ -70,7 +70,7 @@ TEST(FeltSurface, LargeSurfacesAreSampledMoreCoarselyOrNotAtAll)
         one.front().mesh = squareMesh(size_m);
         one.front().meshId = static_cast<std::uint64_t>(1e3 * size_m);
         one.front().properties.spacing_m = size_m; // all is within reach of the one point
-        const auto places = FeltSurface(kWave_m).places(one, all);
+        const auto places = FeltSurface(kWave_m).places(one, all, false);
         isTold = !places;
         if (!places) break;
         EXPECT_LE(places->size(), haptics::kMostPlaces);
@@ -87,7 +87,7 @@ TEST(FeltSurface, AStopIsThrown)
     FeltSurface surface(kWave_m);
     surface.setStop(source.token());
     source.request();
-    EXPECT_THROW(surface.places(objects(), points()), base::Stopped);
+    EXPECT_THROW(surface.places(objects(), points(), false), base::Stopped);
     source.clear();
-    EXPECT_TRUE(surface.places(objects(), points()));
+    EXPECT_TRUE(surface.places(objects(), points(), false));
 }

@@ -118,6 +118,82 @@ TEST(CycleEqualizer, ReachesTheTargetsRatiosAndTellsHowWell)
     EXPECT_LT(last, 0.3 * before);
 }
 
+/// The objective by its formula, in double precision, for a goal in Pa^2.
+double objective(const Eigen::MatrixXcd& G,
+                 const Eigen::VectorXd& targets,
+                 const std::vector<Eigen::VectorXcd>& fields,
+                 double goal)
+{
+    Eigen::ArrayXd square = Eigen::ArrayXd::Zero(G.rows());
+    for (const Eigen::VectorXcd& q : fields)
+        square += (G * q).cwiseAbs2().array() / static_cast<double>(fields.size());
+    const Eigen::ArrayXd weight = targets.array().square();
+    return (weight * (square / (goal * weight) - 1.0).square()).sum() / weight.sum();
+}
+
+// The first step is that of steepest descent. A turn by (1 + j d/2)/(1 - j d/2) tells d.
+TEST(CycleEqualizer, TheFirstTurnIsDownTheGradientOfTheFormula)
+{
+    constexpr double kSmall = 1e-4; // rad; of a central difference
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 0;
+    const ControlPoints places = halves();
+    const Eigen::MatrixXcd G = referencePropagationMatrix(places.positions, array, Medium());
+    for (const int count : {1, 3})
+    {
+        const std::vector<Eigen::VectorXcf> given = randomFields(count, array.size(), 4);
+        std::vector<Eigen::VectorXcd> q;
+        for (const Eigen::VectorXcf& field : given)
+            q.push_back(field.cast<std::complex<double>>());
+        CycleEqualizerOptions options;
+        options.passes = 1;
+        const double goal = (count == 1 ? options.heldRaise : options.raise) *
+                            measured(places, array, given).first / count;
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), given));
+        toTheEnd(equalizer);
+        ASSERT_EQ(equalizer.passes(), 1);
+        const std::vector<Eigen::VectorXcf> turned = equalizer.fields();
+        Eigen::VectorXd gradient(count * array.size()), turns(gradient.size());
+        Eigen::Index at = 0;
+        for (std::size_t k = 0; k < q.size(); ++k)
+            for (Eigen::Index i = 0; i < array.size(); ++i, ++at)
+            {
+                const std::complex<double> one = q[k][i];
+                q[k][i] = one * std::polar(1.0, kSmall);
+                const double after = objective(G, places.targets, q, goal);
+                q[k][i] = one * std::polar(1.0, -kSmall);
+                const double before = objective(G, places.targets, q, goal);
+                q[k][i] = one;
+                gradient[at] = (after - before) / (2.0 * kSmall);
+                turns[at] = 2.0 * std::tan(0.5 * std::arg(turned[k][i] * std::conj(given[k][i])));
+            }
+        // In float, with rows in 16 bits: within a thousandth of its length.
+        const Eigen::VectorXd down = -gradient * (turns.norm() / gradient.norm());
+        EXPECT_LT((turns - down).norm(), 2e-3 * turns.norm()) << count;
+    }
+}
+
+TEST(CycleEqualizer, ASingleFieldKeepsItsPressure)
+{
+    TransducerArray array = TransducerArray::octagonalPrism();
+    array.drive.phaseLevels = 0;
+    const ControlPoints places = spherePoints(300, 0.015, {0.0, 0.0, 0.0});
+    const std::vector<Eigen::VectorXcf> given = randomFields(1, array.size(), 1);
+    const auto [meanBefore, before] = measured(places, array, given);
+    CycleEqualizerOptions options;
+    options.passes = 200;
+    options.heldRaise = 0.9; // too quiet a goal, which rises
+    CycleEqualizer equalizer(options, {});
+    ASSERT_TRUE(equalizer.begin(places, array, Medium(), given));
+    toTheEnd(equalizer);
+    const auto [mean, variation] = measured(places, array, equalizer.fields());
+    EXPECT_NEAR(equalizer.variation(), variation, 2e-3 + 2e-3 * variation);
+    EXPECT_NEAR(equalizer.gain(), mean / meanBefore, 2e-3 * equalizer.gain());
+    EXPECT_NEAR(mean / meanBefore, CycleEqualizer::kHeldGain, 0.02);
+    EXPECT_LT(variation, 0.4 * before);
+}
+
 TEST(CycleEqualizer, WhatRingsIsEvenAndTold)
 {
     TransducerArray array = TransducerArray::singleBoard();
@@ -267,6 +343,10 @@ TEST(CycleEqualizer, OptionsOutOfRangeAreNamed)
     options.ringingRaise = -1.0;
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "ringingRaise is -1; it must be above 0");
+    options.ringingRaise = 1.2;
+    options.heldRaise = 0.0;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "heldRaise is 0; it must be above 0");
 }
 
 } // namespace

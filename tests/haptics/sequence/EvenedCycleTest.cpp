@@ -87,6 +87,41 @@ TEST(EvenedCycle, TheStarIsEvenAtNoLessPressure)
     expectEven(evenedStar(MIDAIR_ROOT), 25, 0.05, 1.2);
 }
 
+// The bars of a held field: the paper's sphere, on the device's levels.
+TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
+{
+    const EvenedScene scene = evenedSphere();
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const FieldSequence given = cycleOf(scene, 1, array);
+    ASSERT_TRUE(given.isHeld());
+    EvenedCycle evened(25, 0, {});
+    ASSERT_TRUE(
+        evened.begin(given, scene.places(given.points(), kHeldPlaceSpacing), array, Medium()));
+    std::vector<FieldSequence> played{given};
+    while (evened.hasWork())
+        if (auto better = evened.step()) played.push_back(std::move(*better));
+    ASSERT_GE(played.size(), 4u);
+    const SurfaceStatistics before = feltOn(scene.fine, array, given.fields);
+    double last = before.coefficientOfVariation;
+    for (std::size_t k = 1; k < played.size(); ++k)
+    {
+        ASSERT_TRUE(played[k].evened && played[k].isHeld());
+        const SurfaceStatistics now = feltOn(scene.fine, array, played[k].fields);
+        EXPECT_LT(now.coefficientOfVariation, last) << k;
+        EXPECT_GT(now.mean_Pa, 0.97 * before.mean_Pa) << k;
+        last = now.coefficientOfVariation;
+    }
+    const SurfaceStatistics after = feltOn(scene.fine, array, played.back().fields);
+    EXPECT_LE(after.coefficientOfVariation, 0.36);
+    EXPECT_GE(after.percentile1, 0.08);
+    EXPECT_GE(after.mean_Pa, 0.99 * before.mean_Pa);
+    for (const std::complex<float>& q : played.back().fields.front())
+    {
+        const float level = std::arg(q) * 256.0f / (2.0f * static_cast<float>(M_PI));
+        ASSERT_NEAR(level, std::round(level), 1e-3f);
+    }
+}
+
 TEST(EvenedCycle, EachCycleFollowsTheLastWithoutAJump)
 {
     const EvenedScene scene = evenedStar(MIDAIR_ROOT);

@@ -203,13 +203,31 @@ TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
 TEST(Solve, OptionsThatWouldDoNothingAreRefused)
 {
     for (const std::string options :
-         {"--outline --solver gs", "--even 3", "--cycle-steps 4", "--outline --cycle 2"})
+         {"--outline --solver gs", "--outline --even 3", "--cycle-steps 4", "--outline --cycle 2"})
     {
         const Outcome outcome = shell(kProgram + " " + kStar + " " + options);
         EXPECT_NE(outcome.code, 0) << options;
         EXPECT_NE(outcome.output.find(options.substr(0, options.find(' '))), std::string::npos)
             << outcome.output;
     }
+}
+
+TEST(Solve, ASingleFieldIsEvenedOutOnRequest)
+{
+    const std::string plain = folder("plain"), evened = folder("evened");
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --out " + plain).code, 0);
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --even 8 --out " + evened).code, 0);
+    const nlohmann::json a = readSummary(plain), b = readSummary(evened);
+    EXPECT_FALSE(a.contains("evened"));
+    EXPECT_TRUE(b.contains("evened"));
+    EXPECT_LT(b["surface"]["coefficientOfVariation"].get<double>(),
+              0.7 * a["surface"]["coefficientOfVariation"].get<double>());
+    EXPECT_GT(b["surface"]["mean_Pa"].get<double>(), 0.97 * a["surface"]["mean_Pa"].get<double>());
+    // Its figures are of what is played, which no longer meets the points.
+    EXPECT_GT(b["report"]["rms"].get<double>(), 10.0 * a["report"]["rms"].get<double>());
+    const Outcome vertices = shell(kProgram + " " + kStar + " --sampling vertices --even 8");
+    EXPECT_NE(vertices.code, 0);
+    EXPECT_NE(vertices.output.find("--even"), std::string::npos) << vertices.output;
 }
 
 TEST(Solve, FieldsInTurnAreWrittenAndMeasured)
