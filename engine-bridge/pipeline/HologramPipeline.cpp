@@ -44,6 +44,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _hands(_context),
     _contacts(_context, _output, _hands),
     _refiner(_context, _assembler, _composer, _hands),
+    _louder(_context, _composer, _hands, _refiner),
     _monitor(_context, _hands, _refiner)
 {
     _ears.setKeeps([this] { return _output.keepsToEars(); });
@@ -319,6 +320,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         _context.messages.say(
             {base::MessageCode::FIELD_REST, base::whatWasThrown()}); // the old field goes on
         _refiner.end();
+        _louder.end();
     }
     return nullptr;
 }
@@ -347,7 +349,7 @@ std::shared_ptr<HologramResult> HologramPipeline::playRefined(haptics::FieldSequ
     for (PipelineStage* stage : _stages)
         stage->compose(sequence);
     auto result = std::make_shared<HologramResult>(*_context.last);
-    result->outline = sequence.isHeld();
+    result->outline = sequence.report.solver == haptics::kOutlineSolver;
     continueLast(sequence);
     const haptics::TransducerArray& array = _hands.shadowed(_context.last->points);
     _output.play(array, std::move(sequence), *result);
@@ -392,6 +394,7 @@ void HologramPipeline::setStop(const base::StopToken& stop)
     _assembler.setStop(stop);
     _composer.setStop(stop);
     _refiner.setOptions();
+    _louder.setOptions();
 }
 
 void HologramPipeline::reconfigure(HologramOptions options)
@@ -416,6 +419,7 @@ void HologramPipeline::reconfigure(HologramOptions options)
     if (_invalid)
     {
         _refiner.end();
+        _louder.end();
         silence();
     }
 }
