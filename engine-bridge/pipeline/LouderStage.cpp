@@ -130,8 +130,7 @@ std::optional<haptics::FieldSequence> LouderStage::walk()
     }
     haptics::continueFrom(last.played(), options.updateRate_Hz, _context.options.array.drive, next);
     const double ratio = next.report.level_Pa / last.report().level_Pa;
-    const bool isSmall = _walk.accept(
-        next.report.meanPhaseStep_rad, std::max(ratio, 1.0 / ratio), _composer.multipliers(kSet));
+    const bool isSmall = _walk.accept(next.report.meanPhaseStep_rad, std::max(ratio, 1.0 / ratio));
     if (_walk.isOver()) end();
     if (!isSmall) return std::nullopt;
     _due_s = _context.clock.now_s() + kPace_s;

@@ -22,7 +22,8 @@ constexpr int kRoundsInStep = 4000;      // rounds times points of a step
 constexpr double kFirstShare = 1.0 / 64; // of a walk
 constexpr double kLeastShareOfWay = 1e-5;
 constexpr double kMostLonger = 1.5; // largest growth of a step
-constexpr double kMeantShare = 0.8; // share of the bounds that the next step is meant to use
+constexpr double kMeantShare = 0.2; // share of the bounds that the next step is meant to use
+constexpr double kShortShareOfWay = 1.0 / 1000; // shorter steps only after one that is not kept
 
 // A number in 0 .. 1, the same with any standard library.
 float drawnNumber(std::mt19937_64& random)
@@ -126,49 +127,42 @@ void LouderPhases::kick()
 }
 
 PhaseWalk::PhaseWalk(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to) :
-    _here(from),
+    _from(from),
     _to(to),
-    _turn_rad(from.size()),
     _at(0.0),
     _step(kFirstShare)
 {
     const float size = from.cwiseAbs().sum(), other = to.cwiseAbs().sum();
     if (size > 0.0f && other > 0.0f) _to *= (size / other) * std::conj(directionOf(from.dot(to)));
-    for (Eigen::Index l = 0; l < from.size(); ++l)
-        _turn_rad[l] = std::arg(directionOf(_to[l]) * std::conj(directionOf(from[l])));
 }
 
-// A phase that has left its way turns by the remaining angle that is nearest to the planned one.
 Eigen::VectorXcf PhaseWalk::next() const
 {
-    constexpr auto kFullTurn_rad = static_cast<float>(base::kTwoPi);
     if (_at + _step >= 1.0) return _to;
-    const auto share = static_cast<float>(_step / (1.0 - _at)),
-               left = static_cast<float>(1.0 - _at);
-    Eigen::VectorXcf c(_here.size());
+    const auto share = static_cast<float>(_at + _step);
+    Eigen::VectorXcf c(_from.size());
     for (Eigen::Index l = 0; l < c.size(); ++l)
     {
-        const float size = std::abs(_here[l]) + share * (std::abs(_to[l]) - std::abs(_here[l]));
-        float turn_rad = std::arg(directionOf(_to[l]) * std::conj(directionOf(_here[l])));
-        turn_rad += kFullTurn_rad * std::round((left * _turn_rad[l] - turn_rad) / kFullTurn_rad);
-        c[l] = size * directionOf(_here[l]) * std::polar(1.0f, share * turn_rad);
+        const float size = std::abs(_from[l]) + share * (std::abs(_to[l]) - std::abs(_from[l]));
+        const float turn_rad = std::arg(directionOf(_to[l]) * std::conj(directionOf(_from[l])));
+        c[l] = size * directionOf(_from[l]) * std::polar(1.0f, share * turn_rad);
     }
     return c;
 }
 
-bool PhaseWalk::accept(double turn_rad, double jump, const Eigen::VectorXcf& c)
+bool PhaseWalk::accept(double turn_rad, double jump)
 {
     const double used = std::max(turn_rad / kMostTurn_rad, (jump - 1.0) / (kMostJump - 1.0));
-    const bool keeps = used <= 1.0 && c.size() == _to.size(); // false for NaN
-    if (keeps)
+    if (!(used <= 1.0)) // also for NaN
     {
-        // The common phase follows the drive, and has no meaning here.
-        _here = c * std::conj(directionOf(next().dot(c)));
-        _at = std::min(_at + _step, 1.0);
+        _step *= 0.5;
+        if (_step < kLeastShareOfWay) end();
+        return false;
     }
-    _step *= keeps ? std::min(kMostLonger, kMeantShare / std::max(used, 1e-3)) : 0.5;
-    if (!(_step >= kLeastShareOfWay)) end();
-    return keeps;
+    _at = std::min(_at + _step, 1.0);
+    _step = std::max(_step * std::min(kMostLonger, kMeantShare / std::max(used, 1e-3)),
+                     kShortShareOfWay);
+    return true;
 }
 
 } // namespace midair::haptics

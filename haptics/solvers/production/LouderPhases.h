@@ -64,16 +64,15 @@ private:
 };
 
 /// The way from a field's multipliers to those of a louder one. Each point's phase turns by the
-/// shorter angle, after all were turned together to be near, and its weight changes evenly. The
-/// next field starts from the multipliers of the present one, as it was corrected, so that it needs
-/// small corrections and differs little. The length of a step follows the bounds.
+/// shorter angle, after all were turned together to be near, and its weight changes evenly, so that
+/// the fields on the way are accurate and hardly quieter. The length of a step follows the bounds.
 class PhaseWalk
 {
 public:
     /// Largest step from one field to the next: mean change of a transducer's phase, and ratio of
-    /// the levels.
-    static constexpr double kMostTurn_rad = 0.04;
-    static constexpr double kMostJump = 1.002;
+    /// the levels. Most steps are a fifth of that.
+    static constexpr double kMostTurn_rad = 0.15;
+    static constexpr double kMostJump = 1.005;
 
     PhaseWalk() = default;
     /// From \a from to \a to (n each).
@@ -82,15 +81,14 @@ public:
     bool isOver() const { return !(_at < 1.0); }
     /// Multipliers from which the next field starts (n).
     Eigen::VectorXcf next() const;
-    /// Judges a field made from next(), which has \a turn_rad and \a jump from the present one and
-    /// the multipliers \a c (n). Returns true if it keeps the bounds: it is then the present one.
-    /// Otherwise the next one is nearer; the walk ends if it can't be nearer still.
-    bool accept(double turn_rad, double jump, const Eigen::VectorXcf& c);
+    /// Judges a field made from next(), which has \a turn_rad and \a jump from the present one.
+    /// Returns true if it keeps the bounds: it is then the present one. Otherwise the next one is
+    /// nearer; the walk ends if it can't be nearer still.
+    bool accept(double turn_rad, double jump);
     void end() { _at = 1.0; }
 
 private:
-    Eigen::VectorXcf _here, _to; // n; _to is turned to be near
-    Eigen::VectorXf _turn_rad;   // n, of the whole way
+    Eigen::VectorXcf _from, _to; // n; _to is turned to be near
     double _at = 1.0;            // 0 .. 1
     double _step = 0.0;
 };

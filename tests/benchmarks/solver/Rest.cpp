@@ -99,7 +99,7 @@ Way walk(const Scene& scene, const Eigen::VectorXcf& c, HologramSolver& solver, 
         const CycleSteps step = cycleSteps({q, next});
         const double ratio = level_Pa > 0.0 ? report.level_Pa / level_Pa : 1.0;
         const double jump = std::max(ratio, 1.0 / ratio);
-        if (!path.accept(step.meanPhaseStep_rad, jump, solver.multipliers())) continue;
+        if (!path.accept(step.meanPhaseStep_rad, jump)) continue;
         ++way.fields;
         way.turn_rad = std::max(way.turn_rad, step.meanPhaseStep_rad);
         way.largestTurn_rad = std::max(way.largestTurn_rad, step.largestPhaseStep_rad);

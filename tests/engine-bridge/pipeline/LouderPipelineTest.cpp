@@ -36,8 +36,7 @@ struct AtRest
         while (clock.now_s() < until_s)
         {
             if (auto next = pipeline->attend()) results.push_back(std::move(next));
-            // A step of the search takes 2 ms.
-            clock.pass(std::clamp(pipeline->rest_s(), 0.002, 0.01));
+            clock.pass(std::clamp(pipeline->rest_s(), 0.005, 0.05));
         }
         return results;
     }
