@@ -162,7 +162,7 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
         array,
         _context.options.medium);
     count(sequence.report, _context.counters);
-    _updates.count(_context.clock.now_s());
+    _context.updates.count(_context.clock.now_s());
     tellReport(points, sequence);
     // The solver continued the last field of its own set, not the playing one.
     if (_context.options.cycle > 1) continueLast(sequence);
@@ -272,7 +272,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
     result.playing = device().isPlaying();
     result.deviceOpen = device().isOpen();
     result.counters = _context.counters;
-    result.updatesPerSecond = _updates.perSecond(_context.clock.now_s());
+    result.updatesPerSecond = _context.updates.perSecond(_context.clock.now_s());
     result.deviceStatus = device().reading().status;
     result.state = _output.stateOf(result);
     for (PipelineStage* stage : _stages)

@@ -144,7 +144,6 @@ private:
     std::optional<base::Message> _invalid; // problem of the options; none: valid
     Said _said;
     Eigen::VectorXcf _solved; // input of the last result, before caps; empty: other
-    UpdateRate _updates;
 };
 
 } // namespace midair::bridge
