@@ -44,6 +44,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _hands(_context),
     _contacts(_context, _output, _hands),
     _refiner(_context, _assembler, _composer, _hands),
+    _louder(_context, _composer, _hands, _refiner),
     _monitor(_context, _hands, _refiner)
 {
     _ears.setKeeps([this] { return _output.keepsToEars(); });
@@ -161,7 +162,7 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
         array,
         _context.options.medium);
     count(sequence.report, _context.counters);
-    _updates.count(_context.clock.now_s());
+    _context.updates.count(_context.clock.now_s());
     tellReport(points, sequence);
     // The solver continued the last field of its own set, not the playing one.
     if (_context.options.cycle > 1) continueLast(sequence);
@@ -271,7 +272,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::finish(std::shared_ptr<H
     result.playing = device().isPlaying();
     result.deviceOpen = device().isOpen();
     result.counters = _context.counters;
-    result.updatesPerSecond = _updates.perSecond(_context.clock.now_s());
+    result.updatesPerSecond = _context.updates.perSecond(_context.clock.now_s());
     result.deviceStatus = device().reading().status;
     result.state = _output.stateOf(result);
     for (PipelineStage* stage : _stages)
@@ -320,6 +321,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         _context.messages.say(
             {base::MessageCode::FIELD_REST, base::whatWasThrown()}); // the old field goes on
         _refiner.end();
+        _louder.end();
     }
     return nullptr;
 }
@@ -348,7 +350,7 @@ std::shared_ptr<HologramResult> HologramPipeline::playRefined(haptics::FieldSequ
     for (PipelineStage* stage : _stages)
         stage->compose(sequence);
     auto result = std::make_shared<HologramResult>(*_context.last);
-    result->outline = sequence.isHeld() && !sequence.evened;
+    result->outline = sequence.report.solver == haptics::kOutlineSolver;
     continueLast(sequence);
     const haptics::TransducerArray& array = _hands.shadowed(_context.last->points);
     _output.play(array, std::move(sequence), *result);
@@ -393,6 +395,7 @@ void HologramPipeline::setStop(const base::StopToken& stop)
     _assembler.setStop(stop);
     _composer.setStop(stop);
     _refiner.setOptions();
+    _louder.setOptions();
 }
 
 void HologramPipeline::reconfigure(HologramOptions options)
@@ -417,6 +420,7 @@ void HologramPipeline::reconfigure(HologramOptions options)
     if (_invalid)
     {
         _refiner.end();
+        _louder.end();
         silence();
     }
 }

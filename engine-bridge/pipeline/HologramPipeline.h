@@ -4,6 +4,7 @@
 #include "engine-bridge/pipeline/ContactStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "engine-bridge/pipeline/LouderStage.h"
 #include "engine-bridge/pipeline/MotionStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
@@ -44,8 +45,8 @@ public:
                                                   std::uint64_t superseded = 0);
 
     /// To be called while no snapshot comes: resends a field that the device has lost, performs and
-    /// plays the next step of RestRefiner, and reports the monitor's result. Returns null if
-    /// nothing changed.
+    /// plays the next step of RestRefiner or LouderStage, and reports the monitor's result. Returns
+    /// null if nothing changed.
     std::shared_ptr<const HologramResult> attend();
     /// Longest time until the next call of attend(), s; 0: work is left.
     double rest_s() const;
@@ -133,16 +134,16 @@ private:
     HandStage _hands;
     ContactStage _contacts;
     RestRefiner _refiner;
+    LouderStage _louder;
     PlayedFieldMonitor _monitor;
     /// The stages above in the order of their calls: at rest contacts come first, and a field is
     /// measured when nothing is left to refine.
-    const std::array<PipelineStage*, 6> _stages{
-        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_monitor};
+    const std::array<PipelineStage*, 7> _stages{
+        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_louder, &_monitor};
     bool _isChanged = false;               // the options have changed since the last result
     std::optional<base::Message> _invalid; // problem of the options; none: valid
     Said _said;
     Eigen::VectorXcf _solved; // input of the last result, before caps; empty: other
-    UpdateRate _updates;
 };
 
 } // namespace midair::bridge

@@ -33,6 +33,7 @@ struct PipelineContext
     std::shared_ptr<const haptics::TransducerArray> array; ///< that of options, for the results
     base::MessageLog messages;
     HologramCounters counters;
+    UpdateRate updates;                         ///< of the snapshots that were solved
     std::shared_ptr<const HologramResult> last; ///< null: there is none yet
     std::vector<std::string> paths;  ///< of the objects of the newest snapshot, for messages
     std::vector<bool> areSensations; ///< the same objects

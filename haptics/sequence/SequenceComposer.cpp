@@ -205,6 +205,16 @@ Eigen::VectorXf TimeMultiplexer::achieved_Pa() const
     return _reports.size() == 1 ? _solvers.front()->achieved_Pa() : Eigen::VectorXf();
 }
 
+Eigen::VectorXcf TimeMultiplexer::multipliers() const
+{
+    return _reports.size() == 1 ? _solvers.front()->multipliers() : Eigen::VectorXcf();
+}
+
+bool TimeMultiplexer::startFrom(const Eigen::VectorXcf& c)
+{
+    return _reports.size() == 1 && _solvers.front()->startFrom(c);
+}
+
 bool TimeMultiplexer::setOptions(const SolverOptions& options)
 {
     return std::all_of(_solvers.begin(),
@@ -345,12 +355,21 @@ FieldSequence SequenceComposer::compose(int set,
     int all = 0;
     for (const ControlPoints& part : sequence.parts)
         all += part.size();
-    Kept& kept = keptFor(set, all);
-    sequence.report = kept.solvers.solve(sequence.parts, array, medium, kept.fields);
-    if (sequence.report.stop == StopReason::STOPPED) throw base::Stopped();
+    solve(keptFor(set, all), array, medium, sequence);
     // In the first instant of a modulation all points have their full targets.
     if (plan.isModulated() && !plan.isAlike()) sequence.parts.resize(1);
-    if (sequence.report.stop == StopReason::REFUSED) return sequence;
+    return sequence;
+}
+
+// Solves the parts of \a sequence.
+void SequenceComposer::solve(Kept& kept,
+                             const TransducerArray& array,
+                             const Medium& medium,
+                             FieldSequence& sequence)
+{
+    sequence.report = kept.solvers.solve(sequence.parts, array, medium, kept.fields);
+    if (sequence.report.stop == StopReason::STOPPED) throw base::Stopped();
+    if (sequence.report.stop == StopReason::REFUSED) return;
     sequence.fields = kept.fields;
     sequence.achieved_Pa = kept.solvers.achieved_Pa();
     if (!sequence.isHeld()) // the solver reports its step from the last field
@@ -359,6 +378,27 @@ FieldSequence SequenceComposer::compose(int set,
         rateSteps(sequence);
     }
     rateRinging(sequence, array.ringing_s);
+}
+
+Eigen::VectorXcf SequenceComposer::multipliers(int set) const
+{
+    const auto kept = _kept.find(set);
+    return kept == _kept.end() ? Eigen::VectorXcf() : kept->second.solvers.multipliers();
+}
+
+FieldSequence SequenceComposer::composeFrom(int set,
+                                            const Eigen::VectorXcf& c,
+                                            const FieldSequence& held,
+                                            const TransducerArray& array,
+                                            const Medium& medium)
+{
+    const AtWork atWork(_busySince_s);
+    FieldSequence sequence;
+    sequence.modulation = held.modulation;
+    sequence.parts = held.parts;
+    const auto kept = _kept.find(set);
+    if (sequence.parts.size() == 1 && kept != _kept.end() && kept->second.solvers.startFrom(c))
+        solve(kept->second, array, medium, sequence);
     return sequence;
 }
 
@@ -457,7 +497,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
         report.message = fmt::format("a loudness of {:g} counts as 1: outlines are as loud as they "
                                      "can be smooth",
                                      _options.solverOptions.loudness);
-    report.solver = "outline";
+    report.solver = kOutlineSolver;
     report.stop = StopReason::STALLED;
     report.points = sequence.parts.front().size();
     report.transducers = array.size();

@@ -44,6 +44,11 @@ public:
     /// HologramSolver::achieved_Pa() of the last solve(); empty for several fields.
     Eigen::VectorXf achieved_Pa() const;
 
+    /// HologramSolver::multipliers() and startFrom() of the last solve() if that made one field;
+    /// otherwise empty, and false.
+    Eigen::VectorXcf multipliers() const;
+    bool startFrom(const Eigen::VectorXcf& c);
+
     /// Replaces the options of all existing solvers; returns false if one of them can't.
     bool setOptions(const SolverOptions& options);
 
@@ -59,6 +64,9 @@ double unitLevel(const SolveReport& report, const ControlPoints& points);
 
 /// Returns the common report of fields in turn, from their \a reports (>= 1).
 SolveReport together(const std::vector<SolveReport>& reports);
+
+/// SolveReport::solver of composeOutlines().
+constexpr const char* kOutlineSolver = "outline";
 
 /// Options of a SequenceComposer.
 struct ComposerOptions : SequenceSettings
@@ -112,6 +120,17 @@ public:
                           const TransducerArray& array,
                           const Medium& medium);
 
+    /// Returns HologramSolver::multipliers() of the last field of set \a set; empty if it has
+    /// several or none.
+    Eigen::VectorXcf multipliers(int set) const;
+    /// Solves \a held, the last field of set \a set, again, starting from the multipliers \a c.
+    /// Returns a sequence without fields if that isn't possible. Throws as compose() does.
+    FieldSequence composeFrom(int set,
+                              const Eigen::VectorXcf& c,
+                              const FieldSequence& held,
+                              const TransducerArray& array,
+                              const Medium& medium);
+
     /// Start of the running compose(), s on the steady clock; 0: none is running. Any thread.
     double busySince_s() const { return _busySince_s; }
 
@@ -158,6 +177,8 @@ private:
     };
 
     Kept& keptFor(int set, int points);
+    static void
+    solve(Kept& kept, const TransducerArray& array, const Medium& medium, FieldSequence& sequence);
     std::vector<ControlPoints>
     split(const ControlPoints& points, const ModulationPlan& plan, FieldSequence& sequence);
 

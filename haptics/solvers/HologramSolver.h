@@ -75,6 +75,14 @@ public:
     /// Above the error of rounding the entries of G to 16 bits (3.5e-5).
     static constexpr float kAchievedError = 5e-5f;
 
+    /// Returns the multipliers c of the last field (n; 0 for points that were left out): its drive
+    /// has nearly the phases of G* c (SOLVER.md, "Why q = z/|z|"). Empty (the default): unknown.
+    virtual Eigen::VectorXcf multipliers() const { return {}; }
+    /// Makes the next solve() of the same points start from the multipliers \a c (n) instead of
+    /// those of the last field. Returns false, and changes nothing, if this solver can't (the
+    /// default).
+    virtual bool startFrom(const Eigen::VectorXcf& /*c*/) { return false; }
+
     /// Replaces the options between two calls of solve(); the next solve still starts from the last
     /// field. Returns false, and changes nothing, if this solver can't; callers then make a new
     /// one. Pool and stop token must be those of its construction.

@@ -35,6 +35,8 @@ public:
     /// Accepts any options with its own pool, or without one.
     bool setOptions(const SolverOptions& options) final;
     const Eigen::VectorXf& achieved_Pa() const final { return _last.achieved_Pa; }
+    Eigen::VectorXcf multipliers() const final;
+    bool startFrom(const Eigen::VectorXcf& c) final;
 
 protected:
     struct Outcome
@@ -64,6 +66,11 @@ protected:
     {
         return false;
     }
+
+    /// multipliers() of the field's points; empty: the last field has none.
+    virtual Eigen::VectorXcf multipliersOf(const FieldProblem& /*field*/) const { return {}; }
+    /// startFrom() for the field's points; false: not possible.
+    virtual bool take(FieldProblem& /*field*/, const Eigen::VectorXcf& /*c*/) { return false; }
 
     /// Returns true if the options' deadline has passed; methods call it in every iteration. Throws
     /// Stopped on a stop request.
@@ -102,7 +109,8 @@ private:
     struct LastField
     {
         bool good = false;
-        bool goesOn = false;                 // unfinished, and improved by the last solve
+        bool goesOn = false;                 // to be solved again: unfinished and improved by the
+                                             // last solve, or given another start
         std::vector<int> active;             // indices of its points
         std::vector<std::uint64_t> identity; // of these, or empty
         Eigen::VectorXd targets;             // their targets, as given

@@ -411,6 +411,29 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     keepAchieved(result);
 }
 
+Eigen::VectorXcf SolverBase::multipliers() const
+{
+    if (!_last.good || isShifted()) return {};
+    const Eigen::VectorXcf own = multipliersOf(_field);
+    if (own.size() != static_cast<Eigen::Index>(_last.active.size())) return {};
+    Eigen::VectorXcf all = Eigen::VectorXcf::Zero(_last.report.points);
+    for (std::size_t l = 0; l < _last.active.size(); ++l)
+        all[_last.active[l]] = own[static_cast<Eigen::Index>(l)];
+    return all;
+}
+
+bool SolverBase::startFrom(const Eigen::VectorXcf& c)
+{
+    if (!_last.good || isShifted() || c.size() != _last.report.points || !c.allFinite())
+        return false;
+    Eigen::VectorXcf own(static_cast<Eigen::Index>(_last.active.size()));
+    for (std::size_t l = 0; l < _last.active.size(); ++l)
+        own[static_cast<Eigen::Index>(l)] = c[_last.active[l]];
+    if (!take(_field, own)) return false;
+    _last.goesOn = true;
+    return true;
+}
+
 // Kept rows belong to earlier positions, and quick ones aren't exact enough.
 void SolverBase::keepAchieved(const SolveReport& result)
 {

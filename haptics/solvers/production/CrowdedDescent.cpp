@@ -49,6 +49,19 @@ std::complex<float> arriving(const FieldProblem& field, int point, int lane)
     return size > kLeastPressure ? entry / size : 1.0f;
 }
 
+// Sets the phases u to those of one transducer's wave.
+void arriveFrom(FieldProblem& field, int lane)
+{
+    for (int l = 0; l < field.n(); ++l)
+        field.u.set(static_cast<std::size_t>(l), arriving(field, l, lane));
+}
+
+// Returns transducer \a k of \a count, evenly spread.
+int startLane(const FieldProblem& field, int k, int count)
+{
+    return (2 * k + 1) * field.m() / (2 * count);
+}
+
 } // namespace
 
 void DriveAmplitudes::choose(FieldProblem& field, const Wish& wish, float full)
@@ -273,12 +286,14 @@ void CrowdedDescent::fit(Work& work, int most, float leastLevel)
     }
 }
 
-// A descent from the projection. If it ends with zeros between the points, another from smooth
-// phases; then more at lower levels while the error is not small.
+// A descent from the projection. If it ends with zeros between the points, another from the phases
+// of the most power, then one from smooth phases; then more at lower levels while the error is not
+// small.
 void CrowdedDescent::beginAnew(Work& work)
 {
     work.level = bestLevel(work.field, work.quiet);
     fit(work, _tuning.coldDamped, _tuning.leastCold * work.level);
+    if (work.error > _tuning.poor && !isOver(work)) beginPowerfully(work);
     if (work.error > _tuning.poor && !isOver(work)) beginSmoothly(work);
     for (int k = 0; k < _tuning.lowerings && work.error > _tuning.fair && !isOver(work); ++k)
     {
@@ -312,32 +327,65 @@ void CrowdedDescent::raise(Work& work)
     }
 }
 
+// Starts from phases u with a large power u* A K A u, A = diag(a): a zero of the field wastes
+// power. The iteration u <- phase of K A u never lowers it. Of several starts the one of the most
+// power is taken.
+void CrowdedDescent::beginPowerfully(Work& work)
+{
+    FieldProblem& field = work.field;
+    const auto n = static_cast<std::size_t>(field.n());
+    _powerful.reserve(n);
+    float most = 0.0f;
+    for (int k = 0; k < _tuning.powerfulStarts && !isOver(work); ++k)
+    {
+        arriveFrom(field, startLane(field, k, _tuning.powerfulStarts));
+        for (int round = 0; round < _tuning.powerRounds; ++round)
+        {
+            field.stop().throwIfRequested();
+            weighPhases(field, field.a);
+            field.backward(field.w, field.z);
+            field.forward(field.z, field.p);
+            field.phasesOf(field.p);
+        }
+        const float power = field.a.dot(field.y);
+        if (k > 0 && !(power > most)) continue;
+        most = power;
+        copy(field.u, _powerful, n);
+    }
+    copy(_powerful, field.u, n);
+    startFrom(work, _tuning.powerfulLevel, _tuning.leastCold, _tuning.coldDamped);
+}
+
 // Starts from the phases of one transducer's wave at the points, which have no zeros between them.
 // Several transducers are tried.
 void CrowdedDescent::beginSmoothly(Work& work)
 {
     int bestLane = 0;
     float best = 0.0f;
+    const auto tryLane = [&](int lane, int steps)
+    {
+        arriveFrom(work.field, lane);
+        startFrom(work, _tuning.smoothLevel, _tuning.leastSmooth, steps);
+    };
     for (int k = 0; k < _tuning.smoothStarts && !isOver(work); ++k)
     {
-        const int lane = (2 * k + 1) * work.field.m() / (2 * _tuning.smoothStarts);
-        startFrom(work, lane, _tuning.smoothTrial);
+        const int lane = startLane(work.field, k, _tuning.smoothStarts);
+        tryLane(lane, _tuning.smoothTrial);
         if (k > 0 && !(work.error < best)) continue;
         best = work.error;
         bestLane = lane;
     }
-    startFrom(work, bestLane, _tuning.coldDamped);
+    tryLane(bestLane, _tuning.coldDamped);
 }
 
-void CrowdedDescent::startFrom(Work& work, int lane, int steps)
+// A descent from the projection of the phases field.u, at the share \a level of its level.
+void CrowdedDescent::startFrom(Work& work, float level, float leastLevel, int steps)
 {
     FieldProblem& field = work.field;
-    for (int l = 0; l < field.n(); ++l)
-        field.u.set(static_cast<std::size_t>(l), arriving(field, l, lane));
     projectionRound(field, field.a);
     work.begin(field);
-    work.level = _tuning.smoothLevel * bestLevel(field, work.quiet);
-    fit(work, steps, _tuning.leastSmooth * work.level);
+    work.level = level * bestLevel(field, work.quiet);
+    fit(work, steps, leastLevel * work.level);
 }
 
 } // namespace midair::haptics

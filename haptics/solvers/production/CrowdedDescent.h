@@ -156,16 +156,18 @@ private:
     void keep(const Work& work);
     void fit(Work& work, int most, float leastLevel);
     void beginAnew(Work& work);
+    void beginPowerfully(Work& work);
     void beginSmoothly(Work& work);
     void raise(Work& work);
-    void startFrom(Work& work, int lane, int steps);
+    void startFrom(Work& work, float level, float leastLevel, int steps);
     bool isOver(const Work& work) const;
 
     const GaussNewtonTuning& _tuning;
-    SplitVector _kept;    // m, phases of the last update
-    SplitVector _arrival; // m, arrival phases of the waves at the middle point
-    SplitVector _before;  // m, phases before a step
-    SplitVector _quieter; // m, phases before the level was raised
+    SplitVector _kept;     // m, phases of the last update
+    SplitVector _arrival;  // m, arrival phases of the waves at the middle point
+    SplitVector _before;   // m, phases before a step
+    SplitVector _quieter;  // m, phases before the level was raised
+    SplitVector _powerful; // n, phases of the most power
     bool _hasKept = false;
     bool _beganAnew = true;
     int _lanes = 0;

@@ -44,6 +44,17 @@ private:
         return _search.carryOver(field, lastOf);
     }
 
+    // The phases of crowded points are not those of multipliers.
+    Eigen::VectorXcf multipliersOf(const FieldProblem& field) const override
+    {
+        return _isCrowded ? Eigen::VectorXcf() : _search.multipliers(field);
+    }
+
+    bool take(FieldProblem& field, const Eigen::VectorXcf& c) override
+    {
+        return !_isCrowded && _search.take(field, c);
+    }
+
     void startPace(FieldProblem& field, bool isBuilt)
     {
         _pace.start(field, options().deadline_ms);

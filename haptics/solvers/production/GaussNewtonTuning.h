@@ -68,7 +68,10 @@ struct GaussNewtonTuning
     float leastKept = 0.7f;        ///< loudness, over the first, below which phases are discarded
     int coldDamped = 60;           ///< maximum number of damped steps of a descent from nothing
     float leastCold = 0.6f;        ///< smallest factor on its level
-    float poor = 0.02f;            ///< error above which smooth phases are tried
+    float poor = 0.02f;            ///< error above which powerful, then smooth phases are tried
+    int powerfulStarts = 4;        ///< number of transducers whose waves begin powerful phases
+    int powerRounds = 60;          ///< rounds of each
+    float powerfulLevel = 0.9f;    ///< starting level, over that of their projection
     int smoothStarts = 6;          ///< number of transducers whose waves are tried
     int smoothTrial = 8;           ///< damped steps of each before the best is chosen
     float smoothLevel = 0.2f;      ///< starting level, over that of their phases alone

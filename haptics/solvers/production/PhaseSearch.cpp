@@ -183,13 +183,70 @@ void PhaseSearch::normalise()
     }
 }
 
-int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t seed, Pace& pace)
+void PhaseSearch::reserve(const FieldProblem& field)
 {
-    const auto n = static_cast<std::size_t>(field.n());
     for (SplitVector* v : {&_startU, &_bestU, &_multiplier, &_bestMultiplier})
-        v->reserve(n);
+        v->reserve(static_cast<std::size_t>(field.n()));
     for (Eigen::VectorXf* v : {&_weights, &_bestWeights})
         if (v->size() != field.n()) v->resize(field.n());
+}
+
+void PhaseSearch::weighByTargets(const FieldProblem& field)
+{
+    _weights = field.a;
+    for (const int l : _quiet.points())
+    {
+        _weights[l] = 0.0f;
+        _multiplier.set(static_cast<std::size_t>(l), 0.0f);
+    }
+}
+
+void PhaseSearch::begin(const FieldProblem& field)
+{
+    reserve(field);
+    _quiet.choose(field.a, field.m());
+    weighByTargets(field);
+    _weightsOf = field.n();
+    _targets = field.a;
+}
+
+Eigen::VectorXcf PhaseSearch::multipliers(const FieldProblem& field) const
+{
+    if (_weightsOf != field.n()) return {};
+    Eigen::VectorXcf c(field.n());
+    for (Eigen::Index l = 0; l < c.size(); ++l)
+        c[l] = _weights[l] * field.u.at(static_cast<std::size_t>(l));
+    for (const int l : _quiet.points())
+        c[l] = _multiplier.at(static_cast<std::size_t>(l));
+    return c;
+}
+
+bool PhaseSearch::take(FieldProblem& field, const Eigen::VectorXcf& c)
+{
+    if (_weightsOf != field.n() || c.size() != field.n()) return false;
+    for (Eigen::Index l = 0; l < c.size(); ++l)
+    {
+        _weights[l] = std::abs(c[l]);
+        if (_weights[l] > 0.0f) field.u.set(static_cast<std::size_t>(l), c[l] / _weights[l]);
+    }
+    for (const int l : _quiet.points())
+    {
+        _multiplier.set(static_cast<std::size_t>(l), c[l]);
+        _weights[l] = 0.0f;
+    }
+    _loudest = _previous = 0.0f;
+    return true;
+}
+
+void PhaseSearch::improve(FieldProblem& field, int count, Pace& pace)
+{
+    rounds(field, _tuning.roundsBeforeWeights, _tuning.roundsBeforeWeights + count, pace);
+    round(field, pace);
+}
+
+int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t seed, Pace& pace)
+{
+    reserve(field);
     _projected = _projected && warm;
     _wasCold = !warm || _weightsOf != field.n();
     _isJump = _isJump && !_wasCold;
@@ -304,12 +361,7 @@ int PhaseSearch::coldStart(FieldProblem& field, int limit, std::uint64_t seed, P
             const float turn = kFullTurn_rad * static_cast<float>(random() >> 40) * 0x1p-24f;
             field.u.set(l, start == 0 ? _startU.at(l) : std::polar(1.0f, turn));
         }
-        _weights = field.a;
-        for (const int l : _quiet.points())
-        {
-            _weights[l] = 0.0f;
-            _multiplier.set(static_cast<std::size_t>(l), 0.0f);
-        }
+        weighByTargets(field);
         made += rounds(field, 0, trial, pace);
         lastStart = start;
         const float level = naturalLevel(field);

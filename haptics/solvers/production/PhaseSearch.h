@@ -40,6 +40,17 @@ public:
     int search(FieldProblem& field, bool warm, int limit, std::uint64_t seed, Pace& pace);
     bool wasCold() const { return _wasCold; }
 
+    /// Returns c (n) of \a field; empty if that has another number of points.
+    Eigen::VectorXcf multipliers(const FieldProblem& field) const;
+    /// Replaces c by \a c (n), and makes later updates compare their loudness with that of the next
+    /// field. Returns false if there are no multipliers of that number.
+    bool take(FieldProblem& field, const Eigen::VectorXcf& c);
+    /// Sets the multipliers of a start from nothing, whose phases are field.u.
+    void begin(const FieldProblem& field);
+    /// Makes \a count rounds that adapt the multipliers, and then one that leaves their q, p, y and
+    /// u in \a field.
+    void improve(FieldProblem& field, int count, Pace& pace);
+
     /// Returns s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach
     /// (SOLVER.md, "The level of a correction"); Pa at a_l = 1.
     float naturalLevel(const FieldProblem& field) const;
@@ -55,6 +66,8 @@ public:
     void normalise();
 
 private:
+    void reserve(const FieldProblem& field);
+    void weighByTargets(const FieldProblem& field);
     void adapt(const FieldProblem& field, const Eigen::VectorXf& targets);
     void weigh(FieldProblem& field) const;
     void reweigh(FieldProblem& field);

@@ -3,14 +3,21 @@
 // included.
 #include "haptics/base/InputError.h"
 #include "haptics/base/simd/InstructionSet.h"
+#include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -27,7 +34,7 @@ struct Arguments
     std::vector<int> sizes{25, 50, 100, 200};
     double radius_m = 0.03;
     int repeats = 9;
-    bool solvers = false;
+    bool solvers = false, limits = false;
     CertificateOptions options;
 };
 
@@ -109,6 +116,98 @@ void printSolvers(const Arguments& arguments)
     }
 }
 
+/// Points that are hard to meet.
+struct Corner
+{
+    const char* name;
+    ControlPoints points;
+    TransducerArray array;
+};
+
+std::vector<Corner> corners()
+{
+    const TransducerArray octagon = TransducerArray::octagonalPrism();
+    const double half_m = Medium().wavelength(40e3) / 2.0;
+    std::vector<Corner> all = {
+        {"octagon, 14 x 14 along the axis", gridPoints(14, 14, 1, half_m), octagon},
+        {"octagon, 14 x 14 across the axis", gridPoints(14, 1, 14, half_m), octagon},
+        {"octagon, 20 x 20 across the axis", gridPoints(20, 1, 20, half_m), octagon}};
+    for (const double spacing_m : {0.015, 0.03})
+        for (const int levels : {10, 256})
+        {
+            Corner corner{levels == 10 ? "ultraino64, 10 unequal targets"
+                                       : "the same, 256 levels of phase",
+                          gridPoints(5, 2, 1, spacing_m),
+                          TransducerArray::load("ultraino64")};
+            corner.points.positions.row(2).array() += 0.12;
+            for (int l = 0; l < 10; ++l)
+                corner.points.targets[l] = 0.3 + 0.7 * (l * 7 % 10) / 9.0;
+            corner.array.drive.phaseLevels = levels;
+            all.push_back(std::move(corner));
+        }
+    return all;
+}
+
+// Returns an upper bound of E for exact fields: one of level s has |q|^2 <= m, so that
+// bound <= u* M u <= lambda m/s^2, for any lambda.
+double mostLoudness(const Corner& corner, const Eigen::MatrixXcd& K, double meanRowSum)
+{
+    double most = 1e9;
+    for (const double lambdaRel : {0.3, 0.1, 0.03, 0.01})
+    {
+        CertificateOptions options;
+        options.lambdaRel = lambdaRel;
+        options.batches = 0;
+        options.tolerance = 1e-2;
+        const PhaseObjective objective(K, corner.points.targets, lambdaRel);
+        const Certificate certificate = Certifier(options).certify(objective);
+        const double s = std::sqrt(objective.lambda() * corner.array.size() / certificate.bound);
+        most = std::min(most, loudnessOf(s, corner.points.targets.norm(), meanRowSum));
+    }
+    return most;
+}
+
+// What hard points leave of the array's freedom, and what the solver makes of it.
+void printLimits()
+{
+    std::printf("free: singular values of G above a tenth of their rms; most E: of an exact field, "
+                "certified\n%-34s %10s %5s %5s %7s %7s %8s %8s\n",
+                "points",
+                "spacing mm",
+                "n",
+                "free",
+                "most E",
+                "E",
+                "rms %",
+                "ms");
+    for (const Corner& corner : corners())
+    {
+        const Eigen::MatrixXcd G =
+            referencePropagationMatrix(corner.points.positions, corner.array, Medium());
+        const Eigen::MatrixXcd K = gramMatrix(G);
+        const Eigen::VectorXd values =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(K, Eigen::EigenvaluesOnly)
+                .eigenvalues();
+        Eigen::VectorXcf q;
+        const double start_ms = cpu_ms();
+        makeSolver("gauss-newton")->solve(corner.points, corner.array, Medium(), q);
+        const double time_ms = cpu_ms() - start_ms;
+        const Eigen::VectorXd y = (G * q.cast<std::complex<double>>()).cwiseAbs();
+        const double s = fittedLevel(y, corner.points.targets);
+        const double meanRowSum = G.cwiseAbs().rowwise().sum().mean();
+        std::printf("%-34s %10.1f %5d %5d %7.2f %7.3f %8.3f %8.1f\n",
+                    corner.name,
+                    1e3 * (corner.points.positions.col(1) - corner.points.positions.col(0)).norm(),
+                    corner.points.size(),
+                    static_cast<int>((values.array() > 0.01 * values.mean()).count()),
+                    mostLoudness(corner, K, meanRowSum),
+                    loudnessOf(s, corner.points.targets.norm(), meanRowSum),
+                    100.0 * relativeRms(y, corner.points.targets, s),
+                    time_ms);
+        std::fflush(stdout);
+    }
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -131,9 +230,15 @@ int main(int argc, char** argv)
         ->capture_default_str();
     app.add_flag(
         "--solvers", arguments.solvers, "Compare every solver's field with the bound, too");
+    app.add_flag("--limits", arguments.limits, "Only hard points, and how loud they can be");
     CLI11_PARSE(app, argc, argv);
     try
     {
+        if (arguments.limits)
+        {
+            printLimits();
+            return 0;
+        }
         printCertificates(arguments);
         if (arguments.solvers) printSolvers(arguments);
     }

@@ -7,6 +7,7 @@
 #include "tests/benchmarks/solver/Cell.h"
 #include "tests/benchmarks/solver/Compare.h"
 #include "tests/benchmarks/solver/Many.h"
+#include "tests/benchmarks/solver/Rest.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -144,7 +145,7 @@ struct Request
 {
     Cell cell;
     std::string csv, json, oldBinary;
-    bool quick = false, noSurface = false, many = false;
+    bool quick = false, noSurface = false, many = false, rest = false;
     int rounds = 11;
 };
 
@@ -169,6 +170,7 @@ void addOptions(CLI::App& app, Request& request)
     app.add_option("--json", request.json, "file to write");
     app.add_flag("--quick", request.quick, "a short version of everything");
     app.add_flag("--many", request.many, "fields per second of ManyFields, on --threads threads");
+    app.add_flag("--rest", request.rest, "loudness, error and duration of fields at rest");
     app.add_option("--compare",
                    request.oldBinary,
                    "another build's midair-bench: both run turn by turn, and ratios are printed")
@@ -205,6 +207,11 @@ int run(int argc, char** argv)
     if (request.many)
     {
         bench::printMany(cell.threads, app.count("--repeats") > 0 ? cell.repeats : 5);
+        return 0;
+    }
+    if (request.rest)
+    {
+        bench::printRest();
         return 0;
     }
     const bool one =
