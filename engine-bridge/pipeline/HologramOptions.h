@@ -32,8 +32,8 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     std::string deviceUri = "sim:";
     /// s; pause before the first retry to open a device; later pauses are longer. 0: no retry.
     double reopen_s = 1.0;
-    /// s, >= 0; how long a field has to be held before it is evened out, so that what moves from
-    /// frame to frame costs nothing more
+    /// s, >= 0; how long a field has to be held before it is evened out or made louder, so that what
+    /// moves from frame to frame costs nothing more
     double restAfter_s = 0.15;
     /// the name of this user of the device, for the message when another user opens it
     std::string owner;
