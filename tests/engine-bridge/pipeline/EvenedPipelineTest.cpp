@@ -143,7 +143,7 @@ TEST(EvenedPipeline, AHeldFieldIsEvenedOutAndItsFiguresAreOfWhatIsPlayed)
 
 TEST(EvenedPipeline, AHeldFieldIsEvenedOutOnlyWhenItHasRested)
 {
-    test::SetClock clock;
+    midair::test::SetClock clock;
     HologramOptions options = heldOptions();
     options.clock = &clock;
     options.restAfter_s = 0.15;

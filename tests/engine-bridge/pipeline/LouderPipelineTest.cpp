@@ -41,7 +41,7 @@ struct AtRest
         return results;
     }
 
-    test::SetClock clock;
+    midair::test::SetClock clock;
     std::unique_ptr<HologramPipeline> pipeline;
 };
 

@@ -39,7 +39,7 @@ using Trigger = SensationProperties::Trigger;
 namespace
 {
 
-constexpr double kFrame_s = 1.0 / 60.0;
+constexpr double kSceneFrame_s = 1.0 / 60.0;
 constexpr double kPeriod_s = 25e-6; ///< of the ultrasound
 
 /// The sum of spherical waves, without the kit's propagation.
@@ -129,7 +129,7 @@ struct Played
         letPass(std::clamp(pipeline->rest_s(), 1e-4, 2e-3));
         if (!isTurn()) sentBefore = pipeline->device().reading().fields.sent;
         if (const auto result = pipeline->attend()) last = result;
-        if (base::steadySeconds() - framed_s >= kFrame_s) frame();
+        if (base::steadySeconds() - framed_s >= kSceneFrame_s) frame();
     }
     void run(double duration_s)
     {

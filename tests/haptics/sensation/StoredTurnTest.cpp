@@ -34,14 +34,14 @@ double leastError(const TurnStore& store, double frequency_Hz, int least)
     return error;
 }
 
-SensationPlayer playerOf(const std::string& name)
+SensationPlayer playing(const std::string& name)
 {
     return SensationPlayer(std::make_shared<const Sensation>(loadSensation(name)));
 }
 
 bool isSteady(const std::string& name, double time_ms)
 {
-    SensationPlayer player = playerOf(name);
+    SensationPlayer player = playing(name);
     player.sampleAt(time_ms);
     return player.steady().has_value();
 }
@@ -132,7 +132,7 @@ TEST(StoredTurn, IsOfWhatStaysAsItIs)
         EXPECT_FALSE(isSteady(name, 5.0)) << name;
     EXPECT_FALSE(isSteady("pulse", 1e5)) << "it has stopped";
 
-    SensationPlayer player = playerOf("point-am?radius=4mm");
+    SensationPlayer player = playing("point-am?radius=4mm");
     player.sampleAt(10.0);
     player.values().set("radius", 9.0);
     EXPECT_EQ(player.steady()->brush.x_mm, 9.0);
