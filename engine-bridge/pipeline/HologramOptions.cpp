@@ -44,7 +44,7 @@ bool HologramOptions::isValid(std::string* error) const
            haptics::fieldSettings()
                .check(settings, check)
                .atLeast("reopen_s", reopen_s, 0.0)
-               .atLeast("restAfter_s", restAfter_s, 0.0)
+               .require(restAfter_s >= 0.0, "restAfter_s is negative or not a number")
                .require(earPoints.allFinite(), "earPoints are not all finite")
                .passed(error) &&
            modulation.isValid(error) && solverOptions.isValid(error);

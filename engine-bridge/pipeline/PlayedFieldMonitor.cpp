@@ -86,7 +86,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     if (field->points.size() + field->others.size() == 0) return;
     field->array = std::make_shared<const haptics::TransducerArray>(array);
     field->medium = _context.options.medium;
-    if (played.fields.size() > 1) field->cycle = played.fields;
+    if (played.fields.size() > 1 || played.evened) field->cycle = played.fields;
     field->fieldRate_Hz = played.modulation.fieldRate_Hz;
     field->surfaces =
         feltSurfaces(objects,

@@ -8,6 +8,7 @@
 #include "haptics/points/Workspace.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -236,8 +237,8 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
 bool RestRefiner::isHeldSurface(const SceneSnapshot& snapshot,
                                 const haptics::FieldSequence& made) const
 {
-    if (_context.options.even == 0 || _context.options.cycle > 1 || !made.isHeld() ||
-        made.parts.empty() || _assembler.hasSmall())
+    if (_context.options.even == 0 || !std::isfinite(_context.options.restAfter_s) ||
+        _context.options.cycle > 1 || !made.isHeld() || made.parts.empty() || _assembler.hasSmall())
         return false;
     const haptics::ControlPoints& points = made.parts.front();
     const auto isSurface = [&](int object)

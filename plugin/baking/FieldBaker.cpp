@@ -437,7 +437,7 @@ struct FieldBaker::Part
                 most,
                 layout.transducers);
         };
-        options.clock = &clock; // so that a field rests for restAfter_s of the animation
+        options.clock = &clock;
         options.solverFactory =
             [](const std::string& name, const midair::haptics::SolverOptions& wanted)
         {

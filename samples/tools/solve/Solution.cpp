@@ -337,6 +337,11 @@ bridge::SolveTask taskOf(const SolveArguments& arguments, const SolveScene& scen
     haptics::ControlPoints all;
     for (const haptics::ControlPoints& set : task.sets)
         append(all, set);
+    if (arguments.evenGiven && all.absolute)
+        throw base::InputError(
+            "--even: fields for pressures in Pa aren't evened out; use --even 0");
+    if (arguments.evenGiven && arguments.settings.subsets > 1)
+        throw base::InputError("--even: the fields of --subsets aren't evened out; use --even 0");
     task.places = placesToEven(arguments, all, scene);
     return task;
 }

@@ -137,6 +137,10 @@ void printSummary(const Solution& solution, const std::string& folder)
         std::printf("air         1 K warmer: rms %.3f %%, level %.1f %%\n",
                     100.0 * report.kelvinRms,
                     100.0 * report.kelvinLevel);
+    if (solution.parts.fields == 1 && solution.parts.evened)
+        std::printf(
+            "evened out  the surface between the points counts, not the points: their error "
+            "is larger, and their level lower, than of a field that is not\n");
     if (solution.parts.fields > 1)
         std::printf(
             "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "

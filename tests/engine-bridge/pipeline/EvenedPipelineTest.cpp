@@ -141,6 +141,26 @@ TEST(EvenedPipeline, AHeldFieldIsEvenedOutAndItsFiguresAreOfWhatIsPlayed)
     EXPECT_GT(pipeline.rest_s(), 0.0);
 }
 
+// It belongs to no points, and is measured all the same.
+TEST(EvenedPipeline, AMonitorMeasuresAHeldFieldThatIsEvenedOut)
+{
+    HologramOptions options = heldOptions();
+    options.monitorInterval = 0.1;
+    HologramPipeline pipeline(options);
+    pipeline.process(squareSnapshot());
+    std::shared_ptr<const HologramResult> last;
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            if (auto next = pipeline.attend()) last = std::move(next);
+            return last && last->sequence.evened && last->monitored &&
+                   (!last->monitored->error.empty() ||
+                    last->monitored->surface.coefficientOfVariation < 0.6);
+        }));
+    ASSERT_TRUE(last && last->monitored);
+    EXPECT_EQ(last->monitored->error, "");
+}
+
 TEST(EvenedPipeline, AHeldFieldIsEvenedOutOnlyWhenItHasRested)
 {
     midair::test::SetClock clock;

@@ -23,6 +23,7 @@ struct AtRest
         HologramOptions options = fakeOptions(std::make_shared<FakeLog>());
         options.solverFactory = {};
         options.even = 0;
+        options.restAfter_s = 0.15;
         options.clock = &clock;
         if (change) change(options);
         pipeline = std::make_unique<HologramPipeline>(std::move(options));

@@ -36,7 +36,7 @@ TEST(KernelObjects, DefineNothingThatTheLinkerMayShare)
         if (object.empty()) continue;
         const std::string symbols =
             outputOf(MIDAIR_NM " --defined-only --demangle '" + object + "'");
-        ASSERT_FALSE(symbols.empty()) << object << ": does " MIDAIR_NM " run?";
+        if (symbols.empty()) continue; // an object that is empty for its set; see the count below
         std::string set = "plain";
         for (const char* other : {"avx2", "avx512"})
             if (object.find("_" + std::string(other) + ".dir") != std::string::npos) set = other;
@@ -56,7 +56,7 @@ TEST(KernelObjects, DefineNothingThatTheLinkerMayShare)
             ++functions[set];
         }
     }
-    EXPECT_GE(functions["plain"], 29);
+    EXPECT_GE(functions["plain"], 29) << "does " MIDAIR_NM " run?";
     for (const auto& [set, count] : functions)
         EXPECT_EQ(count, functions["plain"]) << set;
 #ifdef MIDAIR_HAS_SIMD
