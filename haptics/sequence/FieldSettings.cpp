@@ -60,6 +60,10 @@ std::vector<Setting<S>> points()
             .range(0, kMostControlPoints)};
 }
 
+const char* const kEven =
+    "passes for evening out a cycle's fields together while objects rest; a held field "
+    "takes 24 times as many; 0: none";
+
 std::vector<Setting<S>> playing()
 {
     return {
@@ -105,12 +109,7 @@ std::vector<Setting<S>> playing()
             .variable("MAX_AMPLITUDE")
             .safety()
             .use(Use::PLAYED), // devices enforce it
-        Row<S>("even",
-               &S::even,
-               "passes for evening out a cycle's fields together while objects rest; a held field "
-               "takes 24 times as many; 0: none")
-            .range(0, kMostEven)
-            .use(Use::STILL),
+        Row<S>("even", &S::even, kEven).range(0, kMostEven).use(Use::STILL),
         Row<S>(
             "earLimit",
             &S::earLimit,

@@ -88,8 +88,8 @@ auto requireValid(const Check& check)
     }
 }
 
-static_assert(sizeof(midair_many_figures) == sizeof(haptics::ManyFieldsFigures) &&
-              alignof(midair_many_figures) == alignof(haptics::ManyFieldsFigures));
+static_assert(sizeof(midair_many_figures) == sizeof(haptics::ManyFieldsFigures));
+static_assert(alignof(midair_many_figures) == alignof(haptics::ManyFieldsFigures));
 
 } // namespace
 
