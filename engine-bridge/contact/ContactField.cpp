@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
 #include <complex>
@@ -155,6 +156,7 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     if (!problem.empty())
     {
         if (error) *error = problem;
+        _last.resize(0);
         return false;
     }
     std::vector<ContactFocus> played;
@@ -166,8 +168,11 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     if (!solveFor(played, q, error))
     {
         q.setZero(_array.size());
+        _last.resize(0);
         return false;
     }
+    if (_last.size() == q.size()) haptics::alignField(q, _last, _array.drive);
+    _last = q;
     return true;
 }
 

@@ -82,6 +82,7 @@ private:
     int _driven = 0;
     std::unique_ptr<haptics::HologramSolver> _solver;
     haptics::SolveReport _report;
+    Eigen::VectorXcf _last; ///< the last field; empty: none
 };
 
 } // namespace midair::bridge

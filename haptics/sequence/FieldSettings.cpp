@@ -60,7 +60,7 @@ std::vector<Setting<S>> points()
             .range(0, kMostControlPoints)};
 }
 
-const char* const kEven =
+const char* const kEvenHelp =
     "passes for evening out a cycle's fields together while objects rest; a held field "
     "takes 24 times as many; 0: none";
 
@@ -109,7 +109,7 @@ std::vector<Setting<S>> playing()
             .variable("MAX_AMPLITUDE")
             .safety()
             .use(Use::PLAYED), // devices enforce it
-        Row<S>("even", &S::even, kEven).range(0, kMostEven).use(Use::STILL),
+        Row<S>("even", &S::even, kEvenHelp).range(0, kMostEven).use(Use::STILL),
         Row<S>(
             "earLimit",
             &S::earLimit,

@@ -140,7 +140,6 @@ private:
             _search.adjust(_step, 1.0f);
             error = errorOf(field, _search.naturalLevel(field));
         }
-        _search.turn(alignToLast(field)); // again, after the steps
         _drive.begin(field);
         _drive.amplitudes.choose(field, wish(), _search.naturalLevel(field));
         if (_drive.amplitudes.rms() == 0.0f) return true; // too quiet: nothing is played
