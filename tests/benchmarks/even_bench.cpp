@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
@@ -305,9 +306,7 @@ void runLive(const EvenedScene& scene, int K, double maxPressure_Pa)
     std::printf("\n");
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     CLI::App app("Measures how fast the fields of a cycle are evened out, on one core");
     std::vector<int> cycles{8};
@@ -354,4 +353,19 @@ int main(int argc, char** argv)
             else
                 run(scene, K, passes, loudness);
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-even-bench: %s\n", error.what());
+        return 1;
+    }
 }

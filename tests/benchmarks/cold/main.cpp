@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -153,9 +154,7 @@ void printLine(const char* name, const std::vector<Cost>& all)
                 bench::median(faults));
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     CLI::App app("From the start of a process to its first field, in new processes");
     double start_ms = 0.0;
@@ -194,4 +193,19 @@ int main(int argc, char** argv)
     printLine("together", sums);
     printLine(kNames[SECOND], all[SECOND]);
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-cold-bench: %s\n", error.what());
+        return 1;
+    }
 }

@@ -1,7 +1,6 @@
 // How tight and how fast the certificate is, and how far every method's field is from the best that
 // exists: equal targets on a Fibonacci sphere in the octagonal prism, one thread, G, K and M
 // included.
-#include "haptics/base/InputError.h"
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/ReferencePropagation.h"
@@ -16,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <utility>
 #include <vector>
@@ -208,9 +208,7 @@ void printLimits()
     }
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     Arguments arguments;
     CLI::App app(
@@ -232,20 +230,27 @@ int main(int argc, char** argv)
         "--solvers", arguments.solvers, "Compare every solver's field with the bound, too");
     app.add_flag("--limits", arguments.limits, "Only hard points, and how loud they can be");
     CLI11_PARSE(app, argc, argv);
+    if (arguments.limits)
+    {
+        printLimits();
+        return 0;
+    }
+    printCertificates(arguments);
+    if (arguments.solvers) printSolvers(arguments);
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
     try
     {
-        if (arguments.limits)
-        {
-            printLimits();
-            return 0;
-        }
-        printCertificates(arguments);
-        if (arguments.solvers) printSolvers(arguments);
+        return run(argc, argv);
     }
-    catch (const midair::base::InputError& error)
+    catch (const std::exception& error)
     {
         std::fprintf(stderr, "midair-certificate-bench: %s\n", error.what());
-        return 2;
+        return 1;
     }
-    return 0;
 }
