@@ -83,10 +83,14 @@ void LimitedDrive::account(double now_s)
     _accounted_s = now_s;
 }
 
+double LimitedDrive::mostGain(double cap) const
+{
+    return _wantedPeak > 0 ? std::min(1.0, cap / _wantedPeak) : 1.0;
+}
+
 double LimitedDrive::allowed(double cap, double now_s)
 {
-    double gain = _ramp;
-    if (_wantedPeak > 0) gain *= std::min(1.0, cap / _wantedPeak);
+    double gain = _ramp * mostGain(cap);
     if (_limits.meanDrive < 1)
     {
         account(now_s);
@@ -126,8 +130,8 @@ void LimitedDrive::passRamp(double passed_s, bool upwards)
 
 bool LimitedDrive::isDue(double cap, double now_s)
 {
-    const double gain = allowed(cap, now_s);
-    return std::abs(gain - _gain) > 0.002 || (_gain < 1 && gain >= 1);
+    const double gain = allowed(cap, now_s), most = mostGain(cap);
+    return std::abs(gain - _gain) > 0.002 || (_gain < most && gain >= most);
 }
 
 GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,

@@ -49,10 +49,11 @@ public:
     bool isRampedUp() const { return _limits.ramp_s > 0 && _ramp > 0; }
     /// Advances the ramp by \a passed_s, upwards or down.
     void passRamp(double passed_s, bool upwards);
-    /// Returns true if the gain changes enough for a new field: half a duty level.
+    /// Returns true if the gain changes enough for a new field (half a duty level), or arrives.
     bool isDue(double cap, double now_s);
 
 private:
+    double mostGain(double cap) const; ///< of the requested field, without ramp and budget
     void account(double now_s);
 
     const SafetyLimits _limits;

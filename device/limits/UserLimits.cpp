@@ -21,6 +21,7 @@ namespace midair::device
 namespace
 {
 
+constexpr const char* kEnabled = "OSG_MIDAIR_ENABLED";
 constexpr const char* kMaxAmplitude = "OSG_MIDAIR_MAX_AMPLITUDE";
 constexpr const char* kMaxPressure = "OSG_MIDAIR_MAX_PRESSURE";
 constexpr const char* kEarLimit = "OSG_MIDAIR_EAR_LIMIT";
@@ -71,7 +72,7 @@ bool operator==(const UserCaps& a, const UserCaps& b)
 const std::vector<std::string>& userCapVariables()
 {
     static const std::vector<std::string> all = {
-        kMaxAmplitude, kMaxPressure, kEarLimit, kEarPoints};
+        kEnabled, kMaxAmplitude, kMaxPressure, kEarLimit, kEarPoints};
     return all;
 }
 
@@ -98,6 +99,16 @@ UserCaps stricter(UserCaps a, const UserCaps& b)
 UserCaps capsOfUser()
 {
     UserCaps caps;
+    readCap(caps,
+            kEnabled,
+            "true or false",
+            [](const std::string& text, UserCaps& one)
+            {
+                bool isEnabled = false;
+                const bool isRead = base::parseYesNo(text, isEnabled);
+                one.isSilencing = !isEnabled;
+                return isRead;
+            });
     readCap(caps,
             kMaxAmplitude,
             "a number, 0 .. 1",

@@ -23,7 +23,8 @@ struct UserCaps
     std::string earPoints;
     /// The user chose an ear limit, or "none".
     bool isEarLimitChosen = false;
-    /// An invalid setting, reported separately, silences everything.
+    /// Nothing may be played: OSG_MIDAIR_ENABLED is false, or a scene has a fault that is reported
+    /// by itself.
     bool isSilencing = false;
     /// Errors in variables, a sentence each that names the variable, its value and the expected
     /// value. Nothing may be played unless it is empty.
@@ -35,6 +36,9 @@ bool operator==(const UserCaps& a, const UserCaps& b);
 /// Returns the caps of the present environment. Call it whenever they matter, not once. Only this
 /// function reads these variables, which userCapVariables() lists. Any thread.
 UserCaps capsOfUser();
+
+/// Why nothing may be played while capsOfUser() silences.
+constexpr const char* kDisabledByUser = "OSG_MIDAIR_ENABLED is false; nothing is played";
 
 /// Returns the names of the variables read by capsOfUser().
 const std::vector<std::string>& userCapVariables();

@@ -184,6 +184,12 @@ void ScenePlayer::judgeCaps()
     _log.sayNow({MessageCode::SETTINGS_SILENCED, 0, "caps"}, told);
 }
 
+std::string ScenePlayer::whySilenced() const
+{
+    if (!_caps.wrong.empty()) return _caps.wrong.front();
+    return _caps.user.isSilencing ? device::kDisabledByUser : "";
+}
+
 HologramOptions ScenePlayer::options() const
 {
     HologramOptions options =
@@ -385,10 +391,8 @@ bool ScenePlayer::mayListen()
 // Stores the reason for those who wait for a field.
 void ScenePlayer::noteSilence()
 {
-    std::string why;
-    if (!_caps.wrong.empty())
-        why = _caps.wrong.front();
-    else if (!_wanted.settings->enabled)
+    std::string why = whySilenced();
+    if (why.empty() && !_wanted.settings->enabled)
     {
         why = "the scene is disabled";
         for (const base::Message& message : _log.messages())

@@ -152,10 +152,10 @@ public:
     /// Reads the user's caps and the thermometer again. Call it in each frame, and before mayPlay()
     /// for new settings.
     void refresh();
-    /// Why the user's caps forbid playing; empty if they are valid.
-    const std::vector<std::string>& whySilenced() const { return _caps.wrong; }
-    /// False if the scene is disabled, or for the reasons of whySilenced().
-    bool mayPlay() const { return _wanted.settings->enabled && _caps.wrong.empty(); }
+    /// Why the user's environment forbids playing: the first reason; empty if it doesn't.
+    std::string whySilenced() const;
+    /// False if the scene is disabled, or for the reason of whySilenced().
+    bool mayPlay() const { return _wanted.settings->enabled && whySilenced().empty(); }
     /// Opens the pipeline before the first frame comes.
     void open();
     /// \}

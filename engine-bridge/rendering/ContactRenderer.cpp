@@ -145,14 +145,22 @@ bool ContactRenderer::isOfSensation(const ContactFocus& focus) const
     return known != _objects.end() && known->second.isSensation;
 }
 
+bool ContactRenderer::areOfSensations() const
+{
+    return std::all_of(_foci.begin(),
+                       _foci.end(),
+                       [this](const ContactFocus& focus) { return isOfSensation(focus); });
+}
+
+haptics::PlayedAs ContactRenderer::playedAs() const
+{
+    return areOfSensations() ? _sensations.playedAs() : haptics::PlayedAs::CIRCLING;
+}
+
 // A factor that others bring about is theirs, and comes again with each field.
 void ContactRenderer::noteCap(double factor)
 {
-    const bool isAlone = !isWholePlayed() && std::all_of(_foci.begin(),
-                                                         _foci.end(),
-                                                         [this](const ContactFocus& focus)
-                                                         { return isOfSensation(focus); });
-    if (isAlone && !_foci.empty()) _sensations.noteCap(factor, _step_s);
+    if (!isWholePlayed() && areOfSensations() && !_foci.empty()) _sensations.noteCap(factor, _step_s);
 }
 
 void ContactRenderer::addContacts(double now_s)
@@ -243,10 +251,7 @@ std::optional<SteadyTurn> ContactRenderer::steady(double most_Pa) const
     const bool isTouched = std::any_of(
         contacts.begin(), contacts.end(), [this](const Contact& one) { return presses(one); });
     const bool isElse =
-        isTouched || isWholePlayed() || _shares.isFading() ||
-        !std::all_of(_foci.begin(),
-                     _foci.end(),
-                     [this](const ContactFocus& focus) { return isOfSensation(focus); });
+        isTouched || isWholePlayed() || _shares.isFading() || !areOfSensations();
     if (!_wasActive || isElse) return std::nullopt;
     return _sensations.steady(most_Pa);
 }

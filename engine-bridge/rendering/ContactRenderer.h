@@ -6,6 +6,7 @@
 #include "engine-bridge/rendering/RenderShares.h"
 #include "engine-bridge/sensations/Precedence.h"
 #include "engine-bridge/sensations/SensationRenderer.h"
+#include "haptics/probe/Feeling.h"
 #include "haptics/sequence/FieldSequence.h"
 
 #include <cstdint>
@@ -101,6 +102,8 @@ public:
     /// Renders the fields of \a turn, one after the other: the field and its foci, as render()
     /// does. Stops after one that fails.
     std::vector<RenderedField> render(const SteadyTurn& steady, const haptics::StoredTurn& turn);
+    /// How the skin feels the last render().
+    haptics::PlayedAs playedAs() const;
     /// Takes the factor, 0 .. 1, by which caps have lowered the last render().
     void noteCap(double factor);
     /// Continues the sensations of \a before, whose options were others.
@@ -154,6 +157,7 @@ private:
     void settlePrecedence(double dt_s);
     bool isWholePlayed() const { return _levels.whole > 0.0 && _levels.wholePriority > kNone; }
     bool isOfSensation(const ContactFocus& focus) const;
+    bool areOfSensations() const; ///< all foci of the last render()
     void addContacts(double now_s);
 
     ContactRendererOptions _options;

@@ -75,6 +75,7 @@ public:
     };
     const Limited& limited() const { return _limited; }
     const haptics::DrawnBrush& brush() const { return _sample.brush; } ///< at the last render()
+    const haptics::SensationSample& sample() const { return _sample; } ///< at the last render()
     double intensity() const { return _gain * _sample.intensity; }     ///< 0 .. 1, with fades
     SensationView view() const;
 

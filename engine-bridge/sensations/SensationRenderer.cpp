@@ -226,6 +226,22 @@ std::optional<SteadyTurn> SensationRenderer::steady(double most_Pa) const
     return SteadyTurn(std::move(parts));
 }
 
+haptics::PlayedAs SensationRenderer::playedAs() const
+{
+    bool isModulated = false, isHeld = false;
+    for (const auto& [object, item] : _items)
+    {
+        if (item.level == 0.0 || item.sensation.intensity() == 0.0) continue;
+        const haptics::SensationSample& now = item.sensation.sample();
+        const bool isDrawn = now.brush.isDrawn() && now.brush.draw_Hz != 0.0;
+        if (isDrawn && !now.isOutline) return haptics::PlayedAs::CIRCLING;
+        isModulated = isModulated || (now.brush.modulation_Hz != 0.0 && !now.isUnmodulated);
+        isHeld = isHeld || now.isOutline;
+    }
+    if (isModulated) return haptics::PlayedAs::VIBRATING;
+    return isHeld ? haptics::PlayedAs::HELD : haptics::PlayedAs::CIRCLING;
+}
+
 void SensationRenderer::noteCap(double factor, double dt_s)
 {
     _capped =
@@ -261,14 +277,14 @@ std::vector<base::Message> SensationRenderer::problems() const
                 "its sensation asks for an intensity outside 0 .. 1, which is limited");
         if (limited.outline_Hz != 0.0)
             whys.push_back(fmt::format(
-                "its brush turns {:g} times a second, and {:g} fields a second are fewer than {:g} "
+                "its brush turns {:g} times a second, and {:.3g} fields a second are fewer than {:g} "
                 "a turn; its outline is played instead",
                 limited.outline_Hz,
                 _rate_Hz,
                 haptics::SensationFigures::kLeastPoints));
         if (limited.modulation_Hz != 0.0)
             whys.push_back(fmt::format(
-                "its modulation of {:g} Hz is left out: {:g} fields a second are fewer than {:g} a "
+                "its modulation of {:g} Hz is left out: {:.3g} fields a second are fewer than {:g} a "
                 "period",
                 limited.modulation_Hz,
                 _rate_Hz,

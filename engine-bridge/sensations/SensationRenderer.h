@@ -6,6 +6,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/probe/Feeling.h"
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include <cstdint>
@@ -60,6 +61,9 @@ public:
     /// Returns what follows the last render() for ever, with the foci of each below \a most_Pa (0:
     /// no limit); none: one of those that play changes or fades.
     std::optional<SteadyTurn> steady(double most_Pa) const;
+    /// How the skin feels the last render(). A brush counts as circling and a modulation as
+    /// vibrating if the line carries them; outlines alone are held.
+    haptics::PlayedAs playedAs() const;
     /// Takes the factor, 0 .. 1, by which a field of sensations alone was lowered: later fields
     /// begin with the lowest one, and rise slowly, since a factor that changed from field to field
     /// would be felt as a vibration.

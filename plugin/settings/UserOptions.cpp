@@ -125,9 +125,7 @@ void restrictBy(HapticSettings& settings,
     HapticSettings asked = settings;
     applyTo(asked, row, value, errors);
     const bool takesHands = row.name == "hands" && (asked.hands.empty() || asked.hands == "none");
-    if (row.name == "enabled")
-        settings.enabled = settings.enabled && asked.enabled;
-    else if (!row.isWish || takesHands)
+    if (!row.isWish || takesHands)
         settings = asked;
     else
         errors.push_back(
@@ -235,6 +233,7 @@ HapticSettings Environment::restrict(HapticSettings settings)
     const midair::device::UserCaps caps = midair::device::capsOfUser();
     midair::bridge::SceneSettings& scene = settings;
     scene = midair::bridge::restricted(scene, caps);
+    settings.enabled = settings.enabled && !caps.isSilencing;
     settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
     settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
     return settings;

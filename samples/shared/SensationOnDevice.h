@@ -3,6 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
 #include "device/boards/BoardKind.h"
+#include "device/opening/DeviceRegistry.h"
 #include "engine-bridge/playing/StoreOf.h"
 #include "haptics/sensation/SensationFigures.h"
 
@@ -15,32 +16,24 @@ namespace midair::samples
 {
 
 /// Returns how the device at \a uri takes fields, without touching hardware: a board is simulated.
-/// None: only the hardware knows.
+/// None: only the hardware knows. Throws device::DeviceError for a device that can't exist.
 inline std::optional<haptics::TurnStore>
 storeOf(const std::string& uri, int transducers, double fieldRate_Hz)
 {
-    try
+    const device::DeviceUri wanted(uri);
+    std::string rehearsed = uri;
+    if (wanted.scheme() != "sim" && device::isKnownScheme(wanted.scheme()))
     {
-        const device::DeviceUri wanted(uri);
-        std::string rehearsed = uri;
-        if (wanted.scheme() != "sim")
-        {
-            if (!device::makeBoardCodec(wanted.scheme())) return std::nullopt;
-            rehearsed = "sim:?board=" + wanted.scheme();
-            for (const char* limit : {"ramp", "mean-drive"}) // with which it repeats nothing
-                if (wanted.has(limit))
-                    rehearsed += fmt::format("&{}={}", limit, wanted.value(limit));
-        }
-        const auto device = device::openDevice(rehearsed, {transducers, {}});
-        return bridge::storeOf(device->ability(), fieldRate_Hz);
+        if (!device::makeBoardCodec(wanted.scheme())) return std::nullopt;
+        rehearsed = "sim:?board=" + wanted.scheme();
+        for (const char* limit : {"ramp", "mean-drive"}) // with which it repeats nothing
+            if (wanted.has(limit)) rehearsed += fmt::format("&{}={}", limit, wanted.value(limit));
     }
-    catch (const device::DeviceError&)
-    {
-        return std::nullopt;
-    }
+    const auto device = device::openDevice(rehearsed, {transducers, {}});
+    return bridge::storeOf(device->ability(), fieldRate_Hz);
 }
 
-/// Returns what a device makes of the sensation of \a player and its \a figures: "it repeats 11
+/// Returns what a device makes of the sensation of \a player and its \a figures: "repeats 11
 /// fields by itself: 69.93 turns a second"; empty if it plays each field as authored. Restarts the
 /// player.
 inline std::string onDevice(haptics::SensationPlayer& player,
@@ -56,7 +49,7 @@ inline std::string onDevice(haptics::SensationPlayer& player,
     if (player.steady())
         if (const auto turn = haptics::storedTurn(store, figures.draw_Hz, figures.modulation_Hz))
         {
-            std::string text = fmt::format("it repeats {} fields by itself:", turn->fields);
+            std::string text = fmt::format("repeats {} fields by itself:", turn->fields);
             if (turn->turns > 0) text += fmt::format(" {:.4g} turns a second", turn->draw_Hz());
             if (turn->turns > 0 && turn->periods > 0) text += ",";
             if (turn->periods > 0)
@@ -64,7 +57,7 @@ inline std::string onDevice(haptics::SensationPlayer& player,
             if (turn->turns == 0 && figures.draw_Hz > 0.0) text += ", of the brush's outline";
             return text;
         }
-    return fmt::format("it takes {:.3g} fields a second: {}{}{}",
+    return fmt::format("takes {:.3g} fields a second: {}{}{}",
                        store.carried_Hz,
                        isDrawn ? "" : "the brush is an outline",
                        isDrawn || isModulated ? "" : ", ",

@@ -182,8 +182,8 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->configure();
             of->fillSnapshot();
             of->player.play(Eigen::Isometry3d::Identity());
-            if (!of->player.whySilenced().empty())
-                fail(MIDAIR_SILENCED, of->player.whySilenced().front());
+            if (const std::string cap = of->player.whySilenced(); !cap.empty())
+                fail(MIDAIR_SILENCED, cap);
         });
 }
 
@@ -312,8 +312,8 @@ midair_status midair_wait_field(midair_scene* scene, double timeout_s, midair_fi
                 requirePlaying(*of);
                 const std::string why = of->whySilenced();
                 if (!why.empty()) fail(MIDAIR_SILENCED, why);
-                if (!of->player.whySilenced().empty())
-                    fail(MIDAIR_SILENCED, of->player.whySilenced().front());
+                if (const std::string cap = of->player.whySilenced(); !cap.empty())
+                    fail(MIDAIR_SILENCED, cap);
                 if (!of->isTimed) fail(MIDAIR_NOT_YET, "midair_update() was not called yet");
             }
             const std::string why = of->awaitField(timeout_s);

@@ -147,6 +147,7 @@ std::unique_ptr<device::ArrayDevice> openForUser(const std::string& uri,
 {
     const device::UserCaps caps = device::capsOfUser();
     if (!caps.wrong.empty()) throw device::DeviceError(caps.wrong.front());
+    if (caps.isSilencing) throw device::DeviceError(device::kDisabledByUser);
     const auto refuse = [&](const char* why)
     {
         throw device::DeviceError(fmt::format("device \"{}\": the ear limit of {:g} dB can't be "

@@ -250,7 +250,11 @@ MIDAIR_INLINE void fillGroup(const BlockGeometry& block,
         int k = 0;
         for (; k + kTogether <= count; k += kTogether)
             fill<kTogether, kPlanar, kWithOffset>(block, at, k, i, D, rows, sums);
-        for (; k < count; ++k)
+        if (count - k == 3)
+            fill<3, kPlanar, kWithOffset>(block, at, k, i, D, rows, sums);
+        else if (count - k == 2)
+            fill<2, kPlanar, kWithOffset>(block, at, k, i, D, rows, sums);
+        else if (count - k == 1)
             fill<1, kPlanar, kWithOffset>(block, at, k, i, D, rows, sums);
     }
 }

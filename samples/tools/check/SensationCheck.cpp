@@ -20,6 +20,25 @@ namespace midair::samples
 namespace
 {
 
+/// Returns "; ultraino: takes 100 fields a second: the brush is an outline"; empty if the device plays
+/// each field, if only the hardware knows, or if the scene's messages tell what is wrong with it.
+std::string onItsDevice(const CheckedScene& scene,
+                        haptics::SensationPlayer& player,
+                        const haptics::SensationFigures& figures)
+{
+    const std::string& device = scene.granted.device;
+    try
+    {
+        const auto store = storeOf(device, scene.transducers, scene.granted.fieldRate);
+        const std::string made = store ? onDevice(player, figures, *store) : std::string();
+        return made.empty() ? made : fmt::format("; {} {}", device, made);
+    }
+    catch (const device::DeviceError&)
+    {
+        return {};
+    }
+}
+
 /// Returns "40 x 40 x 0 mm, 8.8 m/s, 14 fields a turn at 1000 a second", and what the scene's
 /// device makes of it; empty if it can't be read.
 std::string figuresOf(const osgMidair::HapticProperty& property, const CheckedScene& scene)
@@ -44,11 +63,7 @@ std::string figuresOf(const osgMidair::HapticProperty& property, const CheckedSc
             text += fmt::format(", with {:.0f} fields a turn at {:g} a second", perTurn, rate_Hz);
         if (figures.duration_ms)
             text += fmt::format(", and ends after {:g} ms", *figures.duration_ms);
-        const std::string& device = scene.granted.device;
-        if (const auto store = storeOf(device, scene.transducers, rate_Hz))
-            if (const std::string made = onDevice(player, figures, *store); !made.empty())
-                text += fmt::format("; {}: {}", device, made);
-        return text;
+        return text + onItsDevice(scene, player, figures);
     }
     catch (const base::InputError&)
     {

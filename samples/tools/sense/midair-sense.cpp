@@ -178,7 +178,8 @@ std::vector<TimedSample> sampled(const SharedSensation& sensation,
     return samples;
 }
 
-void printFigures(const haptics::SensationFigures& figures, double rate_Hz)
+/// \a isLive: the device plays each field as it comes.
+void printFigures(const haptics::SensationFigures& figures, double rate_Hz, bool isLive)
 {
     if (std::isnan(figures.low_mm.x()))
         std::printf("extent      none: it is silent\n");
@@ -201,7 +202,7 @@ void printFigures(const haptics::SensationFigures& figures, double rate_Hz)
                     figures.draw_Hz,
                     points,
                     rate_Hz,
-                    points < haptics::SensationFigures::kLeastPoints ? ", too few" : "");
+                    isLive && points < haptics::SensationFigures::kLeastPoints ? ", too few" : "");
     if (figures.modulation_Hz > 0.0) std::printf("modulation  %.4g Hz\n", figures.modulation_Hz);
     std::printf("intensity   up to %.3g\n", figures.mostIntensity);
 }
@@ -247,11 +248,15 @@ int show(const SenseArguments& arguments, const SensePlaybackOptions& on)
 
     if (arguments.csv != "-")
     {
-        printFigures(figures, arguments.rate_Hz);
         const int transducers = haptics::TransducerArray::load(on.array).size();
-        if (const auto store = storeOf(on.device, transducers, arguments.rate_Hz))
-            if (const std::string made = onDevice(player, figures, *store); !made.empty())
-                std::printf("device      %s\n", made.c_str());
+        const auto store = storeOf(on.device, transducers, arguments.rate_Hz);
+        const std::string made = store ? onDevice(player, figures, *store) : std::string();
+        printFigures(figures, arguments.rate_Hz, made.empty());
+        std::printf("device      %s %s\n",
+                    on.device.c_str(),
+                    !store         ? "says what it takes when it is open"
+                    : made.empty() ? "plays every field"
+                                   : made.c_str());
     }
     if (!arguments.conformance) printProblems(figures.isBroken, figures.isLimited);
     if (arguments.csv.empty() && arguments.picture.empty()) return EXIT_DONE;

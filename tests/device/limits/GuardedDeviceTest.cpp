@@ -94,6 +94,32 @@ TEST(GuardedDevice, ramps_up_at_the_start)
     device->silence(); // or closing would wait for time to pass
 }
 
+// The last step but one may end within what is too small for a new field, below the cap.
+TEST(GuardedDevice, ramps_up_to_the_cap_whatever_the_last_step)
+{
+    for (const double ramp_s : {0.02, 0.0203, 0.0207, 0.05, 0.0999, 0.1001, 0.333})
+    {
+        SCOPED_TRACE(ramp_s);
+        SetClock clock;
+        SendLog log(clock);
+        SafetyLimits limits;
+        limits.ramp_s = ramp_s;
+        limits.maxAmplitude = 0.3;
+        const auto device = guarded(log, limits);
+        clock.await(1);
+        ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+        clock.pass(ramp_s - 0.0001);
+        clock.pass(0.1);
+        double most = 0; // what a device can play below the cap
+        for (const double level : amplitudeLevels())
+            if (level <= 0.3) most = std::max(most, level);
+        EXPECT_NEAR(log.all().back().amplitude, most, 1e-9);
+        EXPECT_EQ(device->status().find("limited to 29.9"), std::string::npos)
+            << device->status();
+        device->silence(); // or closing would wait for time to pass
+    }
+}
+
 TEST(GuardedDevice, ramps_down_at_the_end)
 {
     SendLog log; // closing waits for time to pass

@@ -30,6 +30,7 @@ inline std::vector<UserCapText> userCapTexts()
         for (const std::string& text : wrong)
             all.push_back({variable, text, false, false});
     };
+    add("OSG_MIDAIR_ENABLED", {"true", "Yes", "1"}, {"", "flase", "2"});
     add("OSG_MIDAIR_MAX_AMPLITUDE", {"0.3", "30 %"}, {"", "much", "nan", "1.5", "-0.1", "0,5"});
     add("OSG_MIDAIR_MAX_PRESSURE",
         {"0", "2 kPa"},

@@ -52,6 +52,17 @@ TEST_F(UserLimits, ZeroOfAmplitudeIsSilenceAndOfTheOthersNone)
     EXPECT_TRUE(capsOfUser().isEarLimitChosen);
 }
 
+TEST_F(UserLimits, DisabledIsSilence)
+{
+    EXPECT_FALSE(capsOfUser().isSilencing);
+    for (const char* text : {"false", "No", "off", "0"})
+    {
+        const SetVariable enabled("OSG_MIDAIR_ENABLED", text);
+        EXPECT_TRUE(capsOfUser().isSilencing) << text;
+        EXPECT_TRUE(capsOfUser().wrong.empty()) << text;
+    }
+}
+
 TEST_F(UserLimits, WhatIsNotUnderstoodIsToldWithItsValue)
 {
     for (const UserCapText& one : userCapTexts())

@@ -147,6 +147,12 @@ struct Played
         }
         return false;
     }
+    /// A result comes that says so.
+    bool isFeltAs(haptics::PlayedAs how)
+    {
+        return until(
+            [&] { return last && last->fingertip.force_N > 0.0 && last->fingertip.how == how; });
+    }
     bool isTurn() const { return pipeline->device().drives().size() > 1; }
     /// The device has a turn, whole.
     bool isStored() const
@@ -562,6 +568,32 @@ TEST(StoredSensation, SonicSurfaceHasNoRoomForATurn)
     played.run(0.5);
     EXPECT_EQ(played.pipeline->device().drives().size(), 1U);
     EXPECT_TRUE(played.isLimited());
+    EXPECT_TRUE(played.isFeltAs(haptics::PlayedAs::HELD)) << "an outline rests";
+}
+
+// What is played counts, not what was authored: fields one by one, turns, modulations.
+TEST(StoredSensation, IsJudgedAsItIsPlayed)
+{
+    using haptics::PlayedAs;
+    const auto played = [](const std::string& sensation)
+    {
+        auto simulated = std::make_unique<Played>("board",
+                                                  sensation,
+                                                  [](const haptics::TransducerArray& array) {
+                                                      return device::openDevice("sim:",
+                                                                                {array.size(), {}});
+                                                  });
+        simulated->frame();
+        return simulated;
+    };
+    EXPECT_TRUE(played("circle?radius=20mm")->isFeltAs(PlayedAs::CIRCLING));
+    EXPECT_TRUE(played("point-am?radius=0mm&modulation=143")->isFeltAs(PlayedAs::VIBRATING));
+    OnBoard turning("ultraino", "ultraino64", "circle?radius=20mm");
+    ASSERT_TRUE(turning.played.until([&] { return turning.played.isStored(); }));
+    EXPECT_TRUE(turning.played.isFeltAs(PlayedAs::CIRCLING));
+    OnBoard modulated("sonicsurface", "sonicsurface", "point-am?radius=15mm&modulation=143");
+    ASSERT_TRUE(modulated.played.until([&] { return modulated.played.isStored(); }));
+    EXPECT_TRUE(modulated.played.isFeltAs(PlayedAs::VIBRATING));
 }
 
 // A piece of an upload and three silent fields, 17 ms each.

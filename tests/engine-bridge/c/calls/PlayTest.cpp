@@ -182,6 +182,32 @@ TEST(CPlay, EachTextOfTheUsersCapsIsUnderstoodOrSilences)
     }
 }
 
+// Set before the scene plays, and while it does.
+TEST(CPlay, AUserWhoDisablesTheArrayIsObeyed)
+{
+    for (const bool isLate : {false, true})
+    {
+        SCOPED_TRACE(isLate);
+        Focus of;
+        if (isLate)
+        {
+            ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+            ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+        }
+        const SetVariable enabled("OSG_MIDAIR_ENABLED", "false");
+        if (!isLate)
+        {
+            ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+        }
+        EXPECT_TRUE(updatesUntil(
+            of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }));
+        EXPECT_EQ(midair_update(of.scene, 1e6), MIDAIR_SILENCED);
+        EXPECT_EQ(std::string(midair_last_error()),
+                  "OSG_MIDAIR_ENABLED is false; nothing is played");
+        EXPECT_NE(stateOf(of.scene), MIDAIR_STATE_PLAYING);
+    }
+}
+
 TEST(CPlay, PlacesThatAreNotUnderstoodAreRefused)
 {
     for (const UserCapText& one : userCapTexts())

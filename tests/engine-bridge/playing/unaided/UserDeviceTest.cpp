@@ -114,3 +114,17 @@ TEST_F(UserDevice, ACapThatIsNotUnderstoodOpensNothing)
             EXPECT_THROW(open(), device::DeviceError) << one.variable << "=" << one.text;
     }
 }
+
+TEST_F(UserDevice, AnEnvironmentThatIsDisabledOpensNothing)
+{
+    const SetVariable enabled("OSG_MIDAIR_ENABLED", "false");
+    try
+    {
+        open();
+        ADD_FAILURE() << "opened";
+    }
+    catch (const device::DeviceError& error)
+    {
+        EXPECT_EQ(std::string(error.what()), "OSG_MIDAIR_ENABLED is false; nothing is played");
+    }
+}

@@ -83,16 +83,26 @@ TEST(Sense, SaysWhatADeviceMakesOfIt)
         EXPECT_NE(outcome.output.find(text), std::string::npos) << outcome.output;
     };
     says("circle" + mega + "sim:?board=ultraino",
-         "device      it repeats 11 fields by itself: 69.93 turns a second");
-    says("circle" + mega + "ultraino:/dev/none", "device      it repeats 11 fields by itself");
+         "device      sim:?board=ultraino repeats 11 fields by itself: 69.93 turns a second");
+    says("circle" + mega + "ultraino:/dev/none", "ultraino:/dev/none repeats 11 fields by itself");
     says("circle" + mega + "'ultraino:/dev/none?ramp=20ms'",
-         "device      it takes 57.3 fields a second: the brush is an outline");
+         "?ramp=20ms takes 57.3 fields a second: the brush is an outline");
     says("pulse" + mega + "sim:?board=ultraino", "fields a second: the brush is an outline");
     const std::string surface = " --array sonicsurface --device sonicsurface:/dev/none";
     says("point-am" + surface,
-         "it repeats 2 fields by itself: a modulation of 143 Hz, of the brush's outline");
+         " repeats 2 fields by itself: a modulation of 143 Hz, of the brush's outline");
     says("circle" + surface, "fields a second: the brush is an outline");
-    EXPECT_EQ(sense("circle").output.find("device "), std::string::npos) << "as authored";
+    says("circle", "device      sim: plays every field");
+    says("circle --device usb:", "device      usb: says what it takes when it is open");
+    // A device that can't exist is an error, and too few points are one of what is played live.
+    for (const std::string device : {"nosuch:", "'sim:?max-amplitude=3'"})
+    {
+        const Outcome refused = sense("circle --device " + device);
+        EXPECT_EQ(refused.code, 2) << refused.output;
+        EXPECT_NE(refused.output.find("device \""), std::string::npos) << refused.output;
+    }
+    const Outcome stored = sense("circle --rate 100" + mega + "sim:?board=ultraino");
+    EXPECT_EQ(stored.output.find("too few"), std::string::npos) << stored.output;
 }
 
 TEST(Sense, SetsParametersWhenTheyAreDue)
