@@ -1,0 +1,340 @@
+#include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
+#include "haptics/scattering/RigidBody.h"
+#include "haptics/scattering/SceneScattering.h"
+#include "haptics/scattering/ThinScreen.h"
+#include "tests/haptics/scattering/Scattered.h"
+
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include <gtest/gtest.h>
+
+using namespace midair;
+using midair::test::ballOf;
+using midair::test::boxOf;
+using midair::test::fieldOf;
+using midair::test::kWavelength_m;
+
+namespace
+{
+
+using Complex = std::complex<double>;
+
+const double kWaveNumber = base::kTwoPi / kWavelength_m;
+
+// The series of a rigid ball, apart from the product: p_s = jk sum (2n+1) j'(ka)/h'(ka) h(k r0) h(k
+// r) P_n with h of the second kind (Bowman, Senior, Uslenghi 1969, 10.3).
+Complex hankel(int n, double x)
+{
+    return {std::sph_bessel(static_cast<unsigned>(n), x),
+            -std::sph_neumann(static_cast<unsigned>(n), x)};
+}
+template<typename Function>
+auto slopeOf(Function&& f, int n, double x)
+{
+    return n == 0 ? -f(1, x) : f(n - 1, x) - (n + 1.0) / x * f(n, x);
+}
+Complex ballField(double a, double source, double r, double cosine)
+{
+    const double k = kWaveNumber;
+    const auto bessel = [](int n, double x)
+    { return std::sph_bessel(static_cast<unsigned>(n), x); };
+    Complex sum = 0.0;
+    for (int n = 0; n < static_cast<int>(k * a) + 25; ++n)
+    {
+        const Complex term = (2.0 * n + 1.0) * slopeOf(bessel, n, k * a) /
+                             slopeOf(hankel, n, k * a) * hankel(n, k * source) * hankel(n, k * r) *
+                             std::legendre(static_cast<unsigned>(n), cosine);
+        if (std::isfinite(std::abs(term))) sum += term;
+    }
+    return Complex(0.0, k) * sum;
+}
+
+haptics::RigidBody rigid(const haptics::TriangleMesh& mesh,
+                         double elements = haptics::RigidBody::kElements)
+{
+    return {haptics::RigidBody::divided(mesh, kWavelength_m, elements), kWavelength_m, 2};
+}
+
+double ballError(double ka)
+{
+    const double a = ka / kWaveNumber, off = 1e-3, distance = a + 0.05;
+    const haptics::RigidBody ball = rigid(ballOf(a, kWavelength_m / haptics::RigidBody::kElements));
+    Eigen::VectorXcd onBall;
+    const haptics::GmresReport report =
+        ball.solve(fieldOf({0.0, 0.0, distance}, kWaveNumber, ball), onBall);
+    EXPECT_TRUE(report.isConverged);
+    EXPECT_LT(report.iterations, 40);
+    constexpr int kPoints = 60;
+    Eigen::Matrix3Xd points(3, kPoints);
+    for (int i = 0; i < kPoints; ++i)
+    {
+        const double angle = M_PI * i / (kPoints - 1);
+        points.col(i) = (a + off) * Eigen::Vector3d(std::sin(angle), 0.0, std::cos(angle));
+    }
+    const Eigen::VectorXcd scattered = ball.scattered(points, onBall, 2);
+    double off2 = 0.0, incident2 = 0.0;
+    for (int i = 0; i < kPoints; ++i)
+    {
+        const double cosine = std::cos(M_PI * i / (kPoints - 1));
+        off2 += std::norm(scattered[i] - ballField(a, distance, a + off, cosine));
+        incident2 += 1.0 / (points.col(i) - Eigen::Vector3d(0.0, 0.0, distance)).squaredNorm();
+    }
+    return std::sqrt(off2 / incident2);
+}
+
+std::string refusalOf(const haptics::TriangleMesh& mesh)
+{
+    try
+    {
+        haptics::ClosedBody::from(mesh, 2e-3, 10000);
+    }
+    catch (const base::InputError& error)
+    {
+        return error.what();
+    }
+    return "none";
+}
+
+haptics::ThinScreen screenOf(double cells)
+{
+    haptics::ScreenPlate plate;
+    plate.size_m = {0.06, 0.048};
+    return {plate, kWavelength_m, cells};
+}
+
+Eigen::Matrix3Xd aroundScreen()
+{
+    Eigen::Matrix3Xd points(3, 100);
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+    {
+        const double t = static_cast<double>(i);
+        points.col(i) << 0.03 * std::sin(1.7 * t), 0.025 * std::cos(2.3 * t),
+            (i % 2 == 0 ? 1.0 : -1.0) * (0.003 + 0.03 * std::fmod(0.377 * t, 1.0));
+    }
+    return points;
+}
+
+Eigen::VectorXcd screenField(const haptics::ThinScreen& screen, const Eigen::Vector3d& source)
+{
+    Eigen::VectorXcd jump;
+    EXPECT_TRUE(screen.solve(fieldOf(source, kWaveNumber, screen), jump).isConverged);
+    return screen.scattered(aroundScreen(), jump, 2);
+}
+
+} // namespace
+
+TEST(RigidBody, IsRightAboutBallsWithinTwoPercentOfTheIncidentField)
+{
+    for (const double ka : {3.0, 5.0, 8.0})
+        EXPECT_LT(ballError(ka), 0.012) << ka;
+}
+
+// ka of an inner resonance, j1'(ka) = 0 and j0(ka) = 0: other equations have no single solution.
+TEST(RigidBody, IsRightAtInnerResonances)
+{
+    for (const double ka : {2.0816, M_PI, 4.4934})
+        EXPECT_LT(ballError(ka), 0.012) << ka;
+}
+
+// Source and point change places.
+TEST(RigidBody, IsReciprocal)
+{
+    const haptics::RigidBody box = rigid(boxOf({0.01, 0.009, 0.008}));
+    const Eigen::Vector3d a(0.05, 0.01, 0.0), b(-0.02, 0.03, 0.02);
+    const auto from = [&](const Eigen::Vector3d& source, const Eigen::Vector3d& point)
+    {
+        Eigen::VectorXcd onBox;
+        EXPECT_TRUE(box.solve(fieldOf(source, kWaveNumber, box), onBox).isConverged);
+        return box.scattered(point, onBox, 2)[0];
+    };
+    const Complex there = from(a, b);
+    EXPECT_LT(std::abs(there - from(b, a)), 0.01 / (a - b).norm()) << "of the incident field";
+}
+
+TEST(ClosedBody, RefusesWhatIsNotClosedByName)
+{
+    const haptics::TriangleMesh box = boxOf({0.02, 0.02, 0.02});
+    EXPECT_EQ(refusalOf(box), "none");
+    haptics::TriangleMesh open = box;
+    open.triangles = box.triangles.leftCols(11).eval();
+    EXPECT_NE(refusalOf(open).find("a hole"), std::string::npos) << refusalOf(open);
+    haptics::TriangleMesh turned = box;
+    std::swap(turned.triangles(0, 3), turned.triangles(1, 3));
+    EXPECT_NE(refusalOf(turned).find("wound differently"), std::string::npos) << refusalOf(turned);
+    haptics::TriangleMesh twice = box;
+    twice.vertices.resize(3, 16);
+    twice.vertices << box.vertices, box.vertices;
+    twice.triangles.resize(3, 24);
+    twice.triangles << box.triangles, (box.triangles.array() + 8).matrix();
+    EXPECT_NE(refusalOf(twice), "none") << "two boxes in one place";
+    haptics::TriangleMesh lines = box;
+    lines.triangles.conservativeResize(3, 13);
+    lines.triangles.col(12) << 0, 7, 7;
+    EXPECT_NE(refusalOf(lines).find("lines or points"), std::string::npos) << refusalOf(lines);
+    haptics::TriangleMesh nan = box;
+    nan.vertices(1, 2) = std::nan("");
+    EXPECT_NE(refusalOf(nan), "none");
+    EXPECT_NE(refusalOf(boxOf({1.0, 1.0, 1.0})).find("more than 10000"), std::string::npos);
+}
+
+TEST(ClosedBody, PointsOutwardsHoweverItIsWound)
+{
+    haptics::TriangleMesh box = boxOf({0.02, 0.02, 0.02});
+    for (const bool isTurned : {false, true})
+    {
+        if (isTurned) box.triangles.row(0).swap(box.triangles.row(1));
+        const auto body = haptics::ClosedBody::from(box, 5e-3, 10000);
+        for (Eigen::Index i = 0; i < body.size(); ++i)
+            EXPECT_GT(
+                body.normals.col(i).dot(body.centres.col(i) - Eigen::Vector3d::Constant(0.01)),
+                0.0);
+        EXPECT_NEAR(body.areas.sum(), 6 * 4e-4, 1e-9);
+        EXPECT_TRUE(body.isInside({0.01, 0.005, 0.019}));
+        EXPECT_FALSE(body.isInside({0.01, 0.005, 0.021}));
+        EXPECT_FALSE(body.isInside({-0.01, 0.0, 0.0}));
+    }
+}
+
+TEST(ThinScreen, ConvergesToOneField)
+{
+    const Eigen::Vector3d source(0.01, 0.005, 0.04);
+    const Eigen::VectorXcd fine = screenField(screenOf(20.0), source);
+    const auto error = [&](double cells)
+    { return (screenField(screenOf(cells), source) - fine).norm() / fine.norm(); };
+    EXPECT_LT(error(8.0), 0.006);
+    EXPECT_LT(error(12.0), 0.003);
+}
+
+// A box as thin as Burton and Miller's equation can bear, by other code.
+TEST(ThinScreen, IsWhatAThinBodyIs)
+{
+    const double thin_m = 0.6e-3;
+    haptics::TriangleMesh plate = boxOf({0.016, 0.012, thin_m});
+    plate.vertices.colwise() -= Eigen::Vector3d(0.008, 0.006, 0.5 * thin_m);
+    const haptics::RigidBody body = rigid(plate, 9.0);
+    haptics::ScreenPlate flat;
+    flat.size_m = {0.016, 0.012};
+    const haptics::ThinScreen screen(flat, kWavelength_m, 12.0);
+    const Eigen::Vector3d source(0.004, 0.002, 0.03);
+    Eigen::Matrix3Xd points(3, 4);
+    points << 0.0, 0.01, -0.02, 0.0, 0.0, 0.005, 0.0, 0.01, 0.01, 0.012, -0.015, -0.01;
+    Eigen::VectorXcd onBody, jump;
+    body.solve(fieldOf(source, kWaveNumber, body), onBody);
+    screen.solve(fieldOf(source, kWaveNumber, screen), jump);
+    const Eigen::VectorXcd of = body.scattered(points, onBody),
+                           other = screen.scattered(points, jump);
+    EXPECT_LT((of - other).norm(), 0.08 * of.norm());
+}
+
+TEST(ThinScreen, RefusesWhatHasNoCells)
+{
+    haptics::ScreenPlate plate;
+    EXPECT_THROW(haptics::ThinScreen(plate, kWavelength_m), base::InputError);
+    plate.size_m = {std::nan(""), 0.1};
+    EXPECT_THROW(haptics::ThinScreen(plate, kWavelength_m), base::InputError);
+    plate.size_m = {10.0, 10.0};
+    EXPECT_THROW(haptics::ThinScreen(plate, kWavelength_m), base::InputError);
+}
+
+TEST(Gmres, SolvesWhatAnEliminationSolves)
+{
+    std::srand(3);
+    const Eigen::MatrixXcd A =
+        Eigen::MatrixXcd::Random(40, 40) + 8.0 * Eigen::MatrixXcd::Identity(40, 40);
+    const Eigen::VectorXcd b = Eigen::VectorXcd::Random(40);
+    Eigen::VectorXcd x;
+    const auto apply = [&](const Eigen::VectorXcd& in, Eigen::VectorXcd& out) { out = A * in; };
+    const haptics::GmresReport report = haptics::gmres(apply, b, x, 1e-10, 100);
+    EXPECT_TRUE(report.isConverged);
+    EXPECT_LT((x - A.partialPivLu().solve(b)).norm(), 1e-8 * x.norm());
+    EXPECT_NEAR((b - A * x).norm() / b.norm(), report.residual, 1e-10);
+    haptics::gmres(apply, Eigen::VectorXcd::Zero(40), x, 1e-10, 100);
+    EXPECT_TRUE(x.isZero());
+    EXPECT_FALSE(haptics::gmres(apply, b, x, 1e-10, 3).isConverged);
+}
+
+// Points on the axis of a ball in a field of an array; the array's own sum, apart from the product.
+TEST(SceneScattering, TellsWhatABallDoesToAFocus)
+{
+    haptics::TransducerArray array;
+    array.directivity = haptics::Directivity::POINT;
+    array.positions.resize(3, 25);
+    for (int i = 0; i < 25; ++i)
+        array.positions.col(i) << 0.01 * (i % 5 - 2), 0.01 * (i / 5 - 2), 0.0;
+    array.normals = Eigen::Vector3d::UnitZ().replicate(1, 25);
+    array.board.assign(25, 0);
+    haptics::Medium medium;
+    const double k = base::kTwoPi / medium.wavelength(array.frequency_Hz);
+    const double a = 3e-3;
+    const Eigen::Vector3d centre(0.0, 0.0, 0.06);
+    haptics::TriangleMesh ball = ballOf(a, 1.3e-3);
+    ball.vertices.colwise() += centre;
+    Eigen::Matrix3Xd points(3, 2);
+    points.col(0) = centre + Eigen::Vector3d(0.0, 0.0, -5e-3);
+    points.col(1) = centre + Eigen::Vector3d(8e-3, 0.0, 0.0);
+    const Eigen::VectorXcf q = Eigen::VectorXcf::Ones(25);
+    const auto figures = haptics::scatteringOf(
+        haptics::RigidBody::divided(ball, base::kTwoPi / k), {points}, {q}, array, medium, 2);
+    EXPECT_LT(figures.residual, haptics::RigidBody::kResidual);
+    double off2 = 0.0, worst = 0.0;
+    for (int l = 0; l < 2; ++l)
+    {
+        Complex alone = 0.0, with = 0.0;
+        for (int i = 0; i < 25; ++i)
+        {
+            const Eigen::Vector3d source = array.positions.col(i) - centre,
+                                  point = points.col(l) - centre;
+            const double r = (point - source).norm();
+            const Complex one = std::polar(array.sourceAmplitude_Pa_m / r, -k * r);
+            alone += one;
+            with += one;
+            Complex sum = 0.0;
+            for (int n = 0; n < 20; ++n)
+            {
+                const auto bessel = [](int order, double x)
+                { return std::sph_bessel(static_cast<unsigned>(order), x); };
+                sum += (2.0 * n + 1.0) * slopeOf(bessel, n, k * a) / slopeOf(hankel, n, k * a) *
+                       hankel(n, k * source.norm()) * hankel(n, k * point.norm()) *
+                       std::legendre(static_cast<unsigned>(n),
+                                     source.dot(point) / source.norm() / point.norm());
+            }
+            with += array.sourceAmplitude_Pa_m * Complex(0.0, k) * sum;
+        }
+        const double off = std::abs(with) / std::abs(alone) - 1.0;
+        off2 += off * off;
+        worst = std::max(worst, std::abs(off));
+    }
+    EXPECT_GT(worst, 0.05) << "the ball must do something";
+    EXPECT_NEAR(figures.rms, std::sqrt(0.5 * off2), 0.01);
+    EXPECT_NEAR(figures.worst, worst, 0.015);
+}
+
+TEST(SceneScattering, RefusesPointsAndTransducersInside)
+{
+    haptics::TransducerArray array = haptics::TransducerArray::singleBoard();
+    const Eigen::VectorXcf q = Eigen::VectorXcf::Ones(array.size());
+    haptics::TriangleMesh ball = ballOf(8e-3, 2e-3);
+    const Eigen::Vector3d aside(0.0, 0.0, 0.1);
+    ball.vertices.colwise() += aside;
+    const auto refusal = [&](const haptics::TriangleMesh& body, const Eigen::Vector3d& point)
+    {
+        try
+        {
+            haptics::scatteringOf(
+                haptics::RigidBody::divided(body, kWavelength_m), {point}, {q}, array, {}, 2);
+        }
+        catch (const base::InputError& error)
+        {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(refusal(ball, {0.0, 0.0, 0.15}), "");
+    EXPECT_NE(refusal(ball, aside).find("point 0 at (0.0000, 0.0000, 0.1000) m is inside"),
+              std::string::npos);
+    ball.vertices.colwise() += Eigen::Vector3d(array.positions.col(7)) - aside;
+    EXPECT_NE(refusal(ball, {0.0, 0.0, 0.15}).find("transducer "), std::string::npos);
+}
