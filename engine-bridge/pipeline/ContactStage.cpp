@@ -144,7 +144,6 @@ void ContactStage::playNext(HologramResult* result)
                              _renderer->sensationProblems());
     result->touched = std::make_shared<const ContactScene>(_renderer->view());
     _output.measure(options.array, *result);
-    result->fingertip.how = haptics::PlayedAs::CIRCLING;
     if (result->points.size() > 0) ratePlayed(*result);
     if (last)
         haptics::rateSwitch(last->q, 1.0 / period_s(), options.array.ringing_s, result->sequence);
@@ -198,7 +197,6 @@ bool ContactStage::storeTurn(const haptics::StoredTurn& turn, double now_s, Holo
     _context.counters.contactFields += static_cast<std::uint64_t>(turn.fields);
     _renderer->keepTurn(now_s, turn.rate_Hz, _output.device().planned());
     _output.measure(array, result);
-    result.fingertip.how = haptics::PlayedAs::CIRCLING;
     if (result.points.size() > 0) ratePlayed(result);
     _turn.notePlayed();
     return true;
