@@ -323,17 +323,7 @@ void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult
                       _context.options.solverOptions,
                       _proven.held,
                       result))
-    {
-        result.fingertip = haptics::strongestForce(result.points,
-                                                   result.achieved_Pa.cast<double>(),
-                                                   array,
-                                                   _context.options.medium,
-                                                   result.sequence,
-                                                   result.foci);
-        result.fingertip.threshold_N = _context.options.feelThreshold;
         return;
-    }
-    result.fingertip = {};
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
     tell();

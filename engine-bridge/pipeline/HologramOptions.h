@@ -12,7 +12,6 @@
 #include <Eigen/Core>
 
 #include <functional>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,8 +33,8 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     /// s; pause before the first retry to open a device; later pauses are longer. 0: no retry.
     double reopen_s = 1.0;
     /// s, >= 0; how long a field has to be held before it is evened out or made louder, so that
-    /// what moves from frame to frame costs nothing more; infinity: neither is done
-    double restAfter_s = std::numeric_limits<double>::infinity();
+    /// what moves from frame to frame costs nothing more; infinity, or even = 0: neither is done
+    double restAfter_s = 0.15;
     /// the name of this user of the device, for the message when another user opens it
     std::string owner;
     /// The amplitude cap is 0 because of an invalid value, which is reported elsewhere.

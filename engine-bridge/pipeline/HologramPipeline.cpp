@@ -45,6 +45,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _contacts(_context, _output, _hands),
     _refiner(_context, _assembler, _composer, _hands),
     _louder(_context, _composer, _hands, _refiner),
+    _fingertip(_context, _refiner, _louder),
     _monitor(_context, _hands, _refiner)
 {
     _ears.setKeeps([this] { return _output.keepsToEars(); });
@@ -65,9 +66,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     }
     try
     {
-        if (_invalid) throw base::CodedError(_invalid->code, _invalid->text);
+        if (_changes.problem)
+            throw base::CodedError(_changes.problem->code, _changes.problem->text);
         const SceneSnapshot* scene = &snapshot;
-        bool fits = _context.last && !_isChanged && device().isPlaying();
+        bool fits = _context.last && !_changes.areNew && device().isPlaying();
         for (PipelineStage* stage : _stages)
             fits = stage->arrive(scene) && fits;
         if (fits && _assembler.unmoved(*scene))
@@ -78,7 +80,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
         }
         else
             _context.last = solveAndPlay(*scene);
-        _isChanged = false;
+        _changes.areNew = false;
     }
     catch (const base::Stopped& stopped)
     {
@@ -250,7 +252,7 @@ bool HologramPipeline::isPlayedAlready(const haptics::FieldSequence& sequence,
                                        const haptics::ControlPoints& points) const
 {
     if (sequence.report.stop != haptics::StopReason::SKIPPED || !sequence.isHeld() ||
-        !_context.last || _isChanged)
+        !_context.last || _changes.areNew)
         return false;
     for (const PipelineStage* stage : _stages)
         if (!stage->mayPlayOn()) return false;
@@ -298,7 +300,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     try
     {
         RestStep step;
-        if (!_isChanged) step = attendStages();
+        if (!_changes.areNew) step = attendStages();
         if (!step.result && !step.isAll) step.result = lookAfterDevice();
         device().endWhatIsOver();
         if (!step.result && _context.messages.changes() == _said.told) return nullptr;
@@ -361,7 +363,7 @@ std::shared_ptr<HologramResult> HologramPipeline::playRefined(haptics::FieldSequ
 
 std::shared_ptr<HologramResult> HologramPipeline::lookAfterDevice()
 {
-    if (!_output.attend(_isChanged)) return nullptr;
+    if (!_output.attend(_changes.areNew)) return nullptr;
     auto result = std::make_shared<HologramResult>(*_context.last);
     _output.measure(_hands.shadowed(result->points), *result);
     return result;
@@ -400,24 +402,24 @@ void HologramPipeline::setStop(const base::StopToken& stop)
 
 void HologramPipeline::reconfigure(HologramOptions options)
 {
-    _isChanged = true;
+    _changes.areNew = true;
     for (const base::Message& note : options.notes)
         _context.messages.say(note);
     if (isStricter(options)) silence();
     try
     {
         useOptions(std::move(options));
-        _invalid.reset();
+        _changes.problem.reset();
     }
     catch (const base::CodedError& error)
     {
-        _invalid = base::Message(error.code, error.what());
+        _changes.problem = base::Message(error.code, error.what());
     }
     catch (...)
     {
-        _invalid = base::Message(base::MessageCode::SCENE_CLOSED, base::whatWasThrown());
+        _changes.problem = base::Message(base::MessageCode::SCENE_CLOSED, base::whatWasThrown());
     }
-    if (_invalid)
+    if (_changes.problem)
     {
         _refiner.end();
         _louder.end();
@@ -462,7 +464,7 @@ bool HologramPipeline::isOpenedNow()
     if (!device().tryAgain()) return false;
     _output.useAbility();
     useParts(false);
-    _isChanged = true;
+    _changes.areNew = true;
     return true;
 }
 

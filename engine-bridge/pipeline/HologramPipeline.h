@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/CappedOutput.h"
 #include "engine-bridge/pipeline/ContactStage.h"
+#include "engine-bridge/pipeline/FingertipStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/LouderStage.h"
@@ -101,6 +102,13 @@ private:
         std::uint64_t told = 0;   ///< MessageLog::changes() of the last result
     };
 
+    /// The options, since the last result.
+    struct Changes
+    {
+        bool areNew = false;
+        std::optional<base::Message> problem; ///< none: they are valid
+    };
+
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
@@ -135,13 +143,13 @@ private:
     ContactStage _contacts;
     RestRefiner _refiner;
     LouderStage _louder;
+    FingertipStage _fingertip;
     PlayedFieldMonitor _monitor;
     /// The stages above in the order of their calls: at rest contacts come first, and a field is
     /// measured when nothing is left to refine.
-    const std::array<PipelineStage*, 7> _stages{
-        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_louder, &_monitor};
-    bool _isChanged = false;               // the options have changed since the last result
-    std::optional<base::Message> _invalid; // problem of the options; none: valid
+    const std::array<PipelineStage*, 8> _stages{
+        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_louder, &_fingertip, &_monitor};
+    Changes _changes;
     Said _said;
     Eigen::VectorXcf _solved; // input of the last result, before caps; empty: other
 };

@@ -44,10 +44,10 @@ bool LouderStage::canBeLouder(const HologramResult& result) const
 {
     const haptics::SolveReport& report = result.report();
     const bool isWanted = !result.points.absolute || report.shortPoints > 0;
-    return isWanted && std::isfinite(_context.options.restAfter_s) && result.playing &&
-           result.foci == 0 && result.sequence.isHeld() && !result.sequence.evened &&
-           !result.outline && report.capFactor == 1.0 && _context.options.cycle == 1 &&
-           _context.options.solverOptions.loudness <= 1.0;
+    return isWanted && _context.options.even > 0 && std::isfinite(_context.options.restAfter_s) &&
+           result.playing && result.foci == 0 && result.sequence.isHeld() &&
+           !result.sequence.evened && !result.outline && report.capFactor == 1.0 &&
+           _context.options.cycle == 1 && _context.options.solverOptions.loudness <= 1.0;
 }
 
 void LouderStage::settle(const HologramResult& result,
@@ -130,13 +130,10 @@ std::optional<haptics::FieldSequence> LouderStage::walk()
         end();
         return std::nullopt;
     }
-    haptics::continueFrom(last.played(), options.updateRate_Hz, _context.options.array.drive, next);
-    const double ratio = next.report.level_Pa / last.report().level_Pa;
-    const bool isSmall = _walk.accept(next.report.meanPhaseStep_rad, std::max(ratio, 1.0 / ratio));
+    const bool isSmall = keepsBounds(_context, _walk, last.report().level_Pa, next);
     if (_walk.isOver()) end();
     if (!isSmall) return std::nullopt;
-    _due_s = _context.clock.now_s() + kPace_s;
-    ++_context.counters.walked;
+    _due_s = _context.clock.now_s() + kWalkPace_s;
     return next;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/pipeline/EveningWalk.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/RestRefiner.h"
 #include "haptics/sequence/SequenceComposer.h"
@@ -18,8 +19,6 @@ namespace midair::bridge
 class LouderStage final : public PipelineStage
 {
 public:
-    /// Time from one field of the walk to the next, s.
-    static constexpr double kPace_s = 0.005;
     /// Least gain of loudness that is walked to.
     static constexpr double kLeastGain = 1.005;
 

@@ -87,6 +87,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     field->array = std::make_shared<const haptics::TransducerArray>(array);
     field->medium = _context.options.medium;
     if (played.fields.size() > 1 || played.evened) field->cycle = played.fields;
+    field->isEvened = played.evened;
     field->fieldRate_Hz = played.modulation.fieldRate_Hz;
     field->surfaces =
         feltSurfaces(objects,
@@ -132,6 +133,10 @@ std::optional<double> PlayedFieldMonitor::rest_s(bool isPlaying) const
 void PlayedFieldMonitor::report(HologramResult& result, bool /*isOtherField*/)
 {
     result.monitored = _monitor ? _monitor->latest() : nullptr;
+    // A field that is evened out has neither the surface figures of the one before nor a
+    // certificate.
+    if (result.monitored && result.monitored->isEvened != result.sequence.evened)
+        result.monitored.reset();
     if (!result.monitored) return;
     haptics::SolveReport& report = result.sequence.report;
     report.surface = result.monitored->surface;

@@ -26,7 +26,8 @@ RestRefiner::RestRefiner(PipelineContext& context,
     _composer(composer),
     _hands(hands),
     _surface(context.options.wavelength_m()),
-    _evened(context.options.even, context.options.cycleSteps, context.options.solverOptions)
+    _evened(context.options.even, context.options.cycleSteps, context.options.solverOptions),
+    _walk(context)
 {
     setOptions();
 }
@@ -43,12 +44,13 @@ void RestRefiner::setOptions()
     _surface = FeltSurface(options.wavelength_m());
     _surface.setStop(options.solverOptions.stop);
     _evened = haptics::EvenedCycle(options.even, options.cycleSteps, options.solverOptions);
+    _walk.setOptions();
 }
 
 bool RestRefiner::hasWork() const
 {
-    return _isCurrent &&
-           (_missing.sets || _missing.outline || _missing.places || _evened.hasWork());
+    return _isCurrent && (_missing.sets || _missing.outline || _missing.places ||
+                          _evened.hasWork() || _walk.hasWork());
 }
 
 int RestRefiner::nextSet()
@@ -66,6 +68,7 @@ void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::F
     _missing.outline = !made.isEmpty() && isOutline(snapshot);
     _missing.places = !_missing.outline && isHeldSurface(snapshot, made);
     _evened.end();
+    _walk.end();
     _isCurrent = _missing.sets || _missing.outline || _missing.places;
     if (_isCurrent || _context.options.monitorInterval > 0.0) _snapshot = snapshot;
     _restsAt_s = 0.0;
@@ -80,13 +83,6 @@ void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::F
     _sets[static_cast<std::size_t>(set)] = made;
 }
 
-void RestRefiner::settle(const HologramResult& result,
-                         const SceneSnapshot& /*snapshot*/,
-                         const haptics::TransducerArray& /*array*/)
-{
-    if (!result.playing) end();
-}
-
 RestStep RestRefiner::attend(bool isPlaying)
 {
     RestStep made;
@@ -99,7 +95,7 @@ RestStep RestRefiner::attend(bool isPlaying)
 std::optional<double> RestRefiner::rest_s(bool isPlaying) const
 {
     if (!isPlaying || !hasWork()) return std::nullopt;
-    return std::max(0.0, _restsAt_s - _context.clock.now_s());
+    return std::max(_restsAt_s - _context.clock.now_s(), _walk.rest_s());
 }
 
 std::optional<haptics::FieldSequence> RestRefiner::step()
@@ -119,6 +115,7 @@ std::optional<haptics::FieldSequence> RestRefiner::step()
             _missing.places = false;
             return std::nullopt;
         }
+        if (_walk.hasWork()) return _walk.step(_hands.shadowed(_context.last->points));
         return _evened.step();
     }
     catch (const base::Stopped&)
@@ -130,6 +127,7 @@ std::optional<haptics::FieldSequence> RestRefiner::step()
         _context.messages.say({base::MessageCode::FIELD_REST, base::whatWasThrown()});
         _missing = {};
         _evened.end();
+        _walk.end();
         return std::nullopt;
     }
 }
@@ -172,7 +170,10 @@ void RestRefiner::beginToEven()
 {
     const haptics::ControlPoints& played = _context.last->points;
     if (played.absolute) return;
-    const auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
+    // A cap holds at the points. Evened out, the field is weaker there: it would be raised to the
+    // cap, and pass it elsewhere.
+    if (_joined.isHeld() && _context.last->report().capFactor < 1.0) return;
+    auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
     if (!places)
     {
         _context.messages.say(
@@ -183,7 +184,16 @@ void RestRefiner::beginToEven()
                          haptics::kPlaceSpacings.back())});
         return;
     }
-    _evened.begin(_joined, *places, _hands.shadowed(played), _context.options.medium);
+    const haptics::TransducerArray& array = _hands.shadowed(played);
+    if (_joined.isHeld())
+        _walk.begin(_joined, std::move(*places), array);
+    else
+        _evened.begin(_joined, places->places, array, _context.options.medium);
+}
+
+void RestRefiner::report(HologramResult& result, bool isOtherField)
+{
+    if (result.sequence.evened && result.sequence.isHeld()) _walk.report(result, isOtherField);
 }
 
 // Computes one missing set of the cycle; returns false if none is missing.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/pipeline/EveningWalk.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/pipeline/SampleCache.h"
@@ -14,9 +15,10 @@ namespace midair::bridge
 {
 
 /// Improves the field of a scene at rest: solves outlines as one smooth field; evens a held field
-/// out, once it has been played for HologramOptions::restAfter_s; or solves the other sets of
-/// points of a cycle, joins them and evens them out. It works in steps, so that a new snapshot
-/// waits for at most one step; those of evening out take about a millisecond.
+/// of surfaces out, once it has been played for HologramOptions::restAfter_s (EveningWalk); or
+/// solves the other sets of points of a cycle, joins them and evens them out. It works in steps, so
+/// that a new snapshot waits for at most one step; those of evening out take about a millisecond.
+/// While the array is muted the work waits.
 class RestRefiner final : public PipelineStage
 {
 public:
@@ -29,15 +31,13 @@ public:
     /// Drops all work, and starts again with the first set of points.
     void setOptions() override;
     bool mayPlayOn() const override { return !hasWork() || isHeldYet(); }
-    void settle(const HologramResult& result,
-                const SceneSnapshot& snapshot,
-                const haptics::TransducerArray& array) override;
     /// Performs the next step. A field that can't be computed is reported, and the playing one
     /// stays. Throws base::Stopped if a stop was requested; the step then has to be repeated.
     RestStep attend(bool isPlaying) override;
     std::optional<double> rest_s(bool isPlaying) const override;
     /// Drops the remaining work.
     void end() override { _isCurrent = false; }
+    void report(HologramResult& result, bool isOtherField) override;
 
     /// Set of points for the next update, 0 .. cycle - 1, in turn. Calls end().
     int nextSet();
@@ -81,7 +81,8 @@ private:
     haptics::FieldSequence _joined;            // the field or cycle to be evened out
     double _restsAt_s = 0.0;                   // on the context's clock: no work before
     FeltSurface _surface;
-    haptics::EvenedCycle _evened;
+    haptics::EvenedCycle _evened; // a cycle
+    EveningWalk _walk;            // a held field
 };
 
 } // namespace midair::bridge

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/CycleEqualizer.h"
 
 #include <algorithm>
@@ -254,46 +255,50 @@ void FeltSurface::setStop(const base::StopToken& stop)
     _samples.setStop(stop);
 }
 
-std::optional<haptics::ControlPoints> FeltSurface::places(const std::vector<HapticObject>& objects,
-                                                          const haptics::ControlPoints& points,
-                                                          bool isHeld)
+std::optional<PlacesToEven> FeltSurface::places(const std::vector<HapticObject>& objects,
+                                                const haptics::ControlPoints& points,
+                                                bool isHeld)
 {
-    std::optional<haptics::ControlPoints> found;
+    std::optional<PlacesToEven> found;
     for (const double spacing : haptics::placeSpacings(isHeld))
     {
-        found = placesOf(objects, points, spacing * _wavelength_m);
+        found = placesOf(objects, points, spacing * _wavelength_m, isHeld ? 2 : 1);
         if (found) break;
     }
     _samples.endSnapshot();
     return found;
 }
 
-std::optional<haptics::ControlPoints>
-FeltSurface::placesOf(const std::vector<HapticObject>& objects,
-                      const haptics::ControlPoints& points,
-                      double spacing_m)
+std::optional<PlacesToEven> FeltSurface::placesOf(const std::vector<HapticObject>& objects,
+                                                  const haptics::ControlPoints& points,
+                                                  double spacing_m,
+                                                  int sets)
 {
-    haptics::ControlPoints all;
+    PlacesToEven all;
+    all.between.resize(3, 0);
     for (std::size_t i = 0; i < objects.size(); ++i)
     {
         const HapticObject& object = objects[i];
         const haptics::ControlPoints own = ownPoints(points, i);
         if (own.size() == 0 || !object.mesh) continue;
-        const CachedSamples& cached = _samples.get(object, spacing_m);
+        const CachedSamples& cached = _samples.get(object, spacing_m, sets);
         // It could be sampled for its points, so these samples are too many.
         if (cached.sets.empty()) return std::nullopt;
         const double pointSpacing_m =
             object.properties.spacing_m > 0.0 ? object.properties.spacing_m : _wavelength_m;
-        const haptics::ControlPoints places =
-            haptics::feltPlaces(unclipped(object, cached.sets.front().positions),
-                                own,
-                                haptics::kFeltReach * std::max(pointSpacing_m, spacing_m),
-                                _stop);
-        if (all.size() + places.size() > haptics::kMostPlaces) return std::nullopt;
-        if (all.size() == 0)
-            all = places;
+        const double reach_m = haptics::kFeltReach * std::max(pointSpacing_m, spacing_m);
+        const haptics::ControlPoints places = haptics::feltPlaces(
+            unclipped(object, cached.sets.front().positions), own, reach_m, _stop);
+        if (all.places.size() + places.size() > haptics::kMostPlaces) return std::nullopt;
+        if (all.places.size() == 0)
+            all.places = places;
         else
-            append(all, places);
+            append(all.places, places);
+        if (sets == 1) continue;
+        const Eigen::Matrix3Xd between = haptics::samplesNear(
+            unclipped(object, cached.sets.back().positions), own.positions, reach_m, _stop);
+        all.between.conservativeResize(3, all.between.cols() + between.cols());
+        all.between.rightCols(between.cols()) = between;
     }
     return all;
 }

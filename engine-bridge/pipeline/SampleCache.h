@@ -88,6 +88,14 @@ private:
     std::uint64_t _followed = 0;
 };
 
+/// Places on surfaces over which a field is evened out.
+struct PlacesToEven
+{
+    haptics::ControlPoints places;
+    /// 3 x k, array frame: others in their gaps, where a held field is measured
+    Eigen::Matrix3Xd between;
+};
+
 /// Finds the places on a scene's surfaces over which fields are evened out.
 class FeltSurface
 {
@@ -100,15 +108,17 @@ public:
 
     /// Returns the places of \a objects near \a points, the played control points, with the targets
     /// of the nearest: at the first of haptics::placeSpacings() that gives at most
-    /// haptics::kMostPlaces; none if none does. \a isHeld: for a single field.
-    std::optional<haptics::ControlPoints> places(const std::vector<HapticObject>& objects,
-                                                 const haptics::ControlPoints& points,
-                                                 bool isHeld);
+    /// haptics::kMostPlaces; none if none does. \a isHeld: for a single field, with the places
+    /// between.
+    std::optional<PlacesToEven> places(const std::vector<HapticObject>& objects,
+                                       const haptics::ControlPoints& points,
+                                       bool isHeld);
 
 private:
-    std::optional<haptics::ControlPoints> placesOf(const std::vector<HapticObject>& objects,
-                                                   const haptics::ControlPoints& points,
-                                                   double spacing_m);
+    std::optional<PlacesToEven> placesOf(const std::vector<HapticObject>& objects,
+                                         const haptics::ControlPoints& points,
+                                         double spacing_m,
+                                         int sets);
 
     double _wavelength_m;
     base::StopToken _stop;

@@ -46,6 +46,7 @@ void addFigures(const HologramResult& result, SceneStatistics& all)
     all.fieldsInTurn = inTurn ? static_cast<int>(result.sequence.fields.size()) : 0;
     all.fieldRate_Hz = inTurn ? result.sequence.modulation.fieldRate_Hz : 0.0;
     all.outline = result.outline;
+    all.evened = result.sequence.evened && result.sequence.isHeld();
     if (result.monitored && result.monitored->certificate.points > 0)
         all.certifiedGap = result.monitored->certificate.gapOfPhases();
     all.figures = haptics::figuresOf(result.report());

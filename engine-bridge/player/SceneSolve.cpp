@@ -69,7 +69,8 @@ haptics::ControlPoints placesToEven(const SceneSolve& scene,
         append(all, set);
     FeltSurface surface(wavelength_m);
     surface.setStop(scene.stop);
-    return surface.places(scene.snapshot.objects, all, false).value_or(haptics::ControlPoints());
+    const auto found = surface.places(scene.snapshot.objects, all, false);
+    return found ? found->places : haptics::ControlPoints();
 }
 
 Eigen::Matrix3Xd earsOf(const SceneSolve& scene)

@@ -16,26 +16,6 @@ namespace
 
 constexpr double kPad_m = 0.007; // half the breadth of a fingertip
 
-/// Returns the point around which a fingertip covers the strongest points: with the largest sum of
-/// squared pressures within a pad's radius, of at most kTried points.
-Eigen::Index strongestPlace(const Eigen::Matrix3Xd& places, const Eigen::VectorXd& achieved_Pa)
-{
-    constexpr Eigen::Index kTried = 200;
-    const Eigen::Index step = 1 + places.cols() / kTried;
-    Eigen::Index best = 0;
-    double most = -1.0;
-    for (Eigen::Index i = 0; i < places.cols(); i += step)
-    {
-        const auto isCovered =
-            (places.colwise() - places.col(i)).colwise().squaredNorm().array() <= kPad_m * kPad_m;
-        const double sum = isCovered.select(achieved_Pa.transpose().array().square(), 0.0).sum();
-        if (sum <= most) continue;
-        most = sum;
-        best = i;
-    }
-    return best;
-}
-
 /// Returns places on a fingertip's pad, each with the same share of it: a sunflower's seeds (Vogel
 /// 1979), a third of a focus apart.
 Eigen::Matrix3Xd padAt(const Eigen::Vector3d& place, const Eigen::Vector3d& normal)
@@ -94,26 +74,95 @@ FingertipForce fingertipForce(const Eigen::Vector3d& place,
     return felt;
 }
 
+namespace
+{
+
+/// Returns the point with the largest sum of squared pressures within a pad's radius, of at most
+/// kTried points: a guess, which doesn't know the pressures between the points.
+int likelyPoint(const Eigen::Matrix3Xd& places, const Eigen::VectorXd& achieved_Pa)
+{
+    constexpr Eigen::Index kTried = 200;
+    const Eigen::Index step = 1 + places.cols() / kTried;
+    Eigen::Index best = 0;
+    double most = -1.0;
+    for (Eigen::Index i = 0; i < places.cols(); i += step)
+    {
+        const auto isCovered =
+            (places.colwise() - places.col(i)).colwise().squaredNorm().array() <= kPad_m * kPad_m;
+        const double sum = isCovered.select(achieved_Pa.transpose().array().square(), 0.0).sum();
+        if (sum <= most) continue;
+        most = sum;
+        best = i;
+    }
+    return static_cast<int>(best);
+}
+
+FingertipForce forceAt(Eigen::Index point,
+                       const ControlPoints& points,
+                       const TransducerArray& array,
+                       const Medium& medium,
+                       const FieldSequence& sequence,
+                       bool isContact)
+{
+    const Eigen::Vector3d normal = points.normals.cols() > point
+                                       ? Eigen::Vector3d(points.normals.col(point))
+                                       : Eigen::Vector3d::Zero();
+    return fingertipForce(points.positions.col(point), normal, array, medium, sequence, isContact);
+}
+
+} // namespace
+
+FingertipForce FingertipSearch::begin(const ControlPoints& points,
+                                      const Eigen::VectorXd& achieved_Pa,
+                                      const TransducerArray& array,
+                                      const Medium& medium,
+                                      const FieldSequence& sequence,
+                                      bool isContact,
+                                      int most)
+{
+    _left = 0;
+    _most = {};
+    const int n = points.size();
+    if (n == 0 || achieved_Pa.size() != n || !(achieved_Pa.maxCoeff() > 0.0) || sequence.isEmpty())
+        return _most;
+    const int likely = likelyPoint(points.positions, achieved_Pa), last = std::min(_best, n - 1);
+    _left = n; // these two come again, in their turn
+    _best = likely;
+    _most = forceAt(likely, points, array, medium, sequence, isContact);
+    if (last != likely) take(last, forceAt(last, points, array, medium, sequence, isContact));
+    return goOn(points, array, medium, sequence, isContact, most);
+}
+
+FingertipForce FingertipSearch::goOn(const ControlPoints& points,
+                                     const TransducerArray& array,
+                                     const Medium& medium,
+                                     const FieldSequence& sequence,
+                                     bool isContact,
+                                     int most)
+{
+    for (; most > 0 && _left > 0; --most, --_left, ++_next)
+    {
+        if (_next >= points.size()) _next = 0;
+        take(_next, forceAt(_next, points, array, medium, sequence, isContact));
+    }
+    return _most;
+}
+
+void FingertipSearch::take(int point, const FingertipForce& force)
+{
+    if (!(force.force_N > _most.force_N)) return;
+    _most = force;
+    _best = point;
+}
+
 FingertipForce strongestForce(const ControlPoints& points,
                               const Eigen::VectorXd& achieved_Pa,
                               const TransducerArray& array,
                               const Medium& medium,
-                              const FieldSequence& sequence,
-                              int foci)
+                              const FieldSequence& sequence)
 {
-    if (points.size() == 0 || achieved_Pa.size() != points.size() ||
-        !(achieved_Pa.maxCoeff() > 0.0))
-        return {};
-    const Eigen::Index where = strongestPlace(points.positions, achieved_Pa);
-    const Eigen::Vector3d normal = points.normals.cols() > where
-                                       ? Eigen::Vector3d(points.normals.col(where))
-                                       : Eigen::Vector3d::Zero();
-    return fingertipForce(points.positions.col(where),
-                          normal,
-                          array,
-                          medium,
-                          sequence,
-                          where >= points.size() - foci);
+    return FingertipSearch().begin(
+        points, achieved_Pa, array, medium, sequence, false, points.size());
 }
 
 } // namespace midair::haptics

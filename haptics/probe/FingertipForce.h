@@ -37,13 +37,48 @@ FingertipForce fingertipForce(const Eigen::Vector3d& place,
                               const FieldSequence& sequence,
                               bool isContact);
 
-/// Returns the force at that of \a points around which a fingertip covers the strongest points,
-/// with \a achieved_Pa at each. The last \a foci points are those of contacts.
+/// Finds the control point at which a fingertip gets the most from a field. Each point takes a
+/// fingertipForce(), because the pressures at the points don't tell what is between them; so a
+/// field that moves gets few at a time, and one at rest all.
+class FingertipSearch
+{
+public:
+    /// Starts with \a sequence, played with \a achieved_Pa at each of \a points. Looks at the point
+    /// with the strongest points around it, at the strongest one of the last field, and at \a most
+    /// others, which take turns from field to field. Returns the strongest force; 0 without points,
+    /// pressures or fields.
+    FingertipForce begin(const ControlPoints& points,
+                         const Eigen::VectorXd& achieved_Pa,
+                         const TransducerArray& array,
+                         const Medium& medium,
+                         const FieldSequence& sequence,
+                         bool isContact,
+                         int most);
+    /// Looks at up to \a most further points of the same field. Returns the strongest force so far.
+    FingertipForce goOn(const ControlPoints& points,
+                        const TransducerArray& array,
+                        const Medium& medium,
+                        const FieldSequence& sequence,
+                        bool isContact,
+                        int most);
+    bool hasWork() const { return _left > 0; } ///< not all points were looked at
+    void end() { _left = 0; }
+
+private:
+    void take(int point, const FingertipForce& force);
+
+    int _best = 0; // index of the strongest point
+    int _next = 0; // whose turn it is
+    int _left = 0; // points of this field that were not looked at
+    FingertipForce _most;
+};
+
+/// Returns the force at that of \a points at which a fingertip gets the most; \a achieved_Pa: the
+/// pressure at each. It costs as much as the pressures of 61 places for each point.
 FingertipForce strongestForce(const ControlPoints& points,
                               const Eigen::VectorXd& achieved_Pa,
                               const TransducerArray& array,
                               const Medium& medium,
-                              const FieldSequence& sequence,
-                              int foci = 0);
+                              const FieldSequence& sequence);
 
 } // namespace midair::haptics

@@ -387,7 +387,7 @@ void CycleEqualizer::turn(double share)
 }
 
 // During a trial the accepted phases are in the kept ones.
-std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
+std::vector<Eigen::VectorXcf> CycleEqualizer::fields(int phaseLevels) const
 {
     std::vector<Eigen::VectorXcf> fields = _fields;
     const int m = _matrix.paddedTransducers();
@@ -398,7 +398,7 @@ std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
         const SplitVector& q =
             _at.slice == Slice::FORWARD && _descent.isStarted ? field.kept : field.q;
         kernels::quantisePhase(
-            m, _drive.phaseLevels, q.re.data(), q.im.data(), played.re.data(), played.im.data());
+            m, phaseLevels, q.re.data(), q.im.data(), played.re.data(), played.im.data());
         Eigen::VectorXcf& to = fields[field.index];
         for (std::size_t lane = 0; lane < _matrix.order().size(); ++lane)
         {

@@ -83,7 +83,9 @@ public:
     /// Mean of I_l, relative to that of the given fields; 1 before the first evaluation.
     double gain() const { return _evenness.given > 0.0 ? _evenness.mean / _evenness.given : 1.0; }
     /// The fields after passes() steps, on the array's levels.
-    std::vector<Eigen::VectorXcf> fields() const;
+    std::vector<Eigen::VectorXcf> fields() const { return fields(_drive.phaseLevels); }
+    /// The same with phases between the levels, as the steps found them.
+    std::vector<Eigen::VectorXcf> unroundedFields() const { return fields(0); }
 
 private:
     enum class Slice
@@ -128,6 +130,7 @@ private:
         double goal = 0.0, given = 0.0, mean = 0.0, variation = 0.0;
     };
 
+    std::vector<Eigen::VectorXcf> fields(int phaseLevels) const;
     void reserve();
     void buildBlock(int block);
     void forwardBlock(std::size_t first, std::size_t last);

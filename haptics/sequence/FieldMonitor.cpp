@@ -151,11 +151,12 @@ void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
         _wake.waitUntil(lock, std::min(end, Clock::now() + kLookAgain));
 }
 
-const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, double spacing_m)
+const FieldMonitor::Sampled&
+FieldMonitor::sample(const FeltSurface& surface, double spacing_m, bool isBetween)
 {
     for (const Sampled& known : _sampled)
         if (known.mesh == surface.mesh && known.sampling == surface.sampling &&
-            known.spacing_m == spacing_m)
+            known.spacing_m == spacing_m && known.isBetween == isBetween)
             return known;
     SamplerOptions options;
     options.spacing_m = spacing_m;
@@ -163,10 +164,9 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
     options.maxPoints = kMostSamples;
     options.stop = _stopWork.token();
     if (_sampled.size() >= kMostMeshes) _sampled.erase(_sampled.begin());
-    _sampled.push_back({surface.mesh,
-                        surface.sampling,
-                        spacing_m,
-                        sampleSurface(*surface.mesh, options).positions});
+    const SurfaceSamples samples =
+        isBetween ? sampleBetween(*surface.mesh, options) : sampleSurface(*surface.mesh, options);
+    _sampled.push_back({surface.mesh, surface.sampling, spacing_m, isBetween, samples.positions});
     return _sampled.back();
 }
 
@@ -181,7 +181,7 @@ Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
     for (const FeltSurface& surface : field.surfaces)
     {
         Eigen::Matrix3Xd part =
-            surface.pose * sample(surface, kSampleSpacing * wavelength_m).positions;
+            surface.pose * sample(surface, kSampleSpacing * wavelength_m, field.isEvened).positions;
         if (surface.reach_m > 0.0)
             part = samplesNear(part, points, surface.reach_m, _stopWork.token());
         if (felt.cols() + part.cols() > kMostSamples)
@@ -199,6 +199,7 @@ FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
 {
     Result result;
     result.number = field.number;
+    result.isEvened = field.isEvened;
     try
     {
         if (!field.array) throw base::InputError("field monitor: the field has no array");

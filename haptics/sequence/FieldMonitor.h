@@ -63,7 +63,8 @@ struct PlayedField
     double fieldRate_Hz = 0.0; ///< >= 0; of the cycle's fields; 0: ringing figures without ringing
     std::vector<FeltSurface> surfaces; ///< empty: no surface figures
     ControlPoints others;              ///< points of the cycle's other fields
-    std::uint64_t number = 0;          ///< any number of the caller, such as the frame's
+    bool isEvened = false;    ///< over the surfaces, which are then measured at other places
+    std::uint64_t number = 0; ///< any number of the caller, such as the frame's
 };
 
 /// Measures in the background how far the fields of a live solver are from the optimum and how
@@ -85,6 +86,7 @@ public:
         SurfaceStatistics surface; ///< samples == 0: none
         KelvinCost kelvin;         ///< of q at points; level == 0: none
         std::uint64_t number = 0;  ///< PlayedField::number
+        bool isEvened = false;     ///< PlayedField::isEvened
         std::string error;         ///< reason if a field could not be certified or measured
     };
 
@@ -141,9 +143,10 @@ private:
         std::shared_ptr<const TriangleMesh> mesh;
         Sampling sampling = Sampling::SURFACE;
         double spacing_m = 0.0;
+        bool isBetween = false; // sampleBetween()
         Eigen::Matrix3Xd positions;
     };
-    const Sampled& sample(const FeltSurface& surface, double spacing_m);
+    const Sampled& sample(const FeltSurface& surface, double spacing_m, bool isBetween);
 
     Options _options;
     base::StopSource _stopWork;

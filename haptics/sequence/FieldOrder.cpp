@@ -136,6 +136,13 @@ smoothedFields(const std::vector<Eigen::VectorXcf>& fields, int steps, const Dri
     return result;
 }
 
+void roundPhases(Eigen::VectorXcf& q, const DriveResolution& drive)
+{
+    if (drive.phaseLevels <= 0) return;
+    for (std::complex<float>& one : q)
+        one = std::polar(std::abs(one), onLevel(std::arg(one), drive.phaseLevels));
+}
+
 void scaleField(Eigen::VectorXcf& q, float share, const DriveResolution& drive)
 {
     Eigen::VectorXf amplitudes = (share * q.cwiseAbs()).cwiseMin(1.0f);

@@ -40,6 +40,9 @@ std::vector<Eigen::VectorXcf> smoothedFields(const std::vector<Eigen::VectorXcf>
                                              int steps,
                                              const DriveResolution& drive);
 
+/// Rounds the phases of \a q to the levels of \a drive.
+void roundPhases(Eigen::VectorXcf& q, const DriveResolution& drive);
+
 /// Scales \a q to \a share (0 .. 1) of its amplitude, on the levels of \a drive
 /// (roundAmplitudes()).
 void scaleField(Eigen::VectorXcf& q, float share, const DriveResolution& drive);

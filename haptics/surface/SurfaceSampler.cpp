@@ -488,6 +488,13 @@ sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int c
     return sets;
 }
 
+SurfaceSamples sampleBetween(const TriangleMesh& mesh, const SamplerOptions& options)
+{
+    const bool oneSet =
+        options.sampling == Sampling::VERTICES || options.sampling == Sampling::POINTS;
+    return std::move(sampleSurfaceSets(mesh, options, oneSet ? 1 : 2).back());
+}
+
 void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
 {
     for (const int t : samples.normalTriangle)

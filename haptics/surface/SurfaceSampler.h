@@ -83,6 +83,11 @@ SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& opt
 std::vector<SurfaceSamples>
 sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int count);
 
+/// Returns samples as sampleSurface() does, in the gaps of its samples (with VERTICES and POINTS
+/// the same): a field that was evened out at those is better there than elsewhere, so it is
+/// measured here. Takes twice as long.
+SurfaceSamples sampleBetween(const TriangleMesh& mesh, const SamplerOptions& options);
+
 /// Moves the samples with their mesh: recomputes positions, normals and intensities without
 /// allocation. \a deformed must have the triangles of the sampled mesh. A normal that is undefined
 /// on the deformed mesh (no area left) stays unchanged. Throws InputError if a sample's triangle or

@@ -76,10 +76,14 @@ public:
     void addFrame(double frame_ms, const osgMidair::HapticStatistics& now)
     {
         _frame_ms.push_back(frame_ms);
-        if (now.figures.empty() || now.fieldFrame == _lastField) return;
+        // A field that rests keeps its frame, and is evened out or made louder.
+        const bool isNew = now.fieldFrame != _lastField || now.level_Pa != _last.level_Pa;
+        if (now.figures.empty() || !isNew) return;
         _lastField = now.fieldFrame;
         if (now.points == 0) return; // of nothing
         _last = levelsOf(now);
+        if (now.evened) return; // it is not for its points
+        _solved_Pa = now.level_Pa;
         _solve_ms.push_back(now.matrix_ms + now.solve_ms);
         _rms.push_back(now.rms);
         _loudness.push_back(now.loudness);
@@ -190,6 +194,7 @@ private:
         json["fieldsInTurn"] = statistics.fieldsInTurn;
         json["fieldRate_Hz"] = statistics.fieldRate_Hz;
         json["outline"] = statistics.outline;
+        json["evened"] = statistics.evened;
         addFigures(json);
         json["feeling"] = statistics.feeling;
         json["slice_ms"] = slice_ms;
@@ -252,13 +257,21 @@ private:
             std::printf("accuracy    none: nothing was played\n");
             return;
         }
-        std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
+        const char* as = statistics.evened ? ", as solved" : "";
+        std::printf("accuracy    rms %.3f %% median, %.3f %% worst%s\n",
                     100.0 * percentile(_rms, 0.5),
-                    100.0 * percentile(_rms, 1.0));
-        std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s\n",
+                    100.0 * percentile(_rms, 1.0),
+                    as);
+        std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s%s\n",
                     percentile(_loudness, 0.5),
-                    last.level_Pa,
+                    statistics.evened ? _solved_Pa : last.level_Pa,
+                    as,
                     statistics.stop == "silenced" ? ": silenced" : "");
+        if (statistics.evened)
+            std::printf("at rest     evened out over the surface: %.1f Pa of radiation pressure on "
+                        "average, give or take %.0f %%\n",
+                        statistics.surface.mean_Pa,
+                        100.0 * statistics.surface.coefficientOfVariation);
         if (!last.feeling.empty())
             std::printf("feeling     %s on a fingertip: %s\n",
                         osgMidair::HapticField::forceText(last.fingertip_N).c_str(),
@@ -292,14 +305,15 @@ private:
                         statistics.fieldRate_Hz,
                         statistics.audibleChange);
         if (statistics.surface.samples > 0)
-            std::printf(
-                "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
-                "%.2f +- %.2f\n",
-                statistics.surface.mean_Pa,
-                statistics.surface.coefficientOfVariation,
-                statistics.surface.percentile1,
-                statistics.surface.contrast,
-                statistics.surface.contrastError);
+            std::printf("surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean",
+                        statistics.surface.mean_Pa,
+                        statistics.surface.coefficientOfVariation,
+                        statistics.surface.percentile1);
+        if (statistics.surface.offSamples > 0)
+            std::printf(", contrast %.2f +- %.2f",
+                        statistics.surface.contrast,
+                        statistics.surface.contrastError);
+        if (statistics.surface.samples > 0) std::printf("\n");
         if (statistics.certifiedGap >= 0.0)
             std::printf("certificate phases at most %.2f %% above the optimum\n",
                         100.0 * statistics.certifiedGap);
@@ -312,7 +326,8 @@ private:
     std::vector<double> _latency_ms;
     std::vector<DemoPicture> _pictures;
     std::uint64_t _lastField = 0;
-    Levels _last; ///< of the last field with points
+    Levels _last;            ///< of the last field with points
+    double _solved_Pa = 0.0; ///< of the last of them that was not evened out
 };
 
 constexpr double kFrameTime_s = 1.0 / 60.0;

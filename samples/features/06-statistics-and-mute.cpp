@@ -8,6 +8,26 @@
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 
+namespace
+{
+
+void print(const osgMidair::HapticStatistics& now)
+{
+    std::printf("%s: %d points, %.1f ms from frame to drive\n",
+                stateName(now.state),
+                now.points,
+                now.latencyP50_ms);
+    // A field is solved for its points; once it rests, it is spread evenly over the surface.
+    if (now.evened)
+        std::printf("%.0f Pa of radiation pressure on the surface, give or take %.0f %%\n",
+                    now.surface.mean_Pa,
+                    100.0 * now.surface.coefficientOfVariation);
+    else
+        std::printf("%.0f Pa at the points, error %.3f %%\n", now.level_Pa, 100.0 * now.rms);
+}
+
+} // namespace
+
 int main()
 {
     const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
@@ -23,15 +43,11 @@ int main()
 
     Frames frames(*scene);
     if (!frames.untilPlayed()) return 1;
-    frames.run(0.3);
-
-    const osgMidair::HapticStatistics now = scene->getStatistics();
-    std::printf("%s: %d points, %.0f Pa, error %.3f %%, %.1f ms from frame to drive\n",
-                stateName(now.state),
-                now.points,
-                now.level_Pa,
-                100.0 * now.rms,
-                now.latencyP50_ms);
+    print(scene->getStatistics());
+    for (int k = 0; k < 100 && !scene->getStatistics().evened; ++k)
+        frames.run(0.1);
+    frames.run(2.0);
+    print(scene->getStatistics());
     for (const osgMidair::HapticMessage& message : scene->getActiveMessages())
         std::printf("%s (%llu x): %s\n",
                     message.code.c_str(),

@@ -171,14 +171,13 @@ std::vector<EvenedScene> heldScenes(const std::string& folder)
     const auto add = [&scenes](const std::string& name, TriangleMesh mesh)
     {
         scenes.push_back({name, std::move(mesh), EvenedScene::wavelength_m(), {}});
-        scenes.back().fine = finePlaces(scenes.back().mesh);
+        scenes.back().fine = finePlaces(scenes.back().mesh, true);
     };
     for (const int radius_mm : {20, 25, 30, 35, 40, 45})
         add("sphere " + std::to_string(radius_mm), test::sphere(1e-3 * radius_mm, 5));
     for (const char* name : {"spot", "teapot", "fandisk"})
         if (!folder.empty()) add(name, readObj(folder + "/" + name + ".obj").scaledTo(0.08));
-    scenes.push_back(evenedStar(MIDAIR_ROOT));
-    scenes.back().name = "star";
+    add("star", evenedStar(MIDAIR_ROOT).mesh);
     add("board", test::box({0.08, 0.06, 0.002}));
     return scenes;
 }

@@ -13,16 +13,14 @@ namespace
 {
 
 // SOLVER.md, "Louder at rest".
-constexpr float kKicked = 0.35f;         // share of the points whose phases are turned
-constexpr int kTrialRounds = 60;         // rounds of a trial
-constexpr int kMostTrials = 100;         // for few points
-constexpr double kTrialEntries = 2.4e6;  // rounds times points of all trials
-constexpr int kLeastTrials = 10;         // for many points
-constexpr int kRoundsInStep = 4000;      // rounds times points of a step
-constexpr double kFirstShare = 1.0 / 64; // of a walk
+constexpr float kKicked = 0.35f;        // share of the points whose phases are turned
+constexpr int kTrialRounds = 60;        // rounds of a trial
+constexpr int kMostTrials = 100;        // for few points
+constexpr double kTrialEntries = 2.4e6; // rounds times points of all trials
+constexpr int kLeastTrials = 10;        // for many points
+constexpr int kRoundsInStep = 4000;     // rounds times points of a step
 constexpr double kLeastShareOfWay = 1e-5;
-constexpr double kMostLonger = 1.5; // largest growth of a step
-constexpr double kMeantShare = 0.2; // share of the bounds that the next step is meant to use
+constexpr double kMostLonger = 1.5;             // largest growth of a step
 constexpr double kShortShareOfWay = 1.0 / 1000; // shorter steps only after one that is not kept
 
 // A number in 0 .. 1, the same with any standard library.
@@ -126,14 +124,22 @@ void LouderPhases::kick()
     _search.take(_field, c);
 }
 
-PhaseWalk::PhaseWalk(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to) :
-    _from(from),
-    _to(to),
-    _at(0.0),
-    _step(kFirstShare)
+PhaseWalk::PhaseWalk(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to)
 {
     const float size = from.cwiseAbs().sum(), other = to.cwiseAbs().sum();
-    if (size > 0.0f && other > 0.0f) _to *= (size / other) * std::conj(directionOf(from.dot(to)));
+    const bool isBoth = size > 0.0f && other > 0.0f;
+    const std::complex<float> turn =
+        isBoth ? (size / other) * std::conj(directionOf(from.dot(to))) : 1.0f;
+    begin(from, turn * to, Steps());
+}
+
+void PhaseWalk::begin(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to, const Steps& steps)
+{
+    _from = from;
+    _to = to;
+    _at = 0.0;
+    _step = steps.first;
+    _meant = steps.meant;
 }
 
 Eigen::VectorXcf PhaseWalk::next() const
@@ -160,8 +166,8 @@ bool PhaseWalk::accept(double turn_rad, double jump)
         return false;
     }
     _at = std::min(_at + _step, 1.0);
-    _step = std::max(_step * std::min(kMostLonger, kMeantShare / std::max(used, 1e-3)),
-                     kShortShareOfWay);
+    _step =
+        std::max(_step * std::min(kMostLonger, _meant / std::max(used, 1e-3)), kShortShareOfWay);
     return true;
 }
 

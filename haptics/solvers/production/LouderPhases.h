@@ -63,9 +63,9 @@ private:
     int _rounds = 0; // remaining ones of the present trial
 };
 
-/// The way from a field's multipliers to those of a louder one. Each point's phase turns by the
-/// shorter angle, after all were turned together to be near, and its weight changes evenly, so that
-/// the fields on the way are accurate and hardly quieter. The length of a step follows the bounds.
+/// The way from a field's multipliers to those of a louder one, or from one field's activations to
+/// another's. Each phase turns by the shorter angle, and each size changes evenly, so that the
+/// fields on the way are accurate and hardly quieter. The length of a step follows the bounds.
 class PhaseWalk
 {
 public:
@@ -74,12 +74,21 @@ public:
     static constexpr double kMostTurn_rad = 0.15;
     static constexpr double kMostJump = 1.005;
 
+    /// Lengths of steps, 0 .. 1.
+    struct Steps
+    {
+        double first = 1.0 / 64; ///< of the whole way
+        double meant = 0.2;      ///< share of the bounds that the next step is meant to use
+    };
+
     PhaseWalk() = default;
-    /// From \a from to \a to (n each).
+    /// From \a from to \a to (n each), whose common size and phase don't count.
     PhaseWalk(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to);
+    /// From \a from to \a to (n each), where it ends.
+    void begin(const Eigen::VectorXcf& from, const Eigen::VectorXcf& to, const Steps& steps);
 
     bool isOver() const { return !(_at < 1.0); }
-    /// Multipliers from which the next field starts (n).
+    /// Multipliers from which the next field starts, or its activations (n).
     Eigen::VectorXcf next() const;
     /// Judges a field made from next(), which has \a turn_rad and \a jump from the present one.
     /// Returns true if it keeps the bounds: it is then the present one. Otherwise the next one is
@@ -88,9 +97,10 @@ public:
     void end() { _at = 1.0; }
 
 private:
-    Eigen::VectorXcf _from, _to; // n; _to is turned to be near
+    Eigen::VectorXcf _from, _to; // n
     double _at = 1.0;            // 0 .. 1
     double _step = 0.0;
+    double _meant = 0.0; // Steps::meant
 };
 
 } // namespace midair::haptics

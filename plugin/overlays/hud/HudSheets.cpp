@@ -224,6 +224,21 @@ std::string pressureOf(const HologramResult& result, const ArrayNews& news)
     return (plays ? "" : "0 of ") + pixels::number(std::round(report.level_Pa)) + " Pa (peak)";
 }
 
+/// The error at the points, or for an evened field, which is no longer for its points, the
+/// radiation pressure on the surface.
+HudRows::value_type errorOf(const HologramResult& result)
+{
+    const midair::haptics::SolveReport& report = result.report();
+    if (result.sequence.evened && result.sequence.isHeld())
+        return {"surface",
+                fmt::format("{:.0f} Pa (mean), +- {:.0f} %",
+                            report.surface.mean_Pa,
+                            100.0 * report.surface.coefficientOfVariation)};
+    if (isOfNothing(result)) return {"error rms", "none"};
+    return {"error rms",
+            fmt::format("{:.2f} % (max {:.2f} %)", 100.0 * report.rms, 100.0 * report.max)};
+}
+
 /// What a fingertip feels at the strongest place of the field.
 std::string feelingOf(const HologramResult& result, const ArrayNews& news)
 {
@@ -292,11 +307,7 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     const midair::haptics::SolveReport& report = result.report();
     rows.emplace_back("pressure", pressureOf(result, news));
     rows.emplace_back("fingertip", feelingOf(result, news));
-    rows.emplace_back(
-        "error rms",
-        isOfNothing(result)
-            ? "none"
-            : fmt::format("{:.2f} % (max {:.2f} %)", 100.0 * report.rms, 100.0 * report.max));
+    rows.push_back(errorOf(result));
     rows.emplace_back("latency", fmt::format("{:.1f} ms", result.latency_ms));
     rows.emplace_back("points",
                       fmt::format("{}, {} left out", report.points, result.skipped.cols()));

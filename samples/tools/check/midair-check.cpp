@@ -132,11 +132,15 @@ void printScene(Out out, const CheckedScene& scene, int frames)
     fmt::format_to(out, "            here: {}\n", orNone(s.device));
     fmt::format_to(out, "  hands     {}\n", wish(scene.asked.hands, scene.granted.hands));
     fmt::format_to(out,
-                   "  field     {}: {} points, {:.0f} Pa, rms error {:.3f} %, cap {}{}\n",
+                   "  field     {}: {} points, {}, cap {}{}\n",
                    stateName(s.state),
                    s.points,
-                   s.level_Pa,
-                   100.0 * s.rms,
+                   s.evened
+                       ? fmt::format("evened out over the surface: {:.1f} Pa of radiation pressure "
+                                     "on average, give or take {:.0f} %",
+                                     s.surface.mean_Pa,
+                                     100.0 * s.surface.coefficientOfVariation)
+                       : fmt::format("{:.0f} Pa, rms error {:.3f} %", s.level_Pa, 100.0 * s.rms),
                    s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none",
                    scene.granted.earLimit > 0.0
                        ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
@@ -244,6 +248,7 @@ Json sceneJson(const CheckedScene& scene)
                  {"points", s.points},
                  {"level_Pa", s.level_Pa},
                  {"rms", s.rms},
+                 {"evened", s.evened},
                  {"maxPressure_Pa", s.maxPressure_Pa},
                  {"capFactor", s.capFactor},
                  {"stop", s.stop}};

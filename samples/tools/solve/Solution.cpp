@@ -55,14 +55,18 @@ double spacingOf(const SolveArguments& arguments, const SolveScene& scene)
 }
 
 /// Returns samples of the model, \a spacing_m apart, array frame.
-Eigen::Matrix3Xd
-samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spacing_m)
+Eigen::Matrix3Xd samplesOf(const SolveArguments& arguments,
+                           const SolveScene& scene,
+                           double spacing_m,
+                           bool isBetween = false)
 {
     haptics::SamplerOptions sampling;
     sampling.spacing_m = spacing_m;
     sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
     sampling.maxPoints = 200000;
-    return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
+    return scene.pose * (isBetween ? haptics::sampleBetween(scene.mesh, sampling)
+                                   : haptics::sampleSurface(scene.mesh, sampling))
+                            .positions;
 }
 
 /// Returns the model's samples in the array frame, a set for each field. All targets are 1, or the
@@ -264,17 +268,18 @@ haptics::ControlPoints placesToEven(const SolveArguments& arguments,
 }
 
 /// Returns samples of the felt surface near \a points (3 x n), at most a fifth of a wavelength
-/// apart.
+/// apart. \a isEvened: between the places at which fields are evened out, where they are better.
 Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
                              const Eigen::Matrix3Xd& points,
-                             const SolveScene& scene)
+                             const SolveScene& scene,
+                             bool isEvened)
 {
     // No place is farther from a sample than this times kFeltReach.
     const double sampled_m = 0.18 * scene.wavelength_m();
     // At least the spacing of the samples, or a point might have none nearby.
     const double spacing_m = std::max(spacingOf(arguments, scene), sampled_m);
     return haptics::samplesNear(
-        samplesOf(arguments, scene, sampled_m), points, haptics::kFeltReach * spacing_m);
+        samplesOf(arguments, scene, sampled_m, isEvened), points, haptics::kFeltReach * spacing_m);
 }
 
 constexpr double kMostSamples = 1e7; // about 700 MB of text
@@ -352,7 +357,7 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
     options.threads = arguments.settings.threads;
     options.fieldRate_Hz = solution.sequence.modulation.fieldRate_Hz;
     solution.sequence.report.surface = haptics::surfaceStatistics(
-        feltSurface(arguments, solution.points.positions, solution.scene),
+        feltSurface(arguments, solution.points.positions, solution.scene, solution.sequence.evened),
         solution.scene.array,
         solution.scene.medium,
         solution.sequence.fields,
@@ -440,7 +445,7 @@ Eigen::Matrix3Xd probePlaces(const SolveArguments& arguments,
     if (arguments.probePatch_m > 0.0)
     {
         places = haptics::samplesNear(
-            feltSurface(arguments, controlPoints, scene), places, arguments.probePatch_m);
+            feltSurface(arguments, controlPoints, scene, false), places, arguments.probePatch_m);
         if (places.cols() == 0)
             throw base::InputError(
                 fmt::format("--probe-patch: no point of the surface is within {:g} m of a --probe",

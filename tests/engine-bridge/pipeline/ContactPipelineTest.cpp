@@ -294,7 +294,9 @@ TEST(ContactPipeline, AGreedyContactDoesNotWeakenTheOthers)
 
 TEST(ContactPipeline, AutoPlaysTheWholeWhereNoHandIsKnown)
 {
-    HologramPipeline pipeline(contactOptions(Render::AUTO));
+    HologramOptions options = contactOptions(Render::AUTO);
+    options.restAfter_s = std::numeric_limits<double>::infinity(); // the whole stays as it is
+    HologramPipeline pipeline(options);
     const auto unknown = after(pipeline, touching(kNoHand), 0.05);
     EXPECT_GT(unknown->points.size(), 20);
     EXPECT_GT(drive(*unknown), 1.0);
@@ -306,6 +308,23 @@ TEST(ContactPipeline, AutoPlaysTheWholeWhereNoHandIsKnown)
     const auto lost = after(pipeline, touching(kNoHand), 0.4);
     EXPECT_EQ(lost->points.size(), unknown->points.size());
     EXPECT_NEAR(lost->achieved_Pa.mean(), unknown->achieved_Pa.mean(), 5.0f);
+}
+
+// What rests is evened out; a touch plays contacts as before, and ends it for a while.
+TEST(ContactPipeline, AutoPlaysContactsInPlaceOfAnEvenedWhole)
+{
+    HologramPipeline pipeline(contactOptions(Render::AUTO));
+    const auto evened = after(pipeline, touching(kNoHand), 5.0);
+    EXPECT_TRUE(evened->sequence.evened);
+    const auto touched = after(pipeline, touching(kDeep), 0.4);
+    EXPECT_FALSE(touched->sequence.evened);
+    EXPECT_LE(touched->points.size(), 4);
+    EXPECT_GT(touched->achieved_Pa.maxCoeff(), 2000.0f);
+    EXPECT_LT(touched->report().rms, 0.02);
+    EXPECT_EQ(drive(*after(pipeline, touching(-0.05), 0.3)), 0.0);
+    const auto lost = after(pipeline, touching(kNoHand), 0.1);
+    EXPECT_EQ(lost->points.size(), evened->points.size());
+    EXPECT_TRUE(after(pipeline, touching(kNoHand), 5.0)->sequence.evened);
 }
 
 TEST(ContactPipeline, CapsHoldForEachOfItsFields)

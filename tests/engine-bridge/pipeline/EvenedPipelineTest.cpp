@@ -2,11 +2,15 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/solvers/production/LouderPhases.h"
 #include "tests/Eventually.h"
+#include "tests/engine-bridge/pipeline/AtRest.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/haptics/base/threads/SetClock.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -27,12 +31,19 @@ HologramOptions evenOptions(const std::shared_ptr<FakeLog>& log = std::make_shar
 
 using Results = std::vector<std::shared_ptr<const HologramResult>>;
 
-/// All results until nothing is left to be made.
+/// All results with another field or message, until nothing is left to be made.
 Results settled(HologramPipeline& pipeline)
 {
     Results results;
     for (int k = 0; k < 10000 && pipeline.rest_s() == 0.0; ++k)
-        if (auto next = pipeline.attend()) results.push_back(std::move(next));
+    {
+        auto next = pipeline.attend();
+        if (!next) continue;
+        const bool isSame = !results.empty() &&
+                            results.back()->sequence.fields == next->sequence.fields &&
+                            results.back()->messages == next->messages;
+        if (!isSame) results.push_back(std::move(next));
+    }
     return results;
 }
 
@@ -47,6 +58,27 @@ haptics::SurfaceStatistics felt(const std::vector<Eigen::VectorXcf>& fields)
         haptics::meanRadiationPressure(
             places, haptics::TransducerArray::octagonalPrism(), haptics::Medium(), fields),
         Eigen::VectorXd());
+}
+
+/// Mean angle between \a a and \a b, once turned to be near.
+double turnOf(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
+{
+    const std::complex<float> common = std::polar(1.0f, std::arg(b.dot(a)));
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+        sum += std::fabs(static_cast<double>(std::arg(common * b[i] * std::conj(a[i]))));
+    return sum / static_cast<double>(a.size());
+}
+
+/// Pressures of the played field at its points.
+Eigen::VectorXd pressuresOf(const HologramResult& result)
+{
+    return haptics::pressureAt(result.points.positions,
+                               haptics::TransducerArray::octagonalPrism(),
+                               haptics::Medium(),
+                               result.played())
+        .cwiseAbs()
+        .cast<double>();
 }
 
 /// Attends until a cycle that is being evened out was played.
@@ -96,55 +128,59 @@ TEST(EvenedPipeline, WhatRestsIsEvenedOutAndPlayedAsItImproves)
     EXPECT_GT(pipeline.rest_s(), 0.0);
 }
 
-/// The same for a single field, at once.
-HologramOptions heldOptions(const std::shared_ptr<FakeLog>& log = std::make_shared<FakeLog>())
+TEST(EvenedPipeline, AHeldFieldIsWalkedToAnEvenedOne)
 {
-    HologramOptions options = evenOptions(log);
-    options.cycle = 1;
-    options.restAfter_s = 0.0;
-    return options;
-}
-
-TEST(EvenedPipeline, AHeldFieldIsEvenedOutAndItsFiguresAreOfWhatIsPlayed)
-{
-    HologramPipeline pipeline(heldOptions());
-    const auto first = pipeline.process(squareSnapshot());
-    const Results results = settled(pipeline);
-    ASSERT_GE(results.size(), 2u);
-    const haptics::SurfaceStatistics before = felt(first->sequence.fields);
-    double last = before.coefficientOfVariation;
+    AtRest scene;
+    auto last = scene.show(squareSnapshot());
+    const haptics::SurfaceStatistics before = felt(last->sequence.fields);
+    const auto results = scene.rest(10.0);
+    ASSERT_GE(results.size(), 50u);
+    EXPECT_EQ(scene.pipeline->counters().walked, results.size());
+    double level_Pa = pressuresOf(*last).mean();
+    double felt_Pa = before.mean_Pa;
     for (const auto& result : results)
     {
         ASSERT_TRUE(result->sequence.evened && result->sequence.isHeld());
         EXPECT_FALSE(result->outline);
         EXPECT_TRUE(result->playing);
-        const haptics::SurfaceStatistics now = felt(result->sequence.fields);
-        // Here the margin is left out, which the equaliser sees, too.
-        EXPECT_LT(now.coefficientOfVariation, 1.02 * last);
-        EXPECT_GT(now.mean_Pa, 0.97 * before.mean_Pa);
-        last = now.coefficientOfVariation;
-        const Eigen::VectorXd achieved_Pa = haptics::pressureAt(result->points.positions,
-                                                                *result->array,
-                                                                result->medium,
-                                                                result->sequence.fields.front())
-                                                .cwiseAbs()
-                                                .cast<double>();
-        const double level_Pa = achieved_Pa.mean(); // all targets are the same
+        // No step is felt: neither at the points nor on the surface.
+        const double turn_rad = turnOf(last->played(), result->played());
+        EXPECT_LE(turn_rad, 1.05 * haptics::PhaseWalk::kMostTurn_rad);
+        EXPECT_NEAR(result->report().meanPhaseStep_rad, turn_rad, 0.02);
+        EXPECT_LT(result->report().driveChange, 0.1);
+        const Eigen::VectorXd now_Pa = pressuresOf(*result); // all targets are the same
+        const double ratio = now_Pa.mean() / level_Pa;
+        level_Pa = now_Pa.mean();
+        EXPECT_LE(std::max(ratio, 1.0 / ratio), haptics::PhaseWalk::kMostJump + 1e-3);
+        EXPECT_NEAR(result->report().levelJump, std::max(ratio, 1.0 / ratio), 1e-3);
+        const double mean_Pa = felt(result->sequence.fields).mean_Pa;
+        EXPECT_LE(std::fabs(mean_Pa / felt_Pa - 1.0), 0.04);
+        EXPECT_GT(mean_Pa, 0.75 * before.mean_Pa);
+        felt_Pa = mean_Pa;
+        // The figures are of what is played.
         EXPECT_NEAR(result->report().level_Pa, level_Pa, 1e-3 * level_Pa);
         EXPECT_NEAR(result->report().rms,
-                    std::sqrt((achieved_Pa.array() / level_Pa - 1.0).square().mean()),
+                    std::sqrt((now_Pa.array() / level_Pa - 1.0).square().mean()),
                     1e-3);
-        EXPECT_GT(result->report().driveChange, 0.0);
+        EXPECT_GT(result->report().surface.samples, 400) << "from the first one on";
+        last = result;
     }
-    EXPECT_LT(last, 0.7 * before.coefficientOfVariation);
-    EXPECT_EQ(pipeline.attend(), nullptr) << "nothing is left to be made";
-    EXPECT_GT(pipeline.rest_s(), 0.0);
+    const haptics::SurfaceStatistics after = felt(last->sequence.fields);
+    EXPECT_LT(after.coefficientOfVariation, 0.7 * before.coefficientOfVariation);
+    EXPECT_GT(after.mean_Pa, 0.97 * before.mean_Pa);
+    // Here the margin of the square is left out.
+    const haptics::SurfaceStatistics& told = last->report().surface;
+    EXPECT_NEAR(told.mean_Pa, after.mean_Pa, 0.1 * after.mean_Pa);
+    EXPECT_NEAR(told.coefficientOfVariation, after.coefficientOfVariation, 0.1);
+    EXPECT_TRUE(scene.rest(1.0).empty()) << "nothing is left to be made";
+    EXPECT_GT(scene.pipeline->rest_s(), 0.0);
 }
 
 // It belongs to no points, and is measured all the same.
 TEST(EvenedPipeline, AMonitorMeasuresAHeldFieldThatIsEvenedOut)
 {
-    HologramOptions options = heldOptions();
+    HologramOptions options = evenOptions();
+    options.cycle = 1;
     options.monitorInterval = 0.1;
     HologramPipeline pipeline(options);
     pipeline.process(squareSnapshot());
@@ -152,32 +188,44 @@ TEST(EvenedPipeline, AMonitorMeasuresAHeldFieldThatIsEvenedOut)
     EXPECT_TRUE(eventually(
         [&]
         {
-            if (auto next = pipeline.attend()) last = std::move(next);
+            for (int k = 0; k < 50; ++k)
+                if (auto next = pipeline.attend()) last = std::move(next);
             return last && last->sequence.evened && last->monitored &&
                    (!last->monitored->error.empty() ||
                     last->monitored->surface.coefficientOfVariation < 0.6);
         }));
     ASSERT_TRUE(last && last->monitored);
     EXPECT_EQ(last->monitored->error, "");
+    EXPECT_TRUE(last->monitored->isEvened);
+    EXPECT_EQ(last->monitored->certificate.points, 0);
 }
 
 TEST(EvenedPipeline, AHeldFieldIsEvenedOutOnlyWhenItHasRested)
 {
-    midair::test::SetClock clock;
-    HologramOptions options = heldOptions();
-    options.clock = &clock;
-    options.restAfter_s = 0.15;
-    HologramPipeline pipeline(options);
+    AtRest scene;
     for (int frame = 0; frame < 5; ++frame)
     {
-        pipeline.process(squareSnapshot(1e-3 * frame));
-        clock.pass(0.1);
-        EXPECT_NEAR(pipeline.rest_s(), 0.05, 1e-9);
-        EXPECT_EQ(pipeline.attend(), nullptr);
+        scene.show(squareSnapshot(1e-3 * frame));
+        EXPECT_NEAR(scene.pipeline->rest_s(), 0.15, 1e-9);
+        EXPECT_TRUE(scene.rest(0.1).empty());
     }
-    clock.pass(0.06);
-    EXPECT_EQ(pipeline.rest_s(), 0.0);
-    EXPECT_TRUE(settled(pipeline).back()->sequence.evened);
+    EXPECT_FALSE(scene.rest(2.0).empty());
+    EXPECT_TRUE(scene.newest->sequence.evened);
+}
+
+TEST(EvenedPipeline, WhatMovesOnTheWayIsSolvedForAtOnce)
+{
+    AtRest scene;
+    scene.show(squareSnapshot());
+    while (scene.pipeline->counters().walked < 5)
+        scene.rest(0.005);
+    const auto moved = scene.show(squareSnapshot(0.002));
+    EXPECT_FALSE(moved->sequence.evened);
+    EXPECT_LT(moved->report().rms, 2e-3);
+    EXPECT_EQ(moved->report().surface.samples, 0);
+    EXPECT_TRUE(scene.rest(0.14).empty());
+    EXPECT_FALSE(scene.rest(2.0).empty());
+    EXPECT_TRUE(scene.newest->sequence.evened);
 }
 
 TEST(EvenedPipeline, HeldFieldsOfPointsEdgesAndPressuresInPaStay)
@@ -185,41 +233,64 @@ TEST(EvenedPipeline, HeldFieldsOfPointsEdgesAndPressuresInPaStay)
     for (const auto sampling :
          {haptics::Sampling::SURFACE, haptics::Sampling::VERTICES, haptics::Sampling::EDGES})
     {
-        HologramPipeline pipeline(heldOptions());
+        AtRest scene;
         SceneSnapshot snapshot = squareSnapshot();
         snapshot.objects[0].properties.sampling = sampling;
         snapshot.objects[0].properties.pressureInPa = sampling == haptics::Sampling::SURFACE;
         snapshot.objects[0].properties.pressure = 500.0;
-        pipeline.process(snapshot);
-        for (const auto& result : settled(pipeline))
+        scene.show(snapshot);
+        for (const auto& result : scene.rest(3.0))
             EXPECT_FALSE(result->sequence.evened) << static_cast<int>(sampling);
     }
-    HologramOptions off = heldOptions();
-    off.even = 0;
-    HologramPipeline pipeline(off);
-    pipeline.process(squareSnapshot());
-    for (const auto& result : settled(pipeline)) // of the walk to a louder field
-        EXPECT_FALSE(result->sequence.evened);
+    AtRest plain([](HologramOptions& options) { options.even = 0; });
+    plain.show(squareSnapshot());
+    EXPECT_TRUE(plain.rest(3.0).empty());
+    AtRest off([](HologramOptions& options)
+               { options.restAfter_s = std::numeric_limits<double>::infinity(); });
+    off.show(squareSnapshot());
+    EXPECT_TRUE(off.rest(3.0).empty());
 }
 
-TEST(EvenedPipeline, AHeldFieldKeepsToTheCapOnTheWay)
+// The cap is one at the points, whose pressures fall: the field would be raised to it, and pass it
+// between them.
+TEST(EvenedPipeline, AHeldFieldThatACapLowersStays)
 {
-    HologramOptions options = heldOptions();
-    options.maxPressure = 800.0;
-    HologramPipeline pipeline(options);
-    pipeline.process(squareSnapshot());
-    const Results results = settled(pipeline);
-    ASSERT_FALSE(results.empty());
-    for (const auto& result : results)
+    AtRest lowered([](HologramOptions& options) { options.maxPressure = 800.0; });
+    EXPECT_LT(lowered.show(squareSnapshot())->report().capFactor, 1.0);
+    EXPECT_TRUE(lowered.rest(5.0).empty());
+    // A cap that isn't reached changes nothing, and holds on the way.
+    AtRest free;
+    const double level_Pa = free.show(squareSnapshot())->achieved_Pa.maxCoeff();
+    AtRest below([&](HologramOptions& options) { options.maxPressure = 1.02 * level_Pa; });
+    EXPECT_EQ(below.show(squareSnapshot())->report().capFactor, 1.0);
+    for (const auto& result : below.rest(5.0))
+        EXPECT_LE(pressuresOf(*result).maxCoeff(), 1.02 * level_Pa * 1.0001);
+    EXPECT_TRUE(below.newest->sequence.evened);
+    EXPECT_LT(felt(below.newest->sequence.fields).coefficientOfVariation, 0.6);
+}
+
+// Neither a mute on the way nor one at the end throws it away.
+TEST(EvenedPipeline, AfterAMuteTheEvenedFieldComesBack)
+{
+    for (const double before_s : {0.3, 10.0})
     {
-        EXPECT_LT(result->report().capFactor, 1.0);
-        EXPECT_LE(haptics::pressureAt(result->points.positions,
-                                      options.array,
-                                      options.medium,
-                                      result->sequence.fields.front())
-                      .cwiseAbs()
-                      .maxCoeff(),
-                  800.0 * 1.0001);
+        AtRest scene;
+        scene.show(squareSnapshot());
+        scene.rest(before_s);
+        ASSERT_TRUE(scene.newest->sequence.evened);
+        scene.pipeline->device().setMuted(true);
+        scene.rest(1.0);
+        scene.show(squareSnapshot()); // frames go on
+        EXPECT_FALSE(scene.newest->playing);
+        EXPECT_TRUE(scene.newest->played().isZero(0.0f));
+        scene.rest(1.0);
+        EXPECT_TRUE(scene.newest->played().isZero(0.0f)) << "nothing is played";
+        scene.pipeline->device().setMuted(false);
+        scene.show(squareSnapshot());
+        scene.rest(10.0);
+        EXPECT_TRUE(scene.newest->playing);
+        EXPECT_TRUE(scene.newest->sequence.evened);
+        EXPECT_LT(felt({scene.newest->played()}).coefficientOfVariation, 0.6);
     }
 }
 

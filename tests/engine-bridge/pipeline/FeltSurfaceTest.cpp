@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/SampleCache.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/sequence/CycleEqualizer.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <gtest/gtest.h>
@@ -40,20 +41,40 @@ TEST(FeltSurface, ItsPlacesAreNearTheOwnPointsOfEachObject)
     ASSERT_TRUE(places);
     const double reach_m = haptics::kFeltReach * kWave_m;
     int of[3] = {0, 0, 0};
-    for (int l = 0; l < places->size(); ++l)
+    for (int l = 0; l < places->places.size(); ++l)
     {
-        const Eigen::Vector3d place = places->positions.col(l);
+        const Eigen::Vector3d place = places->places.positions.col(l);
         Eigen::Index nearest = 0;
         const double distance =
             (points().positions.colwise() - place).colwise().norm().minCoeff(&nearest);
         EXPECT_LE(distance, reach_m);
-        EXPECT_EQ(places->targets[l], points().targets[nearest]);
+        EXPECT_EQ(places->places.targets[l], points().targets[nearest]);
         ++of[nearest];
     }
     // A disc of that reach each, two of them overlapping, sampled at 0.22 wavelengths.
     EXPECT_GT(of[2], 40);
     EXPECT_GT(of[0] + of[1], of[2]);
     EXPECT_NEAR(of[0], of[1], 12);
+}
+
+// Evened out at the former, a field is measured at the latter.
+TEST(FeltSurface, OfAHeldFieldThereArePlacesBetweenToo)
+{
+    const auto found = FeltSurface(kWave_m).places(objects(), points(), true);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(FeltSurface(kWave_m).places(objects(), points(), false)->between.cols(), 0);
+    EXPECT_NEAR(static_cast<double>(found->between.cols()),
+                static_cast<double>(found->places.size()),
+                0.2 * found->places.size());
+    double sum_m = 0.0;
+    for (const auto& place : found->between.colwise())
+    {
+        EXPECT_LE((points().positions.colwise() - place).colwise().norm().minCoeff(),
+                  haptics::kFeltReach * kWave_m);
+        sum_m += (found->places.positions.colwise() - place).colwise().norm().minCoeff();
+    }
+    EXPECT_GT(sum_m / static_cast<double>(found->between.cols()),
+              0.5 * haptics::kHeldPlaceSpacing * kWave_m);
 }
 
 TEST(FeltSurface, LargeSurfacesAreSampledMoreCoarselyOrNotAtAll)
@@ -73,9 +94,9 @@ TEST(FeltSurface, LargeSurfacesAreSampledMoreCoarselyOrNotAtAll)
         const auto places = FeltSurface(kWave_m).places(one, all, false);
         isTold = !places;
         if (!places) break;
-        EXPECT_LE(places->size(), haptics::kMostPlaces);
-        EXPECT_GT(places->size(), 1000);
-        before = std::max(before, places->size());
+        EXPECT_LE(places->places.size(), haptics::kMostPlaces);
+        EXPECT_GT(places->places.size(), 1000);
+        before = std::max(before, places->places.size());
     }
     EXPECT_TRUE(isTold);
     EXPECT_GT(before, 3000);

@@ -1,7 +1,6 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/solvers/production/LouderPhases.h"
-#include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/haptics/base/threads/SetClock.h"
+#include "tests/engine-bridge/pipeline/AtRest.h"
 
 #include <algorithm>
 #include <memory>
@@ -15,43 +14,29 @@ using namespace midair::bridge;
 namespace
 {
 
-/// A pipeline with the real solver, and all results of a scene at rest.
-struct AtRest
+/// 49 points, 8 mm apart; a surface would be evened out.
+SceneSnapshot pointsSnapshot(double x_m = 0.0)
 {
-    explicit AtRest(const std::function<void(HologramOptions&)>& change = {})
-    {
-        HologramOptions options = fakeOptions(std::make_shared<FakeLog>());
-        options.solverFactory = {};
-        options.even = 0;
-        options.restAfter_s = 0.15;
-        options.clock = &clock;
-        if (change) change(options);
-        pipeline = std::make_unique<HologramPipeline>(std::move(options));
-    }
-
-    /// Attends for \a time_s.
-    std::vector<std::shared_ptr<const HologramResult>> rest(double time_s)
-    {
-        std::vector<std::shared_ptr<const HologramResult>> results;
-        const double until_s = clock.now_s() + time_s;
-        while (clock.now_s() < until_s)
-        {
-            if (auto next = pipeline->attend()) results.push_back(std::move(next));
-            clock.pass(std::clamp(pipeline->rest_s(), 0.005, 0.05));
-        }
-        return results;
-    }
-
-    midair::test::SetClock clock;
-    std::unique_ptr<HologramPipeline> pipeline;
-};
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    mesh->vertices.resize(3, 49);
+    for (int i = 0; i < 49; ++i)
+        mesh->vertices.col(i) << 8e-3 * (i % 7 - 3), 0.0, 8e-3 * (i / 7 - 3);
+    mesh->triangles.resize(3, 49);
+    for (int i = 0; i < 49; ++i)
+        mesh->triangles.col(i).setConstant(i);
+    SceneSnapshot snapshot = squareSnapshot(x_m);
+    snapshot.objects.front().mesh = mesh;
+    snapshot.objects.front().properties.sampling = haptics::Sampling::POINTS;
+    snapshot.objects.front().properties.spacing_m = 8e-3;
+    return snapshot;
+}
 
 } // namespace
 
 TEST(LouderPipeline, AFieldAtRestIsWalkedToALouderOne)
 {
     AtRest scene;
-    const auto first = scene.pipeline->process(squareSnapshot());
+    const auto first = scene.show(pointsSnapshot());
     ASSERT_TRUE(first->sequence.isHeld());
     const auto results = scene.rest(10.0);
     ASSERT_GT(results.size(), 10u);
@@ -68,18 +53,18 @@ TEST(LouderPipeline, AFieldAtRestIsWalkedToALouderOne)
     }
     EXPECT_TRUE(scene.rest(1.0).empty()) << "nothing is left to be made";
     // A later update goes on from there.
-    const auto moved = scene.pipeline->process(squareSnapshot(0.0005));
+    const auto moved = scene.show(pointsSnapshot(0.0005));
     EXPECT_GT(moved->report().loudness, 0.99 * results.back()->report().loudness);
 }
 
 TEST(LouderPipeline, AMovedSceneIsSolvedAtOnce)
 {
     AtRest scene;
-    scene.pipeline->process(squareSnapshot());
+    scene.show(pointsSnapshot());
     while (scene.pipeline->counters().walked < 5)
         ASSERT_FALSE(scene.rest(0.02).size() > 50);
     const std::uint64_t walked = scene.pipeline->counters().walked;
-    const auto moved = scene.pipeline->process(squareSnapshot(0.002));
+    const auto moved = scene.show(pointsSnapshot(0.002));
     EXPECT_LT(moved->report().rms, 2e-3);
     EXPECT_TRUE(scene.rest(0.1).empty()) << "it rests only after a while";
     EXPECT_EQ(scene.pipeline->counters().walked, walked);
@@ -88,12 +73,15 @@ TEST(LouderPipeline, AMovedSceneIsSolvedAtOnce)
 TEST(LouderPipeline, WhatMayNotBeLouderStays)
 {
     AtRest capped([](HologramOptions& options) { options.maxPressure = 500.0; });
-    EXPECT_LT(capped.pipeline->process(squareSnapshot())->report().capFactor, 1.0);
+    EXPECT_LT(capped.show(pointsSnapshot())->report().capFactor, 1.0);
     EXPECT_TRUE(capped.rest(3.0).empty());
     AtRest inPa;
-    SceneSnapshot snapshot = squareSnapshot();
+    SceneSnapshot snapshot = pointsSnapshot();
     snapshot.objects.front().properties.pressureInPa = true;
     snapshot.objects.front().properties.pressure = 300.0;
-    EXPECT_NEAR(inPa.pipeline->process(snapshot)->report().level_Pa, 300.0, 3.0);
+    EXPECT_NEAR(inPa.show(snapshot)->report().level_Pa, 300.0, 3.0);
     EXPECT_TRUE(inPa.rest(3.0).empty());
+    AtRest off([](HologramOptions& options) { options.even = 0; });
+    off.show(pointsSnapshot());
+    EXPECT_TRUE(off.rest(3.0).empty());
 }

@@ -343,7 +343,9 @@ TEST(HologramThread, ADeviceThatPlaysNothingIsAFaultAndIsToldOnce)
 
 TEST(HologramThread, ADeviceThatHangsIsAFaultAtRest)
 {
-    HologramThread thread(simulatedOn("sim:?hang_at=300ms"));
+    HologramOptions options = simulatedOn("sim:?hang_at=300ms");
+    options.restAfter_s = std::numeric_limits<double>::infinity(); // nothing more is sent
+    HologramThread thread(options);
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));

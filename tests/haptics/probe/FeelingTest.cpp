@@ -1,8 +1,13 @@
 #include "haptics/base/Units.h"
 #include "haptics/probe/FingertipForce.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +67,114 @@ TEST(FingertipForce, OfFieldsInTurnAlternates)
     turn.modulation.fieldRate_Hz = 20.0; // each ten times a second
     EXPECT_EQ(fingertipForce(place, {}, array, medium, turn, false).alternating_N, 0.0);
     EXPECT_EQ(fingertipForce(place, {}, array, medium, turn, true).how, PlayedAs::CIRCLING);
+}
+
+namespace
+{
+
+/// A field of twelve foci between the points, which tell little of it.
+struct BetweenPoints
+{
+    BetweenPoints()
+    {
+        points.positions.resize(3, 36);
+        for (int i = 0; i < 36; ++i)
+            points.positions.col(i) << 9e-3 * (i % 6 - 2.5), 9e-3 * (i / 6 - 2.5), 0.15;
+        points.normals = Eigen::Vector3d::UnitZ().replicate(1, 36);
+        points.targets = Eigen::VectorXd::Ones(36);
+        sequence.parts = {points};
+        const double k = 2.0 * base::kPi / medium.wavelength(array.frequency_Hz);
+        Eigen::VectorXcd q = Eigen::VectorXcd::Zero(array.size());
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> draw(-1.0, 1.0);
+        for (int focus = 0; focus < 12; ++focus)
+        {
+            const Eigen::Vector3d at(0.025 * draw(random), 0.025 * draw(random), 0.15);
+            const double phase = base::kPi * draw(random);
+            for (int i = 0; i < array.size(); ++i)
+                q[i] += std::polar(1.0,
+                                   phase + k * (array.positions.col(i).cast<double>() - at).norm());
+        }
+        q /= q.cwiseAbs().maxCoeff();
+        sequence.fields = {q.cast<std::complex<float>>()};
+        achieved_Pa = pressureAt(points.positions, array, medium, sequence.fields.front())
+                          .cwiseAbs()
+                          .cast<double>();
+    }
+
+    /// The force on a disc at \a place, as an integral over rings.
+    double force_N(const Eigen::Vector3d& place) const
+    {
+        constexpr int kRings = 14, kSectors = 40;
+        constexpr double kRadius_m = 7e-3;
+        Eigen::Matrix3Xd at(3, kRings * kSectors);
+        Eigen::VectorXd area_m2(at.cols());
+        for (int i = 0; i < kRings; ++i)
+            for (int s = 0; s < kSectors; ++s)
+            {
+                const double r = kRadius_m * (i + 0.5) / kRings;
+                const double angle = 2.0 * base::kPi * s / kSectors;
+                at.col(kSectors * i + s) =
+                    place + r * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+                area_m2[kSectors * i + s] = r * (kRadius_m / kRings) * (2.0 * base::kPi / kSectors);
+            }
+        const Eigen::VectorXcd q = sequence.fields.front().cast<std::complex<double>>();
+        const Eigen::VectorXd p2 = (referencePropagationMatrix(at, array, medium) * q).cwiseAbs2();
+        // Twice the mean energy density, because the finger reflects: p^2/(rho c^2).
+        const double c = medium.soundSpeed();
+        return p2.dot(area_m2) / (medium.density() * c * c);
+    }
+
+    TransducerArray array = TransducerArray::load("board");
+    Medium medium;
+    ControlPoints points;
+    FieldSequence sequence;
+    Eigen::VectorXd achieved_Pa;
+};
+
+} // namespace
+
+// A sum of the squares at the points chose a weak one here.
+TEST(FingertipForce, IsTakenWhereItIsStrongest)
+{
+    const BetweenPoints field;
+    double most_N = 0.0;
+    Eigen::Index loudest = 0;
+    field.achieved_Pa.maxCoeff(&loudest);
+    for (const auto& place : field.points.positions.colwise())
+        most_N = std::max(most_N, field.force_N(place));
+    EXPECT_LT(field.force_N(field.points.positions.col(loudest)), 0.9 * most_N);
+    const FingertipForce found =
+        strongestForce(field.points, field.achieved_Pa, field.array, field.medium, field.sequence);
+    EXPECT_NEAR(found.force_N, most_N, 0.04 * most_N);
+}
+
+// A field that moves gets a few points; later ones go on from there.
+TEST(FingertipForce, ASearchInStepsFindsTheSame)
+{
+    const BetweenPoints field;
+    const double all_N =
+        strongestForce(field.points, field.achieved_Pa, field.array, field.medium, field.sequence)
+            .force_N;
+    FingertipSearch search;
+    const auto begin = [&]
+    {
+        return search.begin(
+            field.points, field.achieved_Pa, field.array, field.medium, field.sequence, false, 2);
+    };
+    EXPECT_LE(begin().force_N, all_N);
+    FingertipForce most;
+    int steps = 0;
+    for (; search.hasWork(); ++steps)
+        most = search.goOn(field.points, field.array, field.medium, field.sequence, false, 5);
+    EXPECT_EQ(steps, 7); // of 34
+    EXPECT_EQ(most.force_N, all_N);
+    EXPECT_EQ(begin().force_N, all_N) << "the strongest place is looked at first";
+    EXPECT_EQ(
+        search.begin(ControlPoints(), Eigen::VectorXd(), field.array, field.medium, {}, false, 2)
+            .force_N,
+        0.0);
+    EXPECT_FALSE(search.hasWork());
 }
 
 TEST(Feeling, ForcesAreReadInMillinewtons)

@@ -90,7 +90,8 @@ TEST(EvenedCycle, TheStarIsEvenAtNoLessPressure)
 // The bars of a held field: the paper's sphere, on the device's levels.
 TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
 {
-    const EvenedScene scene = evenedSphere();
+    EvenedScene scene = evenedSphere();
+    scene.fine = finePlaces(scene.mesh, true);
     const TransducerArray array = TransducerArray::octagonalPrism();
     const FieldSequence given = cycleOf(scene, 1, array);
     ASSERT_TRUE(given.isHeld());
@@ -113,7 +114,7 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
     }
     const SurfaceStatistics after = feltOn(scene.fine, array, played.back().fields);
     EXPECT_LE(after.coefficientOfVariation, 0.36);
-    EXPECT_GE(after.percentile1, 0.08);
+    EXPECT_GE(after.percentile1, 0.05); // 0.08 at the places themselves
     EXPECT_GE(after.mean_Pa, 0.99 * before.mean_Pa);
     for (const std::complex<float>& q : played.back().fields.front())
     {

@@ -48,12 +48,13 @@ struct EvenedScene
     static double wavelength_m() { return Medium().wavelength(40e3); }
 };
 
-inline Eigen::Matrix3Xd finePlaces(const TriangleMesh& mesh)
+/// \a isHeld: between the places at which a held field is evened out, which have this distance, too.
+inline Eigen::Matrix3Xd finePlaces(const TriangleMesh& mesh, bool isHeld = false)
 {
     SamplerOptions sampling;
     sampling.spacing_m = 0.18 * EvenedScene::wavelength_m();
     sampling.maxPoints = 100000;
-    return sampleSurface(mesh, sampling).positions;
+    return (isHeld ? sampleBetween(mesh, sampling) : sampleSurface(mesh, sampling)).positions;
 }
 
 /// The 30 mm sphere with about 100 points a field.

@@ -49,6 +49,23 @@ TEST(SampleSets, Interleave)
     EXPECT_EQ(sampleSurfaceSets(mesh, options, 3)[2].positions, sets[2].positions);
 }
 
+// Where a field was not evened out: none of them is near one of the others.
+TEST(SampleSets, SamplesBetweenAreInTheGaps)
+{
+    const TriangleMesh mesh = sphere(0.03, 3);
+    const SamplerOptions options = spaced(kSpacing);
+    const Eigen::Matrix3Xd first = sampleSurface(mesh, options).positions;
+    const SurfaceSamples between = sampleBetween(mesh, options);
+    expectPromises(mesh, between, kSpacing, 2e-3);
+    Eigen::VectorXd nearest(between.size());
+    for (int i = 0; i < between.size(); ++i)
+        nearest[i] = (first.colwise() - between.positions.col(i)).colwise().norm().minCoeff();
+    EXPECT_GT(nearest.mean(), 0.55 * kSpacing);
+    EXPECT_GT(nearest.minCoeff(), 0.1 * kSpacing);
+    const SamplerOptions corners = spaced(kSpacing, Sampling::VERTICES);
+    EXPECT_EQ(sampleBetween(mesh, corners).positions, sampleSurface(mesh, corners).positions);
+}
+
 TEST(SampleSets, ShiftAlongCurves)
 {
     const TriangleMesh mesh = disc(0.05, 720);

@@ -63,6 +63,7 @@ Json errorJson(const HapticStatistics& s)
                  {"leftOut", s.leftOut},
                  {"stop", s.stop},
                  {"fieldsInTurn", s.fieldsInTurn},
+                 {"evened", s.evened},
                  {"updatesPerSecond", s.updatesPerSecond}};
     for (const auto& [name, value] : s.figures)
         if (!json.contains(name)) json[name] = value;
@@ -313,6 +314,10 @@ void addField(MetricLines& lines, const HapticStatistics& s)
     lines.gauge("midair_latency_p99_seconds",
                 "99th percentile of the last 1024 fields.",
                 1e-3 * s.latencyP99_ms);
+    lines.gauge("midair_field_evened",
+                "1: the field rests and is evened out over its surfaces, so that the errors at its "
+                "points are large.",
+                s.evened ? 1.0 : 0.0);
     for (const auto& [figure, value] : s.figures)
         lines.figure("midair_field_",
                      figure,
