@@ -26,7 +26,7 @@ bool areAlike(const haptics::TransducerArray& a, const haptics::TransducerArray&
            a.board == b.board && a.gain.size() == b.gain.size() && a.gain == b.gain &&
            a.phaseOffset_rad.size() == b.phaseOffset_rad.size() &&
            a.phaseOffset_rad == b.phaseOffset_rad && a.positions == b.positions &&
-           a.normals == b.normals;
+           a.normals == b.normals && a.reflectors == b.reflectors;
 }
 
 Eigen::Matrix3Xd joined(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b)

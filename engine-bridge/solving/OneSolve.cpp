@@ -49,24 +49,25 @@ haptics::FieldSequence silentSequence(const haptics::TransducerArray& array)
     return sequence;
 }
 
-haptics::FieldSequence compose(const SolveTask& task)
+/// Composes the fields for \a array.
+haptics::FieldSequence compose(const SolveTask& task, const haptics::TransducerArray& array)
 {
     base::MessageLog messages;
     haptics::SequenceComposer composer(composerOptions(task), messages);
     if (task.outlines)
     {
-        if (task.outlinesOutOfReach) return silentSequence(task.array);
+        if (task.outlinesOutOfReach) return silentSequence(array);
         return composer.composeOutlines(
-            *task.outlines, task.absolute, composer.options().modulation, task.array, task.medium);
+            *task.outlines, task.absolute, composer.options().modulation, array, task.medium);
     }
     if (task.sets.size() == 1)
     {
         haptics::FieldSequence one =
-            composer.compose(0, task.sets.front(), task.plan, task.array, task.medium);
+            composer.compose(0, task.sets.front(), task.plan, array, task.medium);
         if (task.places.size() == 0 || !one.isHeld()) return one;
-        return composer.join({std::move(one)}, task.places, task.array, task.medium);
+        return composer.join({std::move(one)}, task.places, array, task.medium);
     }
-    return composer.composeCycle(task.sets, task.places, task.array, task.medium);
+    return composer.composeCycle(task.sets, task.places, array, task.medium);
 }
 
 /// Returns the cap of the task; without one, a cap at the highest possible pressure.
@@ -203,7 +204,13 @@ void fitTargets(SolvedFields& solved)
 SolvedFields solveOnce(const SolveTask& task)
 {
     SolvedFields solved;
-    solved.sequence = compose(task);
+    haptics::TransducerArray free;
+    if (task.forFreeAir)
+    {
+        free = task.array;
+        free.reflectors.clear();
+    }
+    solved.sequence = compose(task, task.forFreeAir ? free : task.array);
     const haptics::SolveReport& report = solved.sequence.report;
     const bool refused = report.stop == haptics::StopReason::REFUSED;
     if (refused && solved.sequence.parts.size() > 1) throw base::InputError(report.message);

@@ -28,7 +28,8 @@ namespace midair::bridge
 /// Input of a single solve, for an array that isn't playing. The references outlive the call.
 struct SolveTask
 {
-    const haptics::TransducerArray& array; ///< already limited by keepToSignal()
+    /// What plays the fields, with its reflectors; already limited by keepToSignal().
+    const haptics::TransducerArray& array;
     const haptics::Medium& medium;
     const haptics::FieldSettings& settings;
     /// Control points in the array frame, a set for each field of a cycle.
@@ -46,6 +47,8 @@ struct SolveTask
     double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of the whole output
     const EarBound* ears = nullptr; ///< null: no ear limit
     SilenceRemedy remedy = {};      ///< names of the settings in messages
+    /// True: fields are solved for free air, and only caps and figures know the array's reflectors.
+    bool forFreeAir = false;
     /// Replacement for haptics::makeSolver; empty: the original.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
                                                            const haptics::SolverOptions&)>

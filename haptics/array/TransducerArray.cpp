@@ -263,7 +263,7 @@ bool TransducerArray::isValid(std::string* error) const
         text = "a normal is not of unit length";
     else if (!areDead(*this))
         text = "the dead transducers are not ascending numbers of transducers of gain 0";
-    else
+    else if (areValid(reflectors, &text))
         return base::RangeCheck()
             .atLeast("gain", gain.size() != 0 ? gain.minCoeff() : 0.0, 0.0)
             .above("frequency_Hz", frequency_Hz, 0.0)
@@ -358,6 +358,8 @@ std::string TransducerArray::toJson() const
         text += fmt::format("  \"{}\": {},\n",
                             item.key(),
                             item.value().dump(-1, ' ', false, Json::error_handler_t::replace));
+    if (!reflectors.empty())
+        text += fmt::format("  \"reflectors\": {},\n", reflectorsToJson(reflectors));
     text += "  \"transducers\": [\n";
     for (Eigen::Index i = 0; i < positions.cols(); ++i)
     {

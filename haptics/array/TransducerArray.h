@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/array/Reflector.h"
+
 #include <Eigen/Core>
 
 #include <string>
@@ -85,6 +87,8 @@ struct TransducerArray
     /// don't use them.
     std::vector<int> dead;
     DriveResolution drive;
+    /// What stands beside the array and reflects its sound; G includes it. At most kMostReflectors.
+    std::vector<Reflector> reflectors;
 
     int size() const { return static_cast<int>(positions.cols()); }
 

@@ -308,7 +308,8 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                  "transducers",
                  "boards",
                  "dead",
-                 "weak"});
+                 "weak",
+                 "reflectors"});
     TransducerArray array;
     if (const auto name = root.find("name")) array.name = name->string();
     array.frequency_Hz = root.number("frequency_Hz", kAboveZero, 1e7, "Hz, above 0, at most 1e7");
@@ -343,6 +344,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
     trimming.store(array);
     if (const auto list = root.find("dead")) readDead(*list, array);
     if (const auto list = root.find("weak")) readWeak(*list, array);
+    if (const auto list = root.find("reflectors")) array.reflectors = readReflectors(*list);
     return array;
 }
 

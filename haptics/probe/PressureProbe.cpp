@@ -126,11 +126,11 @@ bool ProbeOptions::isValid(std::string* error) const
         .passed(error);
 }
 
-// The transducers in the order in which their sound arrives at a point.
+// The ways of sound in the order in which it arrives at a point.
 struct PressureProbe::Arrivals
 {
-    Eigen::RowVectorXcd G;       // in the array's order
-    std::vector<int> order;      // transducer of each arrival
+    Eigen::RowVectorXcd G; // in the array's order
+    std::vector<SoundPath> order;
     std::vector<double> delay_s; // of each arrival, ascending
     std::vector<double> left;    // remaining share of the ringing at the previous arrival
 };
@@ -171,18 +171,16 @@ PressureProbe::Arrivals PressureProbe::arrivalsAt(const Eigen::Vector3d& point) 
 {
     Arrivals arrivals;
     arrivals.G = referencePropagationMatrix(point, _array, _medium).row(0);
-    const Eigen::RowVectorXd delay_s =
-        (_array.positions.colwise() - point).colwise().norm() / _medium.soundSpeed();
-    arrivals.order.resize(static_cast<std::size_t>(_array.size()));
-    std::iota(arrivals.order.begin(), arrivals.order.end(), 0);
+    arrivals.order = referencePaths(point, _array, _medium);
     std::stable_sort(arrivals.order.begin(),
                      arrivals.order.end(),
-                     [&](int a, int b) { return delay_s[a] < delay_s[b]; });
-    for (const int i : arrivals.order)
+                     [](const SoundPath& a, const SoundPath& b)
+                     { return a.length_m < b.length_m; });
+    for (const SoundPath& path : arrivals.order)
     {
-        const double since_s =
-            arrivals.delay_s.empty() ? 0.0 : delay_s[i] - arrivals.delay_s.back();
-        arrivals.delay_s.push_back(delay_s[i]);
+        const double delay_s = path.length_m / _medium.soundSpeed();
+        const double since_s = arrivals.delay_s.empty() ? 0.0 : delay_s - arrivals.delay_s.back();
+        arrivals.delay_s.push_back(delay_s);
         arrivals.left.push_back(_array.ringing_s > 0.0 ? std::exp(-since_s / _array.ringing_s)
                                                        : 0.0);
     }
@@ -329,8 +327,8 @@ private:
         const Eigen::VectorXcf& q = _probe._schedule.drives[static_cast<std::size_t>(now.drive)];
         for (std::size_t k = 0; k < brings.size(); ++k)
         {
-            const int i = _arrivals.order[k];
-            const Complex g = now.amplitude * _arrivals.G[i];
+            const int i = _arrivals.order[k].transducer;
+            const Complex g = now.amplitude * _arrivals.order[k].entry;
             const double re = q[i].real(), im = q[i].imag();
             brings[k] = {g.real() * re - g.imag() * im, g.real() * im + g.imag() * re};
         }

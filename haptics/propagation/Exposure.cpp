@@ -2,6 +2,7 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/base/threads/Mutex.h"
+#include "haptics/propagation/Reflections.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 
 #include <Eigen/Geometry>
@@ -126,8 +127,22 @@ void FreeLines::addBoard(const TransducerArray& array, Eigen::Index first, Eigen
 
 bool FreeLines::isFree(Eigen::Index i, const Eigen::Vector3d& place) const
 {
+    return isFree(_positions.col(i), place, _own[static_cast<std::size_t>(i)]);
+}
+
+bool FreeLines::isFreeBy(const Reflector& reflector,
+                         Eigen::Index i,
+                         const Eigen::Vector3d& image) const
+{
     const Eigen::Vector3d from = _positions.col(i);
-    const int own = _own[static_cast<std::size_t>(i)];
+    const double start_m = reflector.heightOf(from), end_m = reflector.heightOf(image);
+    const double share = start_m == end_m ? 0.0 : start_m / (start_m - end_m);
+    const Eigen::Vector3d hit = from + share * (image - from);
+    return isFree(i, hit) && isFree(hit, reflector.mirrored(image), -1);
+}
+
+bool FreeLines::isFree(const Eigen::Vector3d& from, const Eigen::Vector3d& place, int own) const
+{
     for (int b = 0; b < static_cast<int>(_boards.size()); ++b)
     {
         const Rectangle& board = _boards[static_cast<std::size_t>(b)];
@@ -165,6 +180,31 @@ double meanSquareOf_Pa2(double level_dB)
     return kHearing_Pa * kHearing_Pa * std::pow(10.0, 0.1 * level_dB);
 }
 
+namespace
+{
+
+// |G|^2 at an ear with what reflectors add, without the absorption of air.
+double heardSquare(const TransducerArray& array,
+                   const FreeLines& lines,
+                   Eigen::Index i,
+                   const Eigen::Vector3d& place)
+{
+    double square = lines.isFree(i, place) ? std::pow(strength(array, i, place), 2) : 0.0;
+    for (const Reflector& one : array.reflectors)
+    {
+        const Eigen::Vector3d from = array.positions.col(i), image = one.mirrored(place);
+        if (one.reflection == 0.0 || !areOnOneSide(one, from, place) ||
+            !lines.isFreeBy(one, i, image))
+            continue;
+        const double share =
+            std::abs(shareTurned(one, from, place, Medium().wavelength(array.frequency_Hz)));
+        square += std::pow(one.reflection * share * strength(array, i, image), 2);
+    }
+    return square;
+}
+
+} // namespace
+
 Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count)
 {
     const Eigen::Index m = array.positions.cols();
@@ -181,7 +221,7 @@ Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count)
         const Eigen::Vector3d place = radius_m * onSphere(k, kCandidates);
         double sum = 0.0;
         for (Eigen::Index i = 0; i < m; i += step)
-            if (lines.isFree(i, place)) sum += std::pow(strength(array, i, place), 2);
+            sum += heardSquare(array, lines, i, place);
         if (!(sum > 0.0)) continue;
         if (sum > loudest) next = heard.size();
         loudest = std::max(loudest, sum);
@@ -218,28 +258,50 @@ Exposure::Exposure(const TransducerArray& array,
         listenTo(l);
 }
 
+// The wave of transducer  i at a place, or at its image.
+std::complex<double> Exposure::wave(Eigen::Index i, const Eigen::Vector3d& at) const
+{
+    const double amplitude = strength(_array, i, at);
+    if (amplitude == 0.0) return 0.0;
+    const double k = base::kTwoPi / _medium.wavelength(_array.frequency_Hz);
+    const double beta = _medium.attenuation(_array.frequency_Hz);
+    const double R = std::max((at - _array.positions.col(i)).norm(), kNearestDistance_m);
+    const double offset = _array.phaseOffset_rad.size() > 0 ? _array.phaseOffset_rad[i] : 0.0;
+    return std::polar(amplitude * std::exp(-beta * R), offset - k * R);
+}
+
+// What reflectors add to it; adds the squares of its parts to  square.
+std::complex<double>
+Exposure::reflected(Eigen::Index i, const Eigen::Vector3d& place, double& square) const
+{
+    std::complex<double> sum = 0.0;
+    for (const Reflector& one : _array.reflectors)
+    {
+        const Eigen::Vector3d from = _array.positions.col(i), image = one.mirrored(place);
+        if (one.reflection == 0.0 || !areOnOneSide(one, from, place) ||
+            !_lines.isFreeBy(one, i, image))
+            continue;
+        const std::complex<double> part =
+            factorOf(one) * shareTurned(one, from, place, _medium.wavelength(_array.frequency_Hz)) *
+            wave(i, image);
+        sum += part;
+        square += std::norm(part);
+    }
+    return sum;
+}
+
 void Exposure::listen(const Eigen::Vector3d& place,
                       Eigen::Index column,
                       Eigen::MatrixXf& real,
                       Eigen::MatrixXf& imaginary) const
 {
-    const double k = base::kTwoPi / _medium.wavelength(_array.frequency_Hz);
-    const double beta = _medium.attenuation(_array.frequency_Hz);
+    double ignored = 0.0;
     for (Eigen::Index i = 0; i < real.rows(); ++i)
     {
-        double amplitude = strength(_array, i, place);
-        if (amplitude != 0.0 && !_lines.isFree(i, place)) amplitude = 0.0;
-        if (amplitude == 0.0)
-        {
-            real(i, column) = imaginary(i, column) = 0.0f;
-            continue;
-        }
-        const double R = std::max((place - _array.positions.col(i)).norm(), kNearestDistance_m);
-        amplitude *= std::exp(-beta * R);
-        const double offset = _array.phaseOffset_rad.size() > 0 ? _array.phaseOffset_rad[i] : 0.0;
-        const double phase = offset - k * R;
-        real(i, column) = static_cast<float>(amplitude * std::cos(phase));
-        imaginary(i, column) = static_cast<float>(amplitude * std::sin(phase));
+        std::complex<double> heard = _lines.isFree(i, place) ? wave(i, place) : 0.0;
+        if (!_array.reflectors.empty()) heard += reflected(i, place, ignored);
+        real(i, column) = static_cast<float>(heard.real());
+        imaginary(i, column) = static_cast<float>(heard.imag());
     }
 }
 
@@ -252,6 +314,14 @@ void Exposure::listenTo(Eigen::Index l)
 void Exposure::square(Eigen::Index l)
 {
     _square.col(l) = 0.5f * (_real.col(l).cwiseAbs2() + _imaginary.col(l).cwiseAbs2());
+    if (_array.reflectors.empty()) return;
+    for (Eigen::Index i = 0; i < _square.rows(); ++i)
+    {
+        const Eigen::Vector3d place = _places.col(l);
+        double sum = _lines.isFree(i, place) ? std::norm(wave(i, place)) : 0.0;
+        reflected(i, place, sum);
+        _square(i, l) = static_cast<float>(0.5 * sum);
+    }
 }
 
 Eigen::Vector3d Exposure::spot(Eigen::Index l, Eigen::Index k) const
@@ -277,9 +347,10 @@ void Exposure::setMedium(const Medium& medium)
     const auto reach_m = [](const Eigen::Matrix3Xd& of)
     { return of.cols() > 0 ? of.colwise().norm().maxCoeff() : 0.0; };
     const double farthest_m = reach_m(_array.positions) + reach_m(_places) + kAround_m;
-    // a^6 / 720 and b^3 / 6 are at most 1e-6 then.
-    const bool isLittle =
-        std::abs(turn_m) * farthest_m < 0.3 && std::abs(decay_m) * farthest_m < 0.015;
+    // a^6 / 720 and b^3 / 6 are at most 1e-6 then. Entries with reflectors are sums over paths of
+    // several lengths.
+    const bool isLittle = _array.reflectors.empty() && std::abs(turn_m) * farthest_m < 0.3 &&
+                          std::abs(decay_m) * farthest_m < 0.015;
     const auto turned = [&](const Eigen::Vector3d& place, float* real, float* imaginary)
     {
         const auto nearest_m = static_cast<float>(kNearestDistance_m);

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <complex>
 #include <vector>
 
 namespace midair::haptics
@@ -25,6 +26,9 @@ public:
 
     /// Returns true if nothing is between transducer \a i and \a place (metres, array frame).
     bool isFree(Eigen::Index i, const Eigen::Vector3d& place) const;
+    /// The same by way of \a reflector, which the way to \a image, the mirror image of the place,
+    /// meets.
+    bool isFreeBy(const Reflector& reflector, Eigen::Index i, const Eigen::Vector3d& image) const;
 
 private:
     struct Rectangle
@@ -38,6 +42,7 @@ private:
     };
 
     void addBoard(const TransducerArray& array, Eigen::Index first, Eigen::Index last);
+    bool isFree(const Eigen::Vector3d& from, const Eigen::Vector3d& place, int own) const;
 
     Eigen::Matrix3Xd _positions;
     std::vector<Rectangle> _boards;
@@ -99,7 +104,8 @@ public:
     void move(Eigen::Index l, const Eigen::Vector3d& place);
 
     /// Returns for each place (n) sum_i (P0 D_i g_i |q_i| / R_i)^2 e^{-2 beta R_i} / 2, Pa^2: the
-    /// mean square of \a q (m, activations), averaged over random phases.
+    /// mean square of \a q (m, activations), averaged over random phases; images count as
+    /// transducers with phases of their own.
     Eigen::VectorXf incoherent_Pa2(const Eigen::VectorXcf& q) const;
     /// The same for squared amplitudes (m).
     Eigen::VectorXf incoherentOf_Pa2(const Eigen::VectorXf& squares) const;
@@ -122,6 +128,9 @@ private:
                 Eigen::Index column,
                 Eigen::MatrixXf& real,
                 Eigen::MatrixXf& imaginary) const;
+    std::complex<double> wave(Eigen::Index i, const Eigen::Vector3d& at) const;
+    std::complex<double>
+    reflected(Eigen::Index i, const Eigen::Vector3d& place, double& square) const;
     Eigen::Vector3d spot(Eigen::Index l, Eigen::Index k) const;
     void listenTo(Eigen::Index l);
     void square(Eigen::Index l);
@@ -132,7 +141,7 @@ private:
     FreeLines _lines;
     Eigen::MatrixX3f _from; ///< m x 3, positions of the transducers
     Eigen::Matrix3Xd _places;
-    Eigen::MatrixXf _square;    ///< m x n, |G|^2 / 2
+    Eigen::MatrixXf _square;    ///< m x n, |G|^2 / 2, of each path on its own
     Eigen::MatrixXf _real;      ///< m x n, G
     Eigen::MatrixXf _imaginary; ///< m x n
     Eigen::MatrixXf _spotsReal; ///< m x n, empty: not needed so far

@@ -138,6 +138,8 @@ void LatticeField::cover(const Tile& tile, const Wanted& wanted)
         _lattice->origin + _lattice->step * (tile.first.cast<double>().matrix() + half);
     const double h = radius_m(_lattice->step * half.asDiagonal());
     if (wanted && !wanted(middle, h)) return;
+    if (!_array.reflectors.empty())
+        return entryByEntry(tile); // waves have several ways to a sample
     const double R = nearest_m(middle);
     const double k = base::kTwoPi / _wavelength_m;
     if (R > kNearestDistance_m + 2.0 * h && 0.193 * k * h * h * h <= kPhaseError * R * R)

@@ -43,7 +43,8 @@ public:
 
     /// Computes the complex peak pressure, Pa, of each sample. The error is at most kPhaseError
     /// times the pressure of all waves in phase; far from the transducers and with unrelated phases
-    /// 2e-4 of it. Throws InputError if there is not one activation per transducer.
+    /// 2e-4 of it. With reflectors it is computed entry by entry, as by pressureAt(). Throws
+    /// InputError if there is not one activation per transducer.
     void evaluate(const FieldLattice& lattice,
                   const Eigen::VectorXcf& activations,
                   Eigen::VectorXcf& pressure,

@@ -63,6 +63,7 @@ ActiveFields activePart(const TransducerArray& array,
     part.normals = array.normals(Eigen::all, kept);
     if (array.phaseOffset_rad.size() > 0) part.phaseOffset_rad = array.phaseOffset_rad(kept);
     if (array.gain.size() > 0) part.gain = array.gain(kept);
+    part.reflectors = array.reflectors;
     part.board.resize(kept.size(), 0);
     for (const Eigen::VectorXcf& q : fields)
         active.fields.emplace_back(q(kept));

@@ -1,13 +1,16 @@
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include "haptics/base/Units.h"
+#include "haptics/propagation/Reflections.h"
 #include "haptics/propagation/TransducerGroups.h"
+#include "haptics/propagation/kernels/MirroredRowKernels.h"
 
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace midair::haptics
 {
@@ -38,7 +41,8 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
            a.sourceAmplitude_Pa_m == b.sourceAmplitude_Pa_m && a.directivity == b.directivity &&
            sameEntries(a.positions, b.positions) && sameEntries(a.normals, b.normals) &&
-           sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
+           sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain) &&
+           a.reflectors == b.reflectors;
 }
 
 // See PropagationMatrix::unit_Pa().
@@ -96,6 +100,62 @@ kernels::DirectivityTable tableOf(Directivity model)
     return table;
 }
 
+// Rows of points in front of a plane without end.
+struct MirroredRows : kernels::FixedRows
+{
+    const kernels::PointBatch* images;
+    kernels::MirrorFactor factor;
+};
+
+// Calls the kernel for the rows' kind.
+template<typename Plain, typename Mirrored, typename Model, typename Target>
+void callKernel(const Plain& plain,
+                const Mirrored& mirrored,
+                const kernels::BlockGeometry& block,
+                const kernels::PointBatch& batch,
+                float decay,
+                const Model& D,
+                const Target& rows,
+                float* sums)
+{
+    if constexpr (std::is_same_v<Target, MirroredRows>)
+        mirrored(block, batch, *rows.images, rows.factor, decay, D, rows, sums);
+    else
+        plain(block, batch, decay, D, rows, sums);
+}
+
+// Returns the reflector, if there is one alone and it has no end.
+const Reflector* loneMirror(const std::vector<Reflector>& reflectors)
+{
+    const Reflector* lone = nullptr;
+    for (const Reflector& one : reflectors)
+        if (one.reflection > 0.0)
+        {
+            if (lone || one.size_m.allFinite()) return nullptr;
+            lone = &one;
+        }
+    return lone;
+}
+
+void append(const Eigen::Vector3d& x, int row, kernels::PointBatch& batch)
+{
+    batch.x[batch.count] = x[0];
+    batch.y[batch.count] = x[1];
+    batch.z[batch.count] = x[2];
+    batch.row[batch.count++] = row;
+}
+
+// Kernels read all places of a batch.
+void fillUp(kernels::PointBatch& batch)
+{
+    for (int k = batch.count; k < kernels::PointBatch::kSize; ++k)
+    {
+        batch.x[k] = batch.x[0];
+        batch.y[k] = batch.y[0];
+        batch.z[k] = batch.z[0];
+    }
+}
+
 } // namespace
 
 bool PropagationMatrix::resize(int points)
@@ -105,7 +165,8 @@ bool PropagationMatrix::resize(int points)
     {
         _entries.capacity = points;
         _rows.places.resize(3, points);
-        _rows.inFloat.resize(static_cast<std::size_t>(points) * _geometry.blocks.size());
+        _rows.inFloat.resize(static_cast<std::size_t>(points) * _geometry.blocks.size() *
+                             static_cast<std::size_t>(1 + _sheets.size()));
         const auto entries =
             static_cast<std::size_t>(_entries.capacity) * static_cast<std::size_t>(_lanes.padded);
         if (_storage == Storage::FLOAT)
@@ -155,13 +216,21 @@ bool PropagationMatrix::suitsKernel(const Range& range) const
 
 void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
 {
-    // For a point well inside the array, as in a prism, the bound of the whole array is enough.
-    // Otherwise each block's bound is checked, and if that is too wide each of its transducers.
     const Eigen::Vector3d x = r / _wavelength_m;
     _rows.places.col(l) = x;
-    const bool all = suitsKernel(rangeOf(_geometry.whole, x));
+    const std::size_t blocks = _geometry.blocks.size();
     unsigned char* inFloat =
-        _rows.inFloat.data() + static_cast<std::size_t>(l) * _geometry.blocks.size();
+        _rows.inFloat.data() + static_cast<std::size_t>(l * (1 + _sheets.size())) * blocks;
+    findRange(x, inFloat);
+    for (int k = 0; k < _sheets.size(); ++k)
+        findRange(_sheets.mirrored(k, x), inFloat += blocks);
+}
+
+void PropagationMatrix::findRange(const Eigen::Vector3d& x, unsigned char* inFloat) const
+{
+    // For a point well inside the array, as in a prism, the bound of the whole array is enough.
+    // Otherwise each block's bound is checked, and if that is too wide each of its transducers.
+    const bool all = suitsKernel(rangeOf(_geometry.whole, x));
     for (std::size_t b = 0; b < _geometry.blocks.size(); ++b)
     {
         inFloat[b] =
@@ -175,35 +244,140 @@ void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
     }
 }
 
+bool PropagationMatrix::isInFloat(int l, int image, int block) const
+{
+    return _rows.inFloat[static_cast<std::size_t>(l * (1 + _sheets.size()) + image) *
+                             _geometry.blocks.size() +
+                         static_cast<std::size_t>(block)] != 0;
+}
+
 void PropagationMatrix::buildRows(int block, const int* rows, int count, double* sums)
+{
+    // A lone plane without end has a kernel of its own, for points on the side of all transducers
+    // of the block.
+    const Reflector* mirror = _storage == Storage::FIXED ? loneMirror(_array.reflectors) : nullptr;
+    if (_sheets.size() > 0 && !mirror) return buildReflectedRows(block, rows, count, sums);
+    MirroredRows mirrored{};
+    bool hasFront = false, hasBack = false; // transducers
+    if (mirror)
+    {
+        const Eigen::Vector3d place = mirror->position / _wavelength_m;
+        hasFront = _sheets.isReflecting(0, place + mirror->normal, offset(block), width(block));
+        hasBack = _sheets.isReflecting(0, place - mirror->normal, offset(block), width(block));
+        mirrored.entries =
+            _entries.fixed.data() + static_cast<std::size_t>(offset(block)) * _entries.capacity;
+        mirrored.scale =
+            _entries.scale.data() + static_cast<std::size_t>(block) * _entries.capacity;
+        const std::complex<double> factor = factorOf(*mirror);
+        mirrored.factor = {static_cast<float>(factor.real()), static_cast<float>(factor.imag())};
+    }
+    kernels::PointBatch batch, images;
+    batch.count = images.count = 0;
+    mirrored.images = &images;
+    const auto flush = [&]
+    {
+        if (batch.count == 0) return;
+        fillUp(batch);
+        if (mirror) fillUp(images);
+        if (mirror)
+            buildBatch(block, batch, mirrored, sums);
+        else
+            buildBatch(block, batch, sums);
+        batch.count = images.count = 0;
+    };
+    for (int k = 0; k < count; ++k)
+    {
+        const int l = rows[k];
+        const Eigen::Vector3d x = _rows.places.col(l);
+        if (mirror)
+        {
+            const bool isFront = mirror->heightOf(x * _wavelength_m) >= 0.0;
+            if ((isFront ? hasBack : hasFront) || !isInFloat(l, 0, block) ||
+                !isInFloat(l, 1, block))
+            {
+                buildReflectedRows(block, &l, 1, sums);
+                continue;
+            }
+            append(_sheets.mirrored(0, x), l, images);
+        }
+        else if (!isInFloat(l, 0, block))
+        {
+            sums[l] += static_cast<double>(buildRowInDouble(block, l));
+            continue;
+        }
+        append(x, l, batch);
+        if (batch.count == kernels::PointBatch::kSize) flush();
+    }
+    flush();
+}
+
+// Computes the free waves at points, or at the images of them in reflector  image - 1, one row of
+// [re width][im width] after the other. At most kernels::PointBatch::kSize.
+void PropagationMatrix::freeWaves(
+    int block, int image, const int* rows, int count, float* waves) const
 {
     kernels::PointBatch batch;
     batch.count = 0;
     for (int k = 0; k < count; ++k)
     {
-        const int l = rows[k];
-        if (!_rows.inFloat[static_cast<std::size_t>(l) * _geometry.blocks.size() +
-                           static_cast<std::size_t>(block)])
+        Eigen::Vector3d x = _rows.places.col(rows[k]);
+        if (image > 0) x = _sheets.mirrored(image - 1, x);
+        if (isInFloat(rows[k], image, block))
         {
-            sums[l] += static_cast<double>(buildRowInDouble(block, l));
+            append(x, k, batch);
             continue;
         }
-        batch.x[batch.count] = _rows.places(0, l);
-        batch.y[batch.count] = _rows.places(1, l);
-        batch.z[batch.count] = _rows.places(2, l);
-        batch.row[batch.count++] = l;
-        if (batch.count < kernels::PointBatch::kSize) continue;
-        buildBatch(block, batch, sums);
-        batch.count = 0;
+        float* row = waves + std::size_t(2) * k * width(block);
+        rowInDouble(block, x * _wavelength_m, row, row + width(block));
     }
     if (batch.count == 0) return;
-    for (int k = batch.count; k < kernels::PointBatch::kSize; ++k)
+    fillUp(batch);
+    double sums[kernels::PointBatch::kSize] = {};
+    buildBatch(block, batch, kernels::FloatRows{waves}, sums);
+}
+
+void PropagationMatrix::buildReflectedRows(int block, const int* rows, int count, double* sums)
+{
+    constexpr int kAtOnce = 8; // points whose waves stay in a level-2 cache
+    constexpr std::size_t kRow = std::size_t(2) * kBlockWidth;
+    alignas(64) float direct[kAtOnce * kRow], image[kAtOnce * kRow], reflected[kAtOnce * kRow];
+    const int columns = width(block);
+    const std::size_t row = std::size_t(2) * columns;
+    for (int first = 0; first < count; first += kAtOnce)
     {
-        batch.x[k] = batch.x[0];
-        batch.y[k] = batch.y[0];
-        batch.z[k] = batch.z[0];
+        const int* now = rows + first;
+        const int points = std::min(kAtOnce, count - first);
+        freeWaves(block, 0, now, points, direct);
+        std::fill_n(reflected, points * row, 0.0f);
+        for (int k = 0; k < _sheets.size(); ++k)
+        {
+            bool isReflecting = false;
+            for (int l = 0; l < points; ++l)
+                isReflecting =
+                    isReflecting ||
+                    _sheets.isReflecting(k, _rows.places.col(now[l]), offset(block), columns);
+            // Of a sheet in between only the shadow is left, and no image is read.
+            if (isReflecting) freeWaves(block, 1 + k, now, points, image);
+            for (int l = 0; l < points; ++l)
+            {
+                const float* wave = (isReflecting ? image : direct) + l * row;
+                float *own = direct + l * row, *other = reflected + l * row;
+                _sheets.reflect(
+                    k,
+                    _rows.places.col(now[l]),
+                    offset(block),
+                    columns,
+                    {nullptr, wave, wave + columns, own, own + columns, other, other + columns});
+            }
+        }
+        for (int l = 0; l < points; ++l)
+        {
+            float *own = direct + l * row, *other = reflected + l * row;
+            sums[now[l]] += static_cast<double>(
+                kernels::joinWaves(columns, other, other + columns, own, own + columns));
+            keepRow(block, now[l], own, own + columns);
+        }
     }
-    buildBatch(block, batch, sums);
 }
 
 void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, double* sums)
@@ -225,41 +399,69 @@ template<typename Target>
 void PropagationMatrix::buildBatch(int block,
                                    const kernels::PointBatch& batch,
                                    const Target& rows,
-                                   double* sums)
+                                   double* sums) const
 {
     const auto decay = static_cast<float>(_beta * _wavelength_m);
     float ofBatch[kernels::PointBatch::kSize];
     switch (_array.directivity)
     {
     case Directivity::T4010A1_HARMONICS:
-        kernels::buildCubic(geometry(block), batch, decay, _geometry.cubic, rows, ofBatch);
+        callKernel(kernels::buildCubic,
+                   kernels::buildMirroredCubic,
+                   geometry(block),
+                   batch,
+                   decay,
+                   _geometry.cubic,
+                   rows,
+                   ofBatch);
         break;
     case Directivity::T4010A1_TABLE:
-        kernels::buildTable(geometry(block), batch, decay, _geometry.table, rows, ofBatch);
+        callKernel(kernels::buildTable,
+                   kernels::buildMirroredTable,
+                   geometry(block),
+                   batch,
+                   decay,
+                   _geometry.table,
+                   rows,
+                   ofBatch);
         break;
     case Directivity::POINT:
-        kernels::buildPoint(geometry(block), batch, decay, {}, rows, ofBatch);
+        callKernel(kernels::buildPoint,
+                   kernels::buildMirroredPoint,
+                   geometry(block),
+                   batch,
+                   decay,
+                   kernels::DirectivityPoint{},
+                   rows,
+                   ofBatch);
         break;
     }
     for (int k = 0; k < batch.count; ++k)
         sums[batch.row[k]] += static_cast<double>(ofBatch[k]);
 }
 
+// Stores a row of one block.
+void PropagationMatrix::keepRow(int block, int l, const float* re, const float* im)
+{
+    const auto columns = static_cast<std::size_t>(width(block));
+    const auto row = static_cast<std::size_t>(l);
+    const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity + row * columns;
+    if (_storage == Storage::FLOAT)
+    {
+        float* to = _entries.floats.data() + 2 * first;
+        std::copy_n(re, columns, to);
+        std::copy_n(im, columns, to + columns);
+        return;
+    }
+    _entries.scale[static_cast<std::size_t>(block) * _entries.capacity + row] =
+        kernels::packRow(width(block), re, im, _entries.fixed.data() + first);
+}
+
 float PropagationMatrix::buildRowInDouble(int block, int l)
 {
-    const auto first = static_cast<std::size_t>(offset(block)) * _entries.capacity +
-                       static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
-    const Eigen::Vector3d r = _rows.places.col(l) * _wavelength_m;
-    if (_storage == Storage::FLOAT)
-        return rowInDouble(block,
-                           r,
-                           _entries.floats.data() + 2 * first,
-                           _entries.floats.data() + 2 * first + width(block));
     alignas(64) float re[kBlockWidth], im[kBlockWidth];
-    const float sum = rowInDouble(block, r, re, im);
-    _entries
-        .scale[static_cast<std::size_t>(block) * _entries.capacity + static_cast<std::size_t>(l)] =
-        kernels::packRow(width(block), re, im, _entries.fixed.data() + first);
+    const float sum = rowInDouble(block, _rows.places.col(l) * _wavelength_m, re, im);
+    keepRow(block, l, re, im);
     return sum;
 }
 
@@ -398,6 +600,7 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     if (array.directivity == Directivity::T4010A1_TABLE)
         _geometry.table = tableOf(array.directivity);
     bindGeometry();
+    _sheets.bind(array.reflectors, _geometry.places, _lanes.padded, _wavelength_m);
     const int points = _points;
     _points = _entries.capacity = 0;
     resize(points);

@@ -3,6 +3,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/AlignedBuffer.h"
+#include "haptics/propagation/SheetGeometry.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 
 #include <Eigen/Core>
@@ -24,7 +25,9 @@ enum class Storage
 
 /// The propagation matrix G of the solvers: the formula of ReferencePropagation.h in single
 /// precision, stored in blocks of transducers so that both products of an iteration read each block
-/// once. Methods don't allocate after the first call with the same n and m.
+/// once. Entries with rectangular reflectors have an additional error of 1e-4 of those of their
+/// images (kernels::sharesTurned). Methods don't allocate after the first call with the same n and
+/// m.
 class PropagationMatrix
 {
 public:
@@ -161,7 +164,8 @@ private:
     struct Rows
     {
         Eigen::Matrix3Xd places; // control points, wavelengths
-        // For each row and block: 1 if the point is within the range of the float kernel.
+        // For each row, the point and then its images, and block: 1 if it is within the range of
+        // the float kernel.
         std::vector<unsigned char> inFloat;
     };
     // Entries of G, by storage format.
@@ -180,10 +184,16 @@ private:
     Shell boundOf(int first, int count) const;
     Range rangeOf(const Shell& bound, const Eigen::Vector3d& r) const;
     bool suitsKernel(const Range& range) const;
+    void findRange(const Eigen::Vector3d& x, unsigned char* inFloat) const;
+    bool isInFloat(int l, int image, int block) const;
     kernels::BlockGeometry geometry(int block) const;
     template<typename Target>
-    void buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums);
+    void
+    buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums) const;
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
+    void freeWaves(int block, int image, const int* rows, int count, float* waves) const;
+    void buildReflectedRows(int block, const int* rows, int count, double* sums);
+    void keepRow(int block, int l, const float* re, const float* im);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
 
@@ -195,6 +205,7 @@ private:
     int _points = 0;
     Lanes _lanes;
     Geometry _geometry;
+    SheetGeometry _sheets;
     Rows _rows;
     Entries _entries;
 };

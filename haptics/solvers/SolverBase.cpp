@@ -67,6 +67,28 @@ std::string arrayRefusal(const TransducerArray& array)
                            array.sourceAmplitude_Pa_m,
                            kLeastSource_Pa_m,
                            kMostSource_Pa_m);
+    std::string why;
+    areValid(array.reflectors, &why);
+    return why;
+}
+
+// Nearer than a wavelength to a reflector neither its image nor its edges are a wave of the model.
+std::string
+reflectorRefusal(const ControlPoints& points, const TransducerArray& array, double wavelength_m)
+{
+    for (std::size_t k = 0; k < array.reflectors.size(); ++k)
+        for (int l = 0; l < points.size(); ++l)
+        {
+            const Reflector& one = array.reflectors[k];
+            const double distance_m = one.distanceTo(points.positions.col(l));
+            if (one.reflection > 0.0 && distance_m < wavelength_m)
+                return fmt::format("control point {} is {:.2g} mm from {}; its field is known only "
+                                   "from a wavelength on, {:.2g} mm",
+                                   l,
+                                   1e3 * distance_m,
+                                   one.called(k),
+                                   1e3 * wavelength_m);
+        }
     return {};
 }
 
@@ -132,7 +154,9 @@ std::string SolverBase::refusal(const ControlPoints& points,
         return fmt::format(
             "there are {} control points and {} targets", points.size(), points.targets.size());
     if (!isKnown) why = arrayRefusal(array);
-    return why.empty() ? pointRefusal(points) : why;
+    if (why.empty()) why = pointRefusal(points);
+    if (why.empty()) why = reflectorRefusal(points, array, medium.wavelength(array.frequency_Hz));
+    return why;
 }
 
 bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const

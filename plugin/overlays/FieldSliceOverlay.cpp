@@ -257,7 +257,10 @@ private:
         const Renderer renderer = *_renderer;
         // With software rendering the shader takes a second for a slice that the SliceComputer
         // makes in milliseconds.
-        const bool onGpu = wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU);
+        // The shader knows only the direct way of sound.
+        const bool isFree = !_array || _array->reflectors.empty();
+        const bool onGpu =
+            isFree && (wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU));
         if (onGpu == (gpu != nullptr) || !_array) return;
         if (onGpu)
         {

@@ -76,6 +76,7 @@ Json bytesOfArray(const haptics::TransducerArray& array, const haptics::DriveRes
             {"gain", bytesOf(array.gain)},
             {"board", bytesOf(array.board)},
             {"dead", bytesOf(array.dead)},
+            {"reflectors", haptics::reflectorsToJson(array.reflectors)},
             {"phaseLevels", drive.phaseLevels},
             {"amplitudeLevels", bytesOf(drive.amplitudeLevels)}};
 }
@@ -96,6 +97,9 @@ haptics::TransducerArray arrayOf(const Json& json)
     array.gain = matrixOf<Eigen::VectorXd>(json.at("gain"), -1);
     array.board = numbersOf<int>(json.at("board"));
     array.dead = numbersOf<int>(json.at("dead"));
+    const std::string reflectors = json.at("reflectors");
+    array.reflectors =
+        haptics::reflectorsFromJson("{\"reflectors\": " + reflectors + "}", "its array");
     array.drive.phaseLevels = json.at("phaseLevels");
     array.drive.amplitudeLevels = numbersOf<float>(json.at("amplitudeLevels"));
     std::string why;

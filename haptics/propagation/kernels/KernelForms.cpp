@@ -1,7 +1,9 @@
 // Defines the kernels with their versions for the instruction sets; compiled once.
 #include "haptics/propagation/kernels/LatticeKernels.h"
+#include "haptics/propagation/kernels/MirroredRowKernels.h"
 #include "haptics/propagation/kernels/PhaseKernels.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
+#include "haptics/propagation/kernels/ReflectionKernels.h"
 #include "haptics/propagation/kernels/ShapingKernels.h"
 
 namespace midair::haptics::kernels
@@ -24,6 +26,13 @@ MIDAIR_KERNEL(compareDrives);
 MIDAIR_KERNEL(innerProduct);
 MIDAIR_KERNEL_OF_TWO(scaleBy);
 MIDAIR_KERNEL(turnByDistance);
+
+MIDAIR_KERNEL(buildMirroredCubic);
+MIDAIR_KERNEL(buildMirroredTable);
+MIDAIR_KERNEL(buildMirroredPoint);
+MIDAIR_KERNEL(sharesTurned);
+MIDAIR_KERNEL_OF_TWO(reflect);
+MIDAIR_KERNEL(joinWaves);
 
 MIDAIR_KERNEL(addGram);
 MIDAIR_KERNEL_OF_TWO(multiplyMatrix);

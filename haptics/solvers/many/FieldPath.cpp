@@ -21,7 +21,7 @@ namespace
 constexpr int kCorrections = 4;
 constexpr int kConjugateSteps = 12;
 constexpr ShapedRounding::Effort kShaping{0.25f, 3, 0.7f};
-constexpr double kReach = 1e-3; // as SolverBase
+constexpr double kPathReach = 1e-3; // as SolverBase
 constexpr int kUnlimited = 1000;
 
 // The nearest integer, |x| < 2^22, without a call per number.
@@ -114,7 +114,7 @@ void FieldPath::checkReach(int field) const
     for (int l = 0; l < _field.n(); ++l)
         largest = std::max(largest, _field.rowSum(l));
     for (int l = 0; l < _field.n(); ++l)
-        if (!(_field.rowSum(l) > kReach * largest))
+        if (!(_field.rowSum(l) > kPathReach * largest))
             throw base::InputError(fmt::format("point {} of field {} is out of the array's reach "
                                                "at ({:g}, {:g}, {:g}) m",
                                                l,

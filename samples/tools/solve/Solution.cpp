@@ -16,6 +16,7 @@
 #include "haptics/sequence/FieldMonitor.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/sequence/FocusShare.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
@@ -159,6 +160,17 @@ void requireObj(const std::string& file)
                            "OpenSceneGraph reads");
 }
 
+/// Adds the reflectors of a file; none if \a file is empty. Throws base::InputError.
+void addReflectors(const std::string& file, haptics::TransducerArray& array)
+{
+    if (file.empty()) return;
+    for (haptics::Reflector& one : haptics::reflectorsFromJson(textOf(file), file))
+        array.reflectors.push_back(std::move(one));
+    std::string error;
+    if (!haptics::areValid(array.reflectors, &error))
+        throw base::InputError(file + ": with the array's own the " + error);
+}
+
 /// Loads the array, air and model of \a arguments. Throws base::InputError.
 SolveScene loadScene(const SolveArguments& arguments)
 {
@@ -172,6 +184,7 @@ SolveScene loadScene(const SolveArguments& arguments)
     if (!arguments.directivity.empty())
         scene.array.directivity = haptics::directivityFromName(arguments.directivity);
     if (arguments.ringing_s >= 0.0) scene.array.ringing_s = arguments.ringing_s;
+    addReflectors(arguments.reflectorsFile, scene.array);
     scene.medium = haptics::mediumOf(arguments.settings);
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);
@@ -351,6 +364,49 @@ bridge::SolveTask taskOf(const SolveArguments& arguments, const SolveScene& scen
     return task;
 }
 
+/// Solves for free air and, unless told otherwise, for the reflectors of the array; keeps the
+/// drives that err less if the reflectors are as far off as their accuracy says. Throws
+/// base::InputError by the name of a reflector that can't be corrected for.
+void solveWithReflectors(const SolveArguments& arguments,
+                         bridge::SolveTask& task,
+                         Solution& solution)
+{
+    SolvedReflectors& told = solution.parts.reflectors.emplace();
+    told.count = static_cast<int>(task.array.reflectors.size());
+    const auto solve = [&](bool forFreeAir, haptics::ReflectorFigures& figures)
+    {
+        task.forFreeAir = forFreeAir;
+        bridge::SolvedFields solved = bridge::solveOnce(task);
+        figures = haptics::reflectorFigures(
+            solved.sequence, task.array, task.medium, arguments.settings.threads);
+        return solved;
+    };
+    bridge::SolvedFields& played = solution;
+    played = solve(true, told.played);
+    told.hidden = haptics::hiddenTransducers(played.points.positions, task.array, task.medium);
+    const std::string why =
+        haptics::whyUncorrectable(played.points.positions, task.array, task.medium);
+    if (!why.empty() && !arguments.noCorrection)
+        throw base::InputError("the field can't be corrected for the reflectors: " + why +
+                               "; --no-correction tells what they do to it");
+    if (!why.empty())
+        std::fprintf(
+            stderr, "midair-solve: figures with reflectors are rough, as %s\n", why.c_str());
+    if (!arguments.noCorrection)
+    {
+        bridge::SolvedFields corrected = solve(false, told.other);
+        told.isCorrected = told.other.expectedRms < told.played.expectedRms;
+        if (told.isCorrected)
+        {
+            std::swap(told.played, told.other);
+            played = std::move(corrected);
+        }
+    }
+    haptics::TransducerArray free = task.array;
+    free.reflectors.clear();
+    told.freeEars_dB = solution.ears->levelOf_dB(free, task.medium, played.sequence.fields);
+}
+
 void measureSurface(const SolveArguments& arguments, Solution& solution)
 {
     haptics::SurfaceStatisticsOptions options;
@@ -502,6 +558,14 @@ SolveEars::SolveEars(const haptics::TransducerArray& array,
     if (limit_dB > 0.0) _bound = std::make_unique<bridge::EarBound>(limit_dB, _exposure);
 }
 
+double SolveEars::levelOf_dB(const haptics::TransducerArray& array,
+                             const haptics::Medium& medium,
+                             const std::vector<Eigen::VectorXcf>& fields) const
+{
+    haptics::Exposure exposure(array, medium, _exposure->places());
+    return bridge::steadyExposure(exposure, fields, _limit_dB).level_dB;
+}
+
 haptics::ExposureFigures SolveEars::figures(const std::vector<Eigen::VectorXcf>& fields) const
 {
     return bridge::steadyExposure(*_exposure, fields, _limit_dB);
@@ -581,7 +645,10 @@ Solution solveAll(const SolveArguments& arguments)
         arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
         arguments.settings.earLimit);
     task.ears = solution.ears->bound();
-    static_cast<bridge::SolvedFields&>(solution) = bridge::solveOnce(task);
+    if (solution.scene.array.reflectors.empty())
+        static_cast<bridge::SolvedFields&>(solution) = bridge::solveOnce(task);
+    else
+        solveWithReflectors(arguments, task, solution);
     const haptics::SolveReport& report = solution.sequence.report;
     solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
     solution.parts.fingertip = haptics::strongestForce(solution.points,

@@ -49,6 +49,12 @@ public:
     /// Returns null if there is no limit.
     const bridge::EarBound* bound() const { return _bound.get(); }
 
+    /// Returns the level at the loudest of the places for another array, or the same without its
+    /// reflectors, in dB.
+    double levelOf_dB(const haptics::TransducerArray& array,
+                      const haptics::Medium& medium,
+                      const std::vector<Eigen::VectorXcf>& fields) const;
+
     /// Returns the exposure at the loudest place while \a fields (K times m) play in turn without
     /// end.
     haptics::ExposureFigures figures(const std::vector<Eigen::VectorXcf>& fields) const;

@@ -219,6 +219,23 @@ void writeSummary(const std::string& path,
                    row.value);
     // Fields that are played without end have no averaging time.
     json["exposure"].erase("time_s");
+    if (parts.reflectors)
+    {
+        const SolvedReflectors& some = *parts.reflectors;
+        json["reflectors"] = {{"count", some.count},
+                              {"corrected", some.isCorrected},
+                              {"rms", some.played.rms},
+                              {"worst", some.played.worst},
+                              {"level_Pa", some.played.level_Pa},
+                              {"expectedRms", some.played.expectedRms},
+                              {"freeRms", some.played.freeRms},
+                              {"freeLevel_Pa", some.played.freeLevel_Pa},
+                              {"hiddenTransducers", some.hidden},
+                              {"freeEars_dB", some.freeEars_dB}};
+        if (some.other.level_Pa > 0.0)
+            json["reflectors"][some.isCorrected ? "uncorrected" : "ifCorrected"] = {
+                {"rms", some.other.rms}, {"expectedRms", some.other.expectedRms}};
+    }
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

@@ -5,6 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/probe/FingertipForce.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
@@ -74,6 +75,17 @@ void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
 
+/// What reflectors do to the drives.
+struct SolvedReflectors
+{
+    int count = 0;
+    bool isCorrected = false;         ///< the drives are solved for them
+    haptics::ReflectorFigures played; ///< of the drives
+    haptics::ReflectorFigures other;  ///< of the drives that weren't taken; 0: not solved
+    int hidden = 0;                   ///< transducers behind them
+    double freeEars_dB = 0.0;         ///< level at the ears without them
+};
+
 /// Values of a summary besides the report; missing ones are omitted.
 struct SummaryParts
 {
@@ -85,7 +97,8 @@ struct SummaryParts
     /// Figures with ringing: level and errors as in the report, with each point's pressure scaled
     /// by the share that ringing leaves of its mean over the fields. Fields in turn only.
     std::optional<haptics::SolveReport> ringing;
-    haptics::ExposureFigures exposure; ///< while these fields play without end
+    haptics::ExposureFigures exposure;          ///< while these fields play without end
+    std::optional<SolvedReflectors> reflectors; ///< if there are any
 };
 
 /// Writes what is needed to recompute the field, the SolveReport under "report", and \a parts.

@@ -169,6 +169,13 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
     app.add_option(
            "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
         ->capture_default_str();
+    app.add_option("--reflectors",
+                   arguments.reflectorsFile,
+                   "JSON file of up to 8 flat reflectors (ARRAYS.md), besides the array's own: the "
+                   "field is solved for their reflections where that pays");
+    app.add_flag("--no-correction",
+                 arguments.noCorrection,
+                 "Solve for free air, and only tell what reflectors do to the field");
     app.add_option("--spacing",
                    arguments.spacing_m,
                    "Distance between control points, metres (default: one wavelength)")

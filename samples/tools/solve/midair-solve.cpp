@@ -89,6 +89,39 @@ void printProbes(const ProbeTraces& traces, const haptics::Medium& medium)
         traces.steadyMean_Pa.mean());
 }
 
+// Prints what reflectors do to the drives, and whether these are solved for them.
+void printReflectors(const Solution& solution)
+{
+    if (!solution.parts.reflectors) return;
+    const SolvedReflectors& some = *solution.parts.reflectors;
+    std::printf(
+        "reflectors  %d, %s: rms %.3f %%, largest %.3f %%, level %.0f Pa; rms %.3f %%, level "
+        "%.0f Pa in free air\n",
+        some.count,
+        some.isCorrected ? "solved for" : "not solved for",
+        100.0 * some.played.rms,
+        100.0 * some.played.worst,
+        some.played.level_Pa,
+        100.0 * some.played.freeRms,
+        some.played.freeLevel_Pa);
+    std::printf("            rms %.3f %% is expected where they are as accurate as they say",
+                100.0 * some.played.expectedRms);
+    if (some.other.level_Pa > 0.0 && some.isCorrected)
+        std::printf("; %.3f %% without a correction", 100.0 * some.other.expectedRms);
+    else if (some.other.level_Pa > 0.0)
+        std::printf("; a correction would not gain: %.3f %%", 100.0 * some.other.expectedRms);
+    std::printf("\n");
+    std::printf("            %.1f dB at ears, %.1f dB without them\n",
+                solution.parts.exposure.level_dB,
+                some.freeEars_dB);
+    if (some.hidden > haptics::kToldHidden * solution.scene.array.size())
+        std::printf(
+            "            %d of %d transducers are hidden from the points; list them as dead "
+            "to leave them out\n",
+            some.hidden,
+            solution.scene.array.size());
+}
+
 void printEarsAndCertificate(const Solution& solution)
 {
     const haptics::ExposureFigures& heard = solution.parts.exposure;
@@ -165,6 +198,7 @@ void printSummary(const Solution& solution, const std::string& folder)
             "cap         lowered to %.4f of the amplitude, %.0f Pa at the strongest point\n",
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
+    printReflectors(solution);
     printEarsAndCertificate(solution);
     if (solution.tolerance) printTolerance(*solution.tolerance);
     if (solution.probe) printProbes(*solution.probe, solution.scene.medium);

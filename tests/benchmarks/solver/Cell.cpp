@@ -164,7 +164,8 @@ Result run(const Cell& cell)
 {
     if (cell.mode != "update" && cell.mode != "cold")
         throw base::InputError("unknown mode '" + cell.mode + "'; known are update, cold");
-    const TransducerArray array = TransducerArray::octagonalPrism();
+    TransducerArray array = TransducerArray::octagonalPrism();
+    array.reflectors = cell.reflectors;
     const ControlPoints base = pointsOf(cell, Medium{}.wavelength(array.frequency_Hz));
     ControlPoints points = base;
     if (cell.unequal)

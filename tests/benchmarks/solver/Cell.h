@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/array/Reflector.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/solvers/HologramSolver.h"
 
@@ -21,9 +22,10 @@ struct Cell
     int threads = 1;
     int iterations = 0; ///< limit; 0: the method's own
     int repeats = 41;
-    bool unequal = false;  ///< targets from 0.3 to 1 instead of equal ones
-    double loudness = 1.0; ///< over 1: more of it, at the price of error
-    bool surface = true;   ///< the last field is measured over the surface and against the bound
+    bool unequal = false;                       ///< targets from 0.3 to 1 instead of equal ones
+    double loudness = 1.0;                      ///< over 1: more of it, at the price of error
+    std::vector<haptics::Reflector> reflectors; ///< beside the array
+    bool surface = true; ///< the last field is measured over the surface and against the bound
 };
 
 /// What a cell comes to: medians over its repeats; times of the whole call, matrix included.

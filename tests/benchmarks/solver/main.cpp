@@ -7,6 +7,7 @@
 #include "tests/benchmarks/solver/Cell.h"
 #include "tests/benchmarks/solver/Compare.h"
 #include "tests/benchmarks/solver/Many.h"
+#include "tests/benchmarks/solver/Reflected.h"
 #include "tests/benchmarks/solver/Rest.h"
 
 #include <algorithm>
@@ -145,7 +146,7 @@ struct Request
 {
     Cell cell;
     std::string csv, json, oldBinary;
-    bool quick = false, noSurface = false, many = false, rest = false;
+    bool quick = false, noSurface = false, many = false, rest = false, reflected = false;
     int rounds = 11;
 };
 
@@ -171,14 +172,17 @@ void addOptions(CLI::App& app, Request& request)
     app.add_flag("--quick", request.quick, "a short version of everything");
     app.add_flag("--many", request.many, "fields per second of ManyFields, on --threads threads");
     app.add_flag("--rest", request.rest, "loudness, error and duration of fields at rest");
+    app.add_flag(
+        "--reflected",
+        request.reflected,
+        "updates in free air, above a plane and above a table, for --rounds rounds in turn");
     app.add_option("--compare",
                    request.oldBinary,
                    "another build's midair-bench: both run turn by turn, and ratios are printed")
         ->check(CLI::ExistingFile)
         ->excludes("--csv", "--json", "--quick");
-    app.add_option("--rounds", request.rounds, "of --compare: blocks of each build")
+    app.add_option("--rounds", request.rounds, "of --compare and --reflected: blocks of each kind")
         ->check(CLI::Range(1, 10000))
-        ->needs("--compare")
         ->capture_default_str();
 }
 
@@ -218,6 +222,14 @@ int run(int argc, char** argv)
         !request.quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
                                app.count("--solver") + app.count("--mode") >
                            0);
+    if (request.reflected)
+    {
+        if (app.count("--repeats") == 0) cell.repeats = 15;
+        if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
+        bench::printReflected(one ? std::vector<Cell>{cell} : productionCells(cell),
+                              request.rounds);
+        return 0;
+    }
     if (!request.oldBinary.empty())
     {
         // A block is short, so that a machine that slows down slows a whole round.

@@ -93,6 +93,28 @@ Complex slowly(const TransducerArray& array,
     return p;
 }
 
+TEST(PressureProbe, HearsAReflectionLater)
+{
+    TransducerArray array = one();
+    array.ringing_s = 0.0;
+    const Eigen::Vector3d point(0.0, 0.0, 0.2);
+    const double direct_s = 0.2 / Medium().soundSpeed(), late_s = 0.6 / Medium().soundSpeed();
+    const Complex free =
+        PressureProbe(array, Medium(), inTurn({drive(1.0f)}, 0.01)).steadyAt(point)[0];
+    Reflector wall;
+    wall.position = {0.0, 0.0, 0.4}; // the wave comes back after 0.6 m
+    wall.accuracy_mm = 0.1;
+    array.reflectors = {wall};
+    const PressureProbe probe(array, Medium(), inTurn({drive(1.0f)}, 0.01));
+    const Complex both = probe.steadyAt(point)[0];
+    EXPECT_GT(std::abs(both - free), 0.1 * std::abs(free));
+    const auto at = [&](double time_s) { return probe.at(point, from(time_s, 1e6, 1e-6))[0]; };
+    EXPECT_EQ(at(direct_s - 1e-5), Complex(0.0));
+    EXPECT_NEAR(std::abs(at(direct_s + 1e-5) - free), 0.0, 1e-9 * std::abs(free));
+    EXPECT_NEAR(std::abs(at(late_s - 1e-5) - free), 0.0, 1e-9 * std::abs(free));
+    EXPECT_NEAR(std::abs(at(late_s + 1e-5) - both), 0.0, 1e-9 * std::abs(free));
+}
+
 TEST(PressureProbe, OneTransducerComesOnAndGoesOff)
 {
     const TransducerArray array = one();

@@ -319,3 +319,46 @@ TEST(Exposure, PlacesAreAroundTheArrayWhereItIsHeard)
     }
     EXPECT_EQ(placesAround(TransducerArray(), 30).cols(), 0);
 }
+
+TEST(Exposure, ReflectorsAddTheirImagesWithPhasesOfTheirOwn)
+{
+    TransducerArray array = pointSource();
+    Reflector wall;
+    wall.position = {0.0, 0.0, 0.4};
+    wall.accuracy_mm = 1.0;
+    const Eigen::Matrix3Xd place = Eigen::Vector3d(0.1, 0.0, 0.25);
+    const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(1);
+    const Exposure free(array, Medium(), place);
+    const Exposure ofImage(array, Medium(), Eigen::Vector3d(0.1, 0.0, 0.55));
+    array.reflectors = {wall};
+    const Exposure ears(array, Medium(), place);
+    const double expected = free.incoherent_Pa2(full)[0] + ofImage.incoherent_Pa2(full)[0];
+    EXPECT_NEAR(ears.incoherent_Pa2(full)[0], expected, 1e-5 * expected);
+    // A wall that takes sound away, on the way, isn't trusted to be there.
+    array.reflectors.front().position[2] = 0.1;
+    EXPECT_NEAR(Exposure(array, Medium(), place).incoherent_Pa2(full)[0],
+                free.incoherent_Pa2(full)[0],
+                1e-5 * expected);
+}
+
+TEST(Exposure, AScreenBehindThePointsIsAsLoudAgainAtTheEars)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    const Eigen::VectorXf squares = Eigen::VectorXf::Ones(array.size());
+    const auto loudest_dB = [&](const TransducerArray& of)
+    {
+        const Eigen::Matrix3Xd places = placesAround(array, 32);
+        return soundLevel_dB(Exposure(of, Medium(), places).incoherentOf_Pa2(squares).maxCoeff());
+    };
+    const double free_dB = loudest_dB(array);
+    TransducerArray before = array;
+    Reflector screen;
+    screen.position = {0.0, 0.0, 0.6};
+    screen.accuracy_mm = 0.2;
+    before.reflectors = {screen}; // just behind the places at 0.5 m: as loud again
+    EXPECT_NEAR(loudest_dB(before) - free_dB, 3.0, 1.5);
+    // Sound behind the board is heard only by way of a screen; its places count then.
+    EXPECT_GE(placesAround(before, 1000).cols(), placesAround(array, 1000).cols());
+    before.reflectors.front().position[2] = 0.25;
+    EXPECT_GT(placesAround(before, 1000).cols(), placesAround(array, 1000).cols());
+}

@@ -195,3 +195,20 @@ TEST(FieldLattice, SilenceAndWrongActivations)
     EXPECT_THROW(field.evaluate(lattice, Eigen::VectorXcf::Ones(5), pressure),
                  midair::base::InputError);
 }
+
+TEST(FieldLattice, HasTheWavesOfReflectors)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    Reflector screen;
+    screen.position = {0.0, 0.0, 0.25};
+    screen.size_m = {0.2, 0.1};
+    screen.accuracy_mm = 0.2;
+    array.reflectors = {screen};
+    const FieldLattice lattice = tilted({9, 9, 1}, 2e-3, {0.0, 0.0, 0.15});
+    const Eigen::VectorXcf q = Eigen::VectorXcf::Ones(array.size());
+    Eigen::VectorXcf pressure;
+    LatticeField(array, Medium()).evaluate(lattice, q, pressure);
+    EXPECT_LT(worst(lattice, array, Medium(), q, pressure), 1e-4);
+    array.reflectors.clear();
+    EXPECT_GT(worst(lattice, array, Medium(), q, pressure), 1e-3) << "nor those of free air";
+}

@@ -5,6 +5,8 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -206,6 +208,52 @@ TEST(EverySolver, RefusesWhatCannotBeSolved)
     Medium medium;
     medium.temperature_C = 300.0;
     EXPECT_NE(refusalOf(points, array, medium).find("300"), std::string::npos);
+    TransducerArray mirrored = array;
+    Reflector table;
+    table.name = "table";
+    table.position[2] = points.positions(2, 0) + 0.004;
+    mirrored.reflectors = {table};
+    EXPECT_EQ(refusalOf(points, mirrored),
+              "reflector 'table': its accuracy is 0 mm; it must be within 1e-6 .. 1000");
+    mirrored.reflectors.front().accuracy_mm = 0.2;
+    const std::string near = refusalOf(points, mirrored);
+    EXPECT_EQ(near.find("control point 0 is "), 0U) << near;
+    EXPECT_NE(near.find(" mm from reflector 'table'"), std::string::npos) << near;
+}
+
+// The rows hold the waves of images, so that what is solved for is what a mirrored array plays.
+TEST(EverySolver, FieldsBeforeAPlaneAreRightWithItsImages)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    Reflector plane;
+    plane.position = {0.0, 0.0, 0.3};
+    plane.normal = Eigen::Vector3d(0.05, 0.1, -1.0).normalized();
+    plane.along = plane.normal.unitOrthogonal();
+    plane.accuracy_mm = 0.1;
+    TransducerArray images = array;
+    const Eigen::Matrix3d turn =
+        Eigen::Matrix3d::Identity() - 2.0 * plane.normal * plane.normal.transpose();
+    images.positions =
+        (turn * (array.positions.colwise() - plane.position)).colwise() + plane.position;
+    images.normals = turn * array.normals;
+    array.reflectors = {plane};
+    const ControlPoints points = spherePoints(8, 0.02, {0.0, 0.0, 0.15});
+    TransducerArray free = array;
+    free.reflectors.clear();
+    const Eigen::MatrixXcd G = referencePropagationMatrix(points.positions, free, Medium()) +
+                               referencePropagationMatrix(points.positions, images, Medium());
+    const auto rmsOf = [&](const Eigen::VectorXcf& q)
+    {
+        const Eigen::VectorXd y = (G * q.cast<std::complex<double>>()).cwiseAbs();
+        const double s = y.dot(points.targets) / points.targets.squaredNorm();
+        return std::sqrt(((y.array() / (s * points.targets.array())) - 1.0).square().mean());
+    };
+    Eigen::VectorXcf q, without;
+    const SolveReport report = makeSolver("gauss-newton")->solve(points, array, Medium(), q);
+    makeSolver("gauss-newton")->solve(points, free, Medium(), without);
+    EXPECT_NEAR(rmsOf(q), report.rms, 1e-4);
+    EXPECT_LT(rmsOf(q), 1e-3);
+    EXPECT_GT(rmsOf(without), 0.02);
 }
 
 TEST(EverySolver, HasNothingToDoWithoutPointsOrTargets)

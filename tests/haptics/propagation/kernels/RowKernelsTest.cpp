@@ -1,4 +1,5 @@
 // The rows of G against double precision, within what their description promises.
+#include "haptics/propagation/kernels/MirroredRowKernels.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "tests/haptics/propagation/kernels/KernelTesting.h"
 
@@ -252,6 +253,61 @@ double valueOf(const kernels::DirectivityTable& table, double x)
     return std::exp2(log2);
 }
 
+/// Rows with the waves of images against what their description allows: those of other points, as
+/// the kernel doesn't know the plane.
+template<typename Model, typename Build>
+void expectMirroredRows(Numbers& numbers, double largest, Model D, Build build)
+{
+    const kernels::MirrorFactor factor{0.5F, -0.6F};
+    const double R = std::hypot(0.5, 0.6);
+    double worst = 0.0;
+    for (const bool planar : {false, true})
+        for (const bool withOffset : {false, true})
+        {
+            constexpr double kDecay = 1.2e-3;
+            Scene scene(4.0, planar, withOffset, numbers);
+            const kernels::PointBatch own = scene.points;
+            kernels::PointBatch images = own;
+            for (int k = 0; k < kPoints; ++k)
+                images.z[k] = numbers.between(1.0, 40.0);
+            auto scale = floats(kPoints);
+            midair::base::AlignedBuffer<std::int32_t> fixed;
+            fixed.reserve(std::size_t(kWidth) * kPoints);
+            float sums[kPoints];
+            build(scene.block,
+                  own,
+                  images,
+                  factor,
+                  float(kDecay),
+                  kernels::FixedRows{fixed.data(), scale.data()},
+                  sums);
+            for (int k = 0; k < kPoints; ++k)
+            {
+                const int row = own.row[k];
+                double sum = 0.0, sizes = 0.0;
+                for (int i = 0; i < kWidth; ++i)
+                {
+                    double size = 0.0, sizeOfImage = 0.0;
+                    scene.points = own;
+                    Complex exact = scene.entry(k, i, kDecay, D, size);
+                    scene.points = images;
+                    exact += Complex(0.5, -0.6) * scene.entry(k, i, kDecay, D, sizeOfImage);
+                    const std::int32_t lane = fixed[std::size_t(kWidth * row + i)];
+                    const double unit = 65536.0 * double(scale[row]);
+                    const double error =
+                        std::abs(unit * Complex(lowOf(lane), exactHighOf(lane)) - exact);
+                    const double bound = (size + R * sizeOfImage) * largest;
+                    ASSERT_LE(error, 8e-5 * bound + 0.8 * unit);
+                    worst = std::max(worst, error / (8e-5 * bound + 0.8 * unit));
+                    sum += std::abs(exact);
+                    sizes += bound;
+                }
+                ASSERT_NEAR(sums[k], sum, 1e-4 * sizes);
+            }
+        }
+    EXPECT_GT(worst, 0.1);
+}
+
 } // namespace
 
 TEST_P(RowKernels, OfACubicDirectivity)
@@ -330,4 +386,47 @@ TEST_P(RowKernels, QuickOnesOfEveryDirectivity)
                 [](double) { return 1.0; },
                 with(kernels::buildPoint, kernels::DirectivityPoint{}));
         });
+}
+
+TEST_P(RowKernels, WithTheWavesOfImages)
+{
+    Numbers numbers(17);
+    const kernels::DirectivityCubic cubic = kCubic;
+    expectMirroredRows(
+        numbers,
+        cubic.largest,
+        [&](double x) { return valueOf(cubic, x); },
+        [&](const auto& block,
+            const auto& points,
+            const auto& images,
+            const auto& factor,
+            float decay,
+            const auto& rows,
+            float* sums)
+        { kernels::buildMirroredCubic(block, points, images, factor, decay, cubic, rows, sums); });
+    const kernels::DirectivityTable table = someTable();
+    expectMirroredRows(
+        numbers,
+        table.largest,
+        [&](double x) { return valueOf(table, x); },
+        [&](const auto& block,
+            const auto& points,
+            const auto& images,
+            const auto& factor,
+            float decay,
+            const auto& rows,
+            float* sums)
+        { kernels::buildMirroredTable(block, points, images, factor, decay, table, rows, sums); });
+    expectMirroredRows(
+        numbers,
+        1.0,
+        [](double) { return 1.0; },
+        [&](const auto& block,
+            const auto& points,
+            const auto& images,
+            const auto& factor,
+            float decay,
+            const auto& rows,
+            float* sums)
+        { kernels::buildMirroredPoint(block, points, images, factor, decay, {}, rows, sums); });
 }

@@ -1,0 +1,68 @@
+#include "haptics/propagation/SheetGeometry.h"
+
+#include "haptics/propagation/Reflections.h"
+#include "haptics/propagation/kernels/KernelTools.h"
+
+#include <algorithm>
+
+namespace midair::haptics
+{
+
+void SheetGeometry::bind(const std::vector<Reflector>& reflectors,
+                         const Eigen::Matrix3Xd& places,
+                         int padded,
+                         double wavelength_m)
+{
+    _sheets.clear();
+    _padded = padded;
+    for (Reflector one : reflectors)
+    {
+        if (one.reflection == 0.0) continue;
+        one.position /= wavelength_m;
+        one.size_m /= wavelength_m;
+        _sheets.push_back(one);
+    }
+    if (_sheets.empty()) return;
+    _lanes.reserve(3 * _sheets.size() * static_cast<std::size_t>(padded));
+    float* out = _lanes.data();
+    for (const Reflector& one : _sheets)
+        for (const Eigen::Vector3d& axis : {one.normal, one.along, one.across()})
+            for (int lane = 0; lane < padded; ++lane) // padding repeats the last lane
+                *out++ = static_cast<float>(axis.dot(
+                    places.col(std::min<Eigen::Index>(lane, places.cols() - 1)) - one.position));
+}
+
+bool SheetGeometry::isReflecting(int k, const Eigen::Vector3d& x, int first, int width) const
+{
+    const bool isFront = _sheets[static_cast<std::size_t>(k)].heightOf(x) >= 0.0;
+    const float* heights = lanes(k, 0) + first;
+    return std::any_of(
+        heights, heights + width, [isFront](float height) { return (height >= 0.0F) == isFront; });
+}
+
+void SheetGeometry::reflect(
+    int k, const Eigen::Vector3d& x, int first, int width, kernels::Waves row) const
+{
+    const Reflector& one = _sheets[static_cast<std::size_t>(k)];
+    const std::complex<double> turned = factorOf(one);
+    const kernels::SheetFactor factor{static_cast<float>(turned.real()),
+                                      static_cast<float>(turned.imag()),
+                                      static_cast<float>(one.reflection)};
+    row.heights = lanes(k, 0) + first;
+    const Eigen::Vector3d d = x - one.position;
+    const kernels::SheetPoint point{static_cast<float>(one.normal.dot(d)),
+                                    static_cast<float>(one.along.dot(d)),
+                                    static_cast<float>(one.across().dot(d))};
+    if (!one.size_m.allFinite()) return kernels::reflect(width, point.height, factor, row);
+    alignas(64) float shareRe[kernels::kMaxWidth], shareIm[kernels::kMaxWidth];
+    kernels::sharesTurned(width,
+                          static_cast<float>(0.5 * one.size_m[0]),
+                          static_cast<float>(0.5 * one.size_m[1]),
+                          {row.heights, lanes(k, 1) + first, lanes(k, 2) + first},
+                          point,
+                          shareRe,
+                          shareIm);
+    kernels::reflect(width, point.height, factor, shareRe, shareIm, row);
+}
+
+} // namespace midair::haptics
