@@ -21,6 +21,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "samples/tools/solve/SolveFiles.h"
+#include "samples/tools/solve/SolveScatterer.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -669,6 +670,9 @@ Solution solveAll(const SolveArguments& arguments)
                                probePlaces(arguments, solution.points.positions, solution.scene),
                                solution.sequence,
                                solution.scene);
+    if (!arguments.scattererFile.empty())
+        solution.scattering =
+            scatteredBy(arguments.scattererFile, solution, arguments.settings.threads);
     if (arguments.hasTolerance)
         solution.tolerance = haptics::toleranceOf(
             solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);

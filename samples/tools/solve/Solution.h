@@ -6,6 +6,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/Exposure.h"
+#include "haptics/scattering/SceneScattering.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/surface/Outline.h"
 #include "haptics/surface/TriangleMesh.h"
@@ -97,8 +98,9 @@ struct Solution : bridge::SolvedFields
 {
     SolveScene scene;
     SummaryParts parts;
-    std::optional<ProbeTraces> probe;                 ///< if requested
-    std::optional<haptics::ToleranceStudy> tolerance; ///< if requested
+    std::optional<ProbeTraces> probe;                     ///< if requested
+    std::optional<haptics::ToleranceStudy> tolerance;     ///< if requested
+    std::optional<haptics::ScatteringFigures> scattering; ///< if requested
     std::shared_ptr<const SolveEars> ears;
 };
 

@@ -169,6 +169,11 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
     app.add_option(
            "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
         ->capture_default_str();
+    app.add_option(
+        "--scatterer",
+        arguments.scattererFile,
+        "OBJ file of a closed, rigid body (metres, array frame): tell what it does to the "
+        "field; at 40 kHz at most some 40 cm^2");
     app.add_option("--reflectors",
                    arguments.reflectorsFile,
                    "JSON file of up to 8 flat reflectors (ARRAYS.md), besides the array's own: the "

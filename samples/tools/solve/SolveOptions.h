@@ -33,6 +33,7 @@ struct SolveArguments
     std::string earsFile; ///< listening places; empty: only those around the array
     std::string array = "octagon";
     std::string reflectorsFile; ///< reflectors besides those of the array; empty: none
+    std::string scattererFile;  ///< OBJ file of a rigid body; empty: none
     bool noCorrection = false;  ///< solve for free air, and only tell what reflectors do
     std::string directivity;
     std::string out = "out";

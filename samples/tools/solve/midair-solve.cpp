@@ -7,6 +7,7 @@
 #include "samples/tools/solve/Picture.h"
 #include "samples/tools/solve/Solution.h"
 #include "samples/tools/solve/SolveOptions.h"
+#include "samples/tools/solve/SolveScatterer.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -44,6 +45,8 @@ void writeAll(const Solution& solution,
                  solution.scene.medium,
                  solution.sequence.report,
                  solution.parts);
+    if (solution.scattering)
+        writeScattering(folder + "/scatterer.csv", *solution.scattering, solution);
     if (solution.tolerance) writeTolerance(folder + "/tolerance.csv", *solution.tolerance);
     if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
     if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
@@ -199,6 +202,7 @@ void printSummary(const Solution& solution, const std::string& folder)
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
     printReflectors(solution);
+    if (solution.scattering) printScattering(*solution.scattering);
     printEarsAndCertificate(solution);
     if (solution.tolerance) printTolerance(*solution.tolerance);
     if (solution.probe) printProbes(*solution.probe, solution.scene.medium);
