@@ -322,7 +322,7 @@ TEST(ContactPipeline, AutoPlaysContactsInPlaceOfAnEvenedWhole)
     EXPECT_GT(touched->achieved_Pa.maxCoeff(), 2000.0f);
     EXPECT_LT(touched->report().rms, 0.02);
     EXPECT_EQ(drive(*after(pipeline, touching(-0.05), 0.3)), 0.0);
-    const auto lost = after(pipeline, touching(kNoHand), 0.1);
+    const auto lost = after(pipeline, touching(kNoHand), 0.4);
     EXPECT_EQ(lost->points.size(), evened->points.size());
     EXPECT_TRUE(after(pipeline, touching(kNoHand), 5.0)->sequence.evened);
 }

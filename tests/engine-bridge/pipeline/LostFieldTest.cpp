@@ -189,7 +189,8 @@ TEST_F(LostField, OfAMutedDeviceComesBackWhenItIsUnmuted)
 // after it.
 TEST(LostFieldOfAThread, ComesBackWithTheFirmware)
 {
-    HologramThread thread(simulated("sim:?unplug_at=400ms&replug_at=700ms"));
+    // Away for longer than kAttend_s, so that the thread looks in between.
+    HologramThread thread(simulated("sim:?unplug_at=400ms&replug_at=1400ms"));
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     bool played = false;
