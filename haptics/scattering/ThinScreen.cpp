@@ -23,8 +23,8 @@ namespace
 
 using scattering::Complex;
 
-constexpr double kTolerance = 1e-4;
-constexpr int kMostIterations = 500;
+constexpr double kLatticeResidual = 1e-4;
+constexpr int kLatticeIterations = 500;
 
 // Gauss-Legendre on -1/2 .. 1/2; weights of each sum up to 1.
 struct GaussPoint
@@ -217,8 +217,8 @@ GmresReport ThinScreen::solve(const IncidentField& incident,
     return gmres([this](const Eigen::VectorXcd& x, Eigen::VectorXcd& y) { _matrix->apply(x, y); },
                  -incident.slope_Pa_m,
                  strength,
-                 kTolerance,
-                 kMostIterations,
+                 kLatticeResidual,
+                 kLatticeIterations,
                  stop);
 }
 
