@@ -14,15 +14,16 @@ using namespace midair::haptics;
 namespace
 {
 
-const std::string kPlace = R"("position_m": [0, 0, 0.3], "normal": [0, 0, -2], "accuracy_mm": 0.2)";
-const std::string kSides = R"(, "along": [1, 0, 0], "size_m": [0.3, 0.2])";
+const std::string kReflectorPlace =
+    R"("position_m": [0, 0, 0.3], "normal": [0, 0, -2], "accuracy_mm": 0.2)";
+const std::string kReflectorSides = R"(, "along": [1, 0, 0], "size_m": [0.3, 0.2])";
 
-std::string listOf(const std::string& item)
+std::string reflectorList(const std::string& item)
 {
     return R"({"reflectors": [{)" + item + "}]}";
 }
 
-std::string messageOf(const std::string& json)
+std::string reflectorMessage(const std::string& json)
 {
     try
     {
@@ -39,10 +40,11 @@ std::string messageOf(const std::string& json)
 
 TEST(ReflectorFile, IsRead)
 {
-    const auto all = reflectorsFromJson(
-        listOf(kPlace + kSides + R"(, "name": "table", "reflection": 0.9, "comment": "oak",
+    const auto all =
+        reflectorsFromJson(reflectorList(kReflectorPlace + kReflectorSides +
+                                         R"(, "name": "table", "reflection": 0.9, "comment": "oak",
                                      "reflectionPhase_rad": -0.5)"),
-        "r.json");
+                           "r.json");
     ASSERT_EQ(all.size(), 1U);
     const Reflector& one = all.front();
     EXPECT_EQ(one.called(0), "reflector 'table'");
@@ -57,7 +59,7 @@ TEST(ReflectorFile, IsRead)
     EXPECT_NEAR(one.distanceTo({0.18, 0.14, 0.3}), 0.05, 1e-12);
     EXPECT_NEAR(one.distanceTo({0.1, 0.0, 0.28}), 0.02, 1e-12);
 
-    const auto endless = reflectorsFromJson(listOf(kPlace), "r.json");
+    const auto endless = reflectorsFromJson(reflectorList(kReflectorPlace), "r.json");
     EXPECT_TRUE(std::isinf(endless.front().size_m[0]));
     EXPECT_EQ(endless.front().called(0), "reflector 0");
     EXPECT_TRUE(areValid(endless));
@@ -68,28 +70,31 @@ TEST(ReflectorFile, IsRead)
 TEST(ReflectorFile, WhatIsWrongIsNamed)
 {
     const auto refuses = [](const std::string& json, const std::string& start)
-    { EXPECT_EQ(messageOf(json).find("r.json: " + start), 0U) << messageOf(json); };
+    { EXPECT_EQ(reflectorMessage(json).find("r.json: " + start), 0U) << reflectorMessage(json); };
     refuses("{}", "lacks 'reflectors'");
     refuses(R"({"reflectors": 3})", "reflectors is 3; it must be a list");
-    refuses(listOf(R"("normal": [0, 0, 1])"), "reflectors[0] lacks 'position_m'");
-    refuses(listOf(R"("position_m": [0, 0, 0], "normal": [0, 0, 0])"),
+    refuses(reflectorList(R"("normal": [0, 0, 1])"), "reflectors[0] lacks 'position_m'");
+    refuses(reflectorList(R"("position_m": [0, 0, 0], "normal": [0, 0, 0])"),
             "reflectors[0].normal is [0,0,0]");
-    refuses(listOf(R"("position_m": [0, 0, 300], "normal": [0, 0, 1])"),
+    refuses(reflectorList(R"("position_m": [0, 0, 300], "normal": [0, 0, 1])"),
             "reflectors[0].position_m is [0,0,300]");
-    refuses(listOf(R"("position_m": [0, 0, 0], "normal": [0, 0, 1])"),
+    refuses(reflectorList(R"("position_m": [0, 0, 0], "normal": [0, 0, 1])"),
             "reflectors[0] lacks 'accuracy_mm'");
-    refuses(listOf(kPlace + R"(, "size_m": [1, 1])"), "reflectors[0] lacks 'along'");
-    refuses(listOf(kPlace + R"(, "size_m": [1, 0], "along": [1, 0, 0])"),
+    refuses(reflectorList(kReflectorPlace + R"(, "size_m": [1, 1])"),
+            "reflectors[0] lacks 'along'");
+    refuses(reflectorList(kReflectorPlace + R"(, "size_m": [1, 0], "along": [1, 0, 0])"),
             "reflectors[0].size_m is [1,0]");
-    refuses(listOf(kPlace + R"(, "size_m": [1, 1], "along": [0, 0, 1])"),
+    refuses(reflectorList(kReflectorPlace + R"(, "size_m": [1, 1], "along": [0, 0, 1])"),
             "reflectors[0].along is [0,0,1]");
-    refuses(listOf(kPlace + R"(, "reflection": 1.1)"), "reflectors[0].reflection is 1.1");
-    refuses(listOf(kPlace + R"(, "reflectionPhase_rad": "x")"),
+    refuses(reflectorList(kReflectorPlace + R"(, "reflection": 1.1)"),
+            "reflectors[0].reflection is 1.1");
+    refuses(reflectorList(kReflectorPlace + R"(, "reflectionPhase_rad": "x")"),
             "reflectors[0].reflectionPhase_rad is \"x\"");
-    refuses(listOf(kPlace + R"(, "colour": 1)"), "reflectors[0] has the unknown key 'colour'");
-    std::string nine = "{" + kPlace + "}";
+    refuses(reflectorList(kReflectorPlace + R"(, "colour": 1)"),
+            "reflectors[0] has the unknown key 'colour'");
+    std::string nine = "{" + kReflectorPlace + "}";
     for (int k = 1; k < 9; ++k)
-        nine += ", {" + kPlace + "}";
+        nine += ", {" + kReflectorPlace + "}";
     refuses("{\"reflectors\": [" + nine + "]}", "reflectors has 9 entries; at most 8");
 }
 
@@ -99,7 +104,7 @@ TEST(ReflectorFile, ArraysHaveTheirOwn)
         R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 10.1, "directivity": "point",
             "transducers": [{"position_m": [0, 0, 0], "normal": [0, 0, 1]}],
             "reflectors": [{)" +
-            kPlace + kSides + "}]}",
+            kReflectorPlace + kReflectorSides + "}]}",
         "a.json");
     ASSERT_EQ(array.reflectors.size(), 1U);
     EXPECT_EQ(TransducerArray::fromJson(array.toJson(), "b.json").reflectors, array.reflectors);

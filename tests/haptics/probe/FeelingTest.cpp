@@ -53,20 +53,25 @@ TEST(FingertipForce, OfFieldsInTurnAlternates)
     };
     FieldSequence held;
     held.fields = {focusAt(place)};
-    const FingertipForce one = fingertipForce(place, {}, array, medium, held, false);
+    const FingertipForce one =
+        fingertipForce(place, Eigen::Vector3d::Zero(), array, medium, held, false);
     EXPECT_GT(one.force_N, 1e-3);
     EXPECT_EQ(one.alternating_N, 0.0);
     EXPECT_EQ(one.how, PlayedAs::HELD);
     FieldSequence turn = held;
     turn.fields.push_back(focusAt(place + Eigen::Vector3d(0.06, 0.0, 0.0)));
     turn.modulation.fieldRate_Hz = 400.0;
-    const FingertipForce two = fingertipForce(place, {}, array, medium, turn, false);
+    const FingertipForce two =
+        fingertipForce(place, Eigen::Vector3d::Zero(), array, medium, turn, false);
     EXPECT_NEAR(two.force_N, 0.5 * one.force_N, 0.05 * one.force_N);
     EXPECT_NEAR(two.alternating_N, 0.5 * one.force_N, 0.05 * one.force_N);
     EXPECT_GE(two.strength(), strengthOf(two.force_N, PlayedAs::HELD));
     turn.modulation.fieldRate_Hz = 20.0; // each ten times a second
-    EXPECT_EQ(fingertipForce(place, {}, array, medium, turn, false).alternating_N, 0.0);
-    EXPECT_EQ(fingertipForce(place, {}, array, medium, turn, true).how, PlayedAs::CIRCLING);
+    EXPECT_EQ(
+        fingertipForce(place, Eigen::Vector3d::Zero(), array, medium, turn, false).alternating_N,
+        0.0);
+    EXPECT_EQ(fingertipForce(place, Eigen::Vector3d::Zero(), array, medium, turn, true).how,
+              PlayedAs::CIRCLING);
 }
 
 namespace

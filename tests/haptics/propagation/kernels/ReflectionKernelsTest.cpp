@@ -9,14 +9,14 @@ using namespace midair::haptics;
 namespace
 {
 
-constexpr int kWidth = 480;
+constexpr int kSheetWidth = 480;
 
 MIDAIR_ON_EVERY_SET(ReflectionKernels);
 
-midair::base::AlignedBuffer<float> between(Numbers& numbers, double low, double high)
+midair::base::AlignedBuffer<float> lanesBetween(Numbers& numbers, double low, double high)
 {
-    auto all = floats(kWidth);
-    for (int i = 0; i < kWidth; ++i)
+    auto all = floats(kSheetWidth);
+    for (int i = 0; i < kSheetWidth; ++i)
         all[static_cast<std::size_t>(i)] = static_cast<float>(numbers.between(low, high));
     return all;
 }
@@ -26,26 +26,27 @@ midair::base::AlignedBuffer<float> between(Numbers& numbers, double low, double 
 TEST_P(ReflectionKernels, SharesTurned)
 {
     Numbers numbers(4);
-    auto shareRe = floats(kWidth), shareIm = floats(kWidth);
+    auto shareRe = floats(kSheetWidth), shareIm = floats(kSheetWidth);
     double worst = 0.0;
     for (int k = 0; k < 40; ++k)
     {
-        const auto height = between(numbers, -25.0, 25.0), along = between(numbers, -30.0, 30.0),
-                   across = between(numbers, -30.0, 30.0);
+        const auto height = lanesBetween(numbers, -25.0, 25.0),
+                   along = lanesBetween(numbers, -30.0, 30.0),
+                   across = lanesBetween(numbers, -30.0, 30.0);
         Reflector one;
         one.size_m = {static_cast<float>(numbers.between(1.0, 40.0)),
                       static_cast<float>(numbers.between(1.0, 40.0))};
         const kernels::SheetPoint point{static_cast<float>(numbers.between(-20.0, 20.0)),
                                         static_cast<float>(numbers.between(-20.0, 20.0)),
                                         static_cast<float>(numbers.between(-20.0, 20.0))};
-        kernels::sharesTurned(kWidth,
+        kernels::sharesTurned(kSheetWidth,
                               static_cast<float>(0.5 * one.size_m[0]),
                               static_cast<float>(0.5 * one.size_m[1]),
                               {height.data(), along.data(), across.data()},
                               point,
                               shareRe.data(),
                               shareIm.data());
-        for (std::size_t i = 0; i < kWidth; ++i)
+        for (std::size_t i = 0; i < kSheetWidth; ++i)
         {
             const Eigen::Vector3d from(along[i], across[i], height[i]);
             const Eigen::Vector3d to(point.along, point.across, point.height);
@@ -64,20 +65,20 @@ TEST_P(ReflectionKernels, SharesTurned)
 
 TEST_P(ReflectionKernels, SharesAreFiniteInThePlane)
 {
-    auto height = floats(kWidth), along = floats(kWidth), across = floats(kWidth);
-    for (std::size_t i = 0; i < kWidth; ++i)
+    auto height = floats(kSheetWidth), along = floats(kSheetWidth), across = floats(kSheetWidth);
+    for (std::size_t i = 0; i < kSheetWidth; ++i)
         along[i] = 0.05F * static_cast<float>(i) - 10.0F; // beside it from 5 on, and at the point
-    auto re = floats(kWidth), im = floats(kWidth);
+    auto re = floats(kSheetWidth), im = floats(kSheetWidth);
     for (const float above : {0.0F, 10.0F})
     {
-        kernels::sharesTurned(kWidth,
+        kernels::sharesTurned(kSheetWidth,
                               5.0F,
                               5.0F,
                               {height.data(), along.data(), across.data()},
                               {above, 0.0F, 0.0F},
                               re.data(),
                               im.data());
-        for (std::size_t i = 0; i < kWidth; ++i)
+        for (std::size_t i = 0; i < kSheetWidth; ++i)
         {
             ASSERT_TRUE(std::isfinite(re[i]) && std::isfinite(im[i])) << i;
             if (above == 0.0F || std::abs(std::abs(along[i]) - 5.0F) < 0.02F) continue;
@@ -92,12 +93,12 @@ TEST_P(ReflectionKernels, Reflect)
     const Complex factor = std::polar(0.8, 0.7);
     const kernels::SheetFactor given{
         static_cast<float>(factor.real()), static_cast<float>(factor.imag()), 0.8F};
-    const auto heights = between(numbers, -1.0, 1.0);
+    const auto heights = lanesBetween(numbers, -1.0, 1.0);
     for (const bool isWhole : {true, false})
         for (const float height : {-2.0F, 2.0F})
         {
-            const Split image = numbers.split(kWidth), share = numbers.split(kWidth);
-            Split direct = numbers.split(kWidth), reflected = numbers.split(kWidth);
+            const Split image = numbers.split(kSheetWidth), share = numbers.split(kSheetWidth);
+            Split direct = numbers.split(kSheetWidth), reflected = numbers.split(kSheetWidth);
             const kernels::Waves row{heights.data(),
                                      image.re.data(),
                                      image.im.data(),
@@ -106,10 +107,10 @@ TEST_P(ReflectionKernels, Reflect)
                                      reflected.re.data(),
                                      reflected.im.data()};
             if (isWhole)
-                kernels::reflect(kWidth, height, given, row);
+                kernels::reflect(kSheetWidth, height, given, row);
             else
-                kernels::reflect(kWidth, height, given, share.re.data(), share.im.data(), row);
-            for (int i = 0; i < kWidth; ++i)
+                kernels::reflect(kSheetWidth, height, given, share.re.data(), share.im.data(), row);
+            for (int i = 0; i < kSheetWidth; ++i)
             {
                 const auto k = static_cast<std::size_t>(i);
                 const bool isBeside = (heights[k] >= 0.0F) == (height >= 0.0F);
@@ -129,12 +130,12 @@ TEST_P(ReflectionKernels, Reflect)
 TEST_P(ReflectionKernels, JoinWaves)
 {
     Numbers numbers(6);
-    Split p = numbers.split(kWidth);
-    const Split d = numbers.split(kWidth);
+    Split p = numbers.split(kSheetWidth);
+    const Split d = numbers.split(kSheetWidth);
     const float sum =
-        kernels::joinWaves(kWidth, d.re.data(), d.im.data(), p.re.data(), p.im.data());
+        kernels::joinWaves(kSheetWidth, d.re.data(), d.im.data(), p.re.data(), p.im.data());
     double exact = 0.0;
-    for (int i = 0; i < kWidth; ++i)
+    for (int i = 0; i < kSheetWidth; ++i)
     {
         const auto k = static_cast<std::size_t>(i);
         ASSERT_NEAR(std::abs(p.at(i) - p.exact[k] - d.exact[k]), 0.0, 3e-7);
