@@ -3,11 +3,11 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/points/ControlPoints.h"
-#include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/CycleEqualizer.h"
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -95,6 +95,50 @@ haptics::ControlPoints ownPoints(const haptics::ControlPoints& points, std::size
     for (std::size_t l = 0; l < points.object.size(); ++l)
         if (points.object[l] == static_cast<int>(object)) own.push_back(static_cast<int>(l));
     return haptics::pick(points, own);
+}
+
+/// Returns the widest gap beside place \a at: the middle of it and two of its neighbours.
+Eigen::Vector3d gapAt(const Eigen::Matrix3Xd& places, Eigen::Index at)
+{
+    constexpr Eigen::Index kNear = 6; // of a triangular lattice
+    const Eigen::Index count = std::min(kNear, places.cols() - 1);
+    Eigen::VectorXd distance2 = (places.colwise() - places.col(at)).colwise().squaredNorm();
+    Eigen::Matrix3Xd near(3, count + 1);
+    for (Eigen::Index k = 0; k <= count; ++k) // itself first
+    {
+        Eigen::Index nearest = 0;
+        distance2.minCoeff(&nearest);
+        near.col(k) = places.col(nearest);
+        distance2[nearest] = std::numeric_limits<double>::infinity();
+    }
+    Eigen::Vector3d best = near.col(0);
+    double widest2 = 0.0;
+    for (Eigen::Index a = 1; a <= count; ++a)
+        for (Eigen::Index b = 1; b < a; ++b)
+        {
+            const Eigen::Vector3d gap = (near.col(0) + near.col(a) + near.col(b)) / 3.0;
+            const double width2 = (near.colwise() - gap).colwise().squaredNorm().minCoeff();
+            if (width2 <= widest2) continue;
+            widest2 = width2;
+            best = gap;
+        }
+    return best;
+}
+
+/// Returns gaps between \a places, at most kGaps. That is quicker than haptics::sampleBetween(),
+/// for which a new snapshot would have to wait.
+Eigen::Matrix3Xd gapsOf(const Eigen::Matrix3Xd& places, const base::StopToken& stop)
+{
+    constexpr Eigen::Index kGaps = 1500; // enough for a first percentile
+    const Eigen::Index step = 1 + places.cols() / kGaps;
+    Eigen::Matrix3Xd gaps(3, (places.cols() + step - 1) / step);
+    base::StopLook look(stop, 16);
+    for (Eigen::Index k = 0; k < gaps.cols(); ++k)
+    {
+        look.turn();
+        gaps.col(k) = gapAt(places, k * step);
+    }
+    return gaps;
 }
 
 /// Returns the \a places (mesh frame) that no plane clips, in the array frame.
@@ -262,26 +306,25 @@ std::optional<PlacesToEven> FeltSurface::places(const std::vector<HapticObject>&
     std::optional<PlacesToEven> found;
     for (const double spacing : haptics::placeSpacings(isHeld))
     {
-        found = placesOf(objects, points, spacing * _wavelength_m, isHeld ? 2 : 1);
+        found = placesOf(objects, points, spacing * _wavelength_m);
         if (found) break;
     }
     _samples.endSnapshot();
+    if (found && isHeld) found->between = gapsOf(found->places.positions, _stop);
     return found;
 }
 
 std::optional<PlacesToEven> FeltSurface::placesOf(const std::vector<HapticObject>& objects,
                                                   const haptics::ControlPoints& points,
-                                                  double spacing_m,
-                                                  int sets)
+                                                  double spacing_m)
 {
     PlacesToEven all;
-    all.between.resize(3, 0);
     for (std::size_t i = 0; i < objects.size(); ++i)
     {
         const HapticObject& object = objects[i];
         const haptics::ControlPoints own = ownPoints(points, i);
         if (own.size() == 0 || !object.mesh) continue;
-        const CachedSamples& cached = _samples.get(object, spacing_m, sets);
+        const CachedSamples& cached = _samples.get(object, spacing_m);
         // It could be sampled for its points, so these samples are too many.
         if (cached.sets.empty()) return std::nullopt;
         const double pointSpacing_m =
@@ -294,11 +337,6 @@ std::optional<PlacesToEven> FeltSurface::placesOf(const std::vector<HapticObject
             all.places = places;
         else
             append(all.places, places);
-        if (sets == 1) continue;
-        const Eigen::Matrix3Xd between = haptics::samplesNear(
-            unclipped(object, cached.sets.back().positions), own.positions, reach_m, _stop);
-        all.between.conservativeResize(3, all.between.cols() + between.cols());
-        all.between.rightCols(between.cols()) = between;
     }
     return all;
 }

@@ -117,8 +117,7 @@ public:
 private:
     std::optional<PlacesToEven> placesOf(const std::vector<HapticObject>& objects,
                                          const haptics::ControlPoints& points,
-                                         double spacing_m,
-                                         int sets);
+                                         double spacing_m);
 
     double _wavelength_m;
     base::StopToken _stop;
