@@ -52,10 +52,9 @@ Complex ballField(double a, double source, double r, double cosine)
     return Complex(0.0, k) * sum;
 }
 
-haptics::RigidBody rigid(const haptics::TriangleMesh& mesh,
-                         double elements = haptics::RigidBody::kElements)
+haptics::RigidBody rigid(const haptics::TriangleMesh& mesh)
 {
-    return {haptics::RigidBody::divided(mesh, kWavelength_m, elements), kWavelength_m, 2};
+    return {haptics::RigidBody::divided(mesh, kWavelength_m), kWavelength_m, 2};
 }
 
 double ballError(double ka)
@@ -208,25 +207,28 @@ TEST(ThinScreen, ConvergesToOneField)
     EXPECT_LT(error(12.0), 0.003);
 }
 
-// A box as thin as Burton and Miller's equation can bear, by other code.
-TEST(ThinScreen, IsWhatAThinBodyIs)
+// A plate of 23 wavelengths: the image of the source before it, its shadow behind it, but for what
+// comes from the edges, 0.1 m away.
+TEST(ThinScreen, MirrorsInFrontAndShadesBehind)
 {
-    const double thin_m = 0.6e-3;
-    haptics::TriangleMesh plate = boxOf({0.016, 0.012, thin_m});
-    plate.vertices.colwise() -= Eigen::Vector3d(0.008, 0.006, 0.5 * thin_m);
-    const haptics::RigidBody body = rigid(plate, 9.0);
-    haptics::ScreenPlate flat;
-    flat.size_m = {0.016, 0.012};
-    const haptics::ThinScreen screen(flat, kWavelength_m, 12.0);
-    const Eigen::Vector3d source(0.004, 0.002, 0.03);
+    haptics::ScreenPlate plate;
+    plate.size_m = {0.2, 0.2};
+    const haptics::ThinScreen screen(plate, kWavelength_m, 6.0);
+    const Eigen::Vector3d source(0.003, 0.001, 0.04), image(0.003, 0.001, -0.04);
+    Eigen::VectorXcd jump;
+    ASSERT_TRUE(screen.solve(fieldOf(source, kWaveNumber, screen), jump).isConverged);
     Eigen::Matrix3Xd points(3, 4);
-    points << 0.0, 0.01, -0.02, 0.0, 0.0, 0.005, 0.0, 0.01, 0.01, 0.012, -0.015, -0.01;
-    Eigen::VectorXcd onBody, jump;
-    body.solve(fieldOf(source, kWaveNumber, body), onBody);
-    screen.solve(fieldOf(source, kWaveNumber, screen), jump);
-    const Eigen::VectorXcd of = body.scattered(points, onBody),
-                           other = screen.scattered(points, jump);
-    EXPECT_LT((of - other).norm(), 0.08 * of.norm());
+    points << 0.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.01, 0.0, 0.02, 0.015, 0.03, -0.02;
+    const Eigen::VectorXcd field = screen.scattered(points, jump, 2);
+    const auto waveOf = [&](const Eigen::Vector3d& from, Eigen::Index point)
+    {
+        const double r = (points.col(point) - from).norm();
+        return std::polar(1.0 / r, -kWaveNumber * r);
+    };
+    for (const Eigen::Index point : {0, 1, 2})
+        EXPECT_LT(std::abs(field[point] / waveOf(image, point) - 1.0), 0.08) << point;
+    EXPECT_LT(std::abs(field[3] / waveOf(source, 3) + 1.0), 0.08);
+    EXPECT_LT(std::abs(field[3] + field[0]), 1e-9 * std::abs(field[0])) << "odd across the plate";
 }
 
 TEST(ThinScreen, RefusesWhatHasNoCells)

@@ -102,19 +102,28 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
     while (evened.hasWork())
         if (auto better = evened.step()) played.push_back(std::move(*better));
     ASSERT_GE(played.size(), 4u);
-    const SurfaceStatistics before = feltOn(scene.fine, array, given.fields);
+    const auto allOf = [](const Eigen::Matrix3Xd& places,
+                          const TransducerArray& of,
+                          const std::vector<Eigen::VectorXcf>& fields)
+    {
+        return statisticsOf(meanSquarePressure(places, of, Medium(), fields) *
+                                radiationPressure(1.0, Medium()),
+                            Eigen::VectorXd());
+    };
+    const SurfaceStatistics before = allOf(scene.fine, array, given.fields);
     double last = before.coefficientOfVariation;
     for (std::size_t k = 1; k < played.size(); ++k)
     {
         ASSERT_TRUE(played[k].evened && played[k].isHeld());
-        const SurfaceStatistics now = feltOn(scene.fine, array, played[k].fields);
+        const SurfaceStatistics now = allOf(scene.fine, array, played[k].fields);
         EXPECT_LT(now.coefficientOfVariation, last) << k;
         EXPECT_GT(now.mean_Pa, 0.97 * before.mean_Pa) << k;
         last = now.coefficientOfVariation;
     }
-    const SurfaceStatistics after = feltOn(scene.fine, array, played.back().fields);
-    EXPECT_LE(after.coefficientOfVariation, 0.36);
-    EXPECT_GE(after.percentile1, 0.05); // 0.08 at the places themselves
+    const SurfaceStatistics after = allOf(scene.fine, array, played.back().fields);
+    // At the places themselves 0.35 and 0.09.
+    EXPECT_LE(after.coefficientOfVariation, 0.37);
+    EXPECT_GE(after.percentile1, 0.065);
     EXPECT_GE(after.mean_Pa, 0.99 * before.mean_Pa);
     for (const std::complex<float>& q : played.back().fields.front())
     {
