@@ -160,7 +160,8 @@ haptics::PlayedAs ContactRenderer::playedAs() const
 // A factor that others bring about is theirs, and comes again with each field.
 void ContactRenderer::noteCap(double factor)
 {
-    if (!isWholePlayed() && areOfSensations() && !_foci.empty()) _sensations.noteCap(factor, _step_s);
+    if (!isWholePlayed() && areOfSensations() && !_foci.empty())
+        _sensations.noteCap(factor, _step_s);
 }
 
 void ContactRenderer::addContacts(double now_s)
@@ -250,8 +251,7 @@ std::optional<SteadyTurn> ContactRenderer::steady(double most_Pa) const
     const std::vector<Contact>& contacts = _tracker.contacts();
     const bool isTouched = std::any_of(
         contacts.begin(), contacts.end(), [this](const Contact& one) { return presses(one); });
-    const bool isElse =
-        isTouched || isWholePlayed() || _shares.isFading() || !areOfSensations();
+    const bool isElse = isTouched || isWholePlayed() || _shares.isFading() || !areOfSensations();
     if (!_wasActive || isElse) return std::nullopt;
     return _sensations.steady(most_Pa);
 }

@@ -276,19 +276,19 @@ std::vector<base::Message> SensationRenderer::problems() const
             whys.emplace_back(
                 "its sensation asks for an intensity outside 0 .. 1, which is limited");
         if (limited.outline_Hz != 0.0)
-            whys.push_back(fmt::format(
-                "its brush turns {:g} times a second, and {:.3g} fields a second are fewer than {:g} "
-                "a turn; its outline is played instead",
-                limited.outline_Hz,
-                _rate_Hz,
-                haptics::SensationFigures::kLeastPoints));
+            whys.push_back(fmt::format("its brush turns {:g} times a second, and {:.3g} fields a "
+                                       "second are fewer than {:g} "
+                                       "a turn; its outline is played instead",
+                                       limited.outline_Hz,
+                                       _rate_Hz,
+                                       haptics::SensationFigures::kLeastPoints));
         if (limited.modulation_Hz != 0.0)
-            whys.push_back(fmt::format(
-                "its modulation of {:g} Hz is left out: {:.3g} fields a second are fewer than {:g} a "
-                "period",
-                limited.modulation_Hz,
-                _rate_Hz,
-                haptics::SensationPlayer::kLeastOfPeriod));
+            whys.push_back(fmt::format("its modulation of {:g} Hz is left out: {:.3g} fields a "
+                                       "second are fewer than {:g} a "
+                                       "period",
+                                       limited.modulation_Hz,
+                                       _rate_Hz,
+                                       haptics::SensationPlayer::kLeastOfPeriod));
         if (_turn && isPlayedOff(_turn->draw_Hz(), item.sensation.brush().draw_Hz))
             whys.push_back(fmt::format("the device turns its brush {:g} times a second, not {:g}",
                                        _turn->draw_Hz(),

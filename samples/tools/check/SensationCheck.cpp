@@ -20,8 +20,9 @@ namespace midair::samples
 namespace
 {
 
-/// Returns "; ultraino: takes 100 fields a second: the brush is an outline"; empty if the device plays
-/// each field, if only the hardware knows, or if the scene's messages tell what is wrong with it.
+/// Returns "; ultraino: takes 100 fields a second: the brush is an outline"; empty if the device
+/// plays each field, if only the hardware knows, or if the scene's messages tell what is wrong with
+/// it.
 std::string onItsDevice(const CheckedScene& scene,
                         haptics::SensationPlayer& player,
                         const haptics::SensationFigures& figures)

@@ -131,20 +131,19 @@ void printScene(Out out, const CheckedScene& scene, int frames)
     fmt::format_to(out, "  device    {}\n", wish(scene.asked.device, scene.granted.device));
     fmt::format_to(out, "            here: {}\n", orNone(s.device));
     fmt::format_to(out, "  hands     {}\n", wish(scene.asked.hands, scene.granted.hands));
-    fmt::format_to(out,
-                   "  field     {}: {} points, {}, cap {}{}\n",
-                   stateName(s.state),
-                   s.points,
-                   s.evened
-                       ? fmt::format("evened out over the surface: {:.1f} Pa of radiation pressure "
-                                     "on average, give or take {:.0f} %",
-                                     s.surface.mean_Pa,
-                                     100.0 * s.surface.coefficientOfVariation)
-                       : fmt::format("{:.0f} Pa, rms error {:.3f} %", s.level_Pa, 100.0 * s.rms),
-                   s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none",
-                   scene.granted.earLimit > 0.0
-                       ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
-                       : "");
+    fmt::format_to(
+        out,
+        "  field     {}: {} points, {}, cap {}{}\n",
+        stateName(s.state),
+        s.points,
+        s.evened ? fmt::format("evened out over the surface: {:.1f} Pa of radiation pressure "
+                               "on average, give or take {:.0f} %",
+                               s.surface.mean_Pa,
+                               100.0 * s.surface.coefficientOfVariation)
+                 : fmt::format("{:.0f} Pa, rms error {:.3f} %", s.level_Pa, 100.0 * s.rms),
+        s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none",
+        scene.granted.earLimit > 0.0 ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
+                                     : "");
     if (s.exposure.places > 0)
         fmt::format_to(out,
                        "  ears      {:.0f} dB at the loudest place around the array, including "

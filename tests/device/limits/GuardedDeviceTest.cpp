@@ -114,8 +114,7 @@ TEST(GuardedDevice, ramps_up_to_the_cap_whatever_the_last_step)
         for (const double level : amplitudeLevels())
             if (level <= 0.3) most = std::max(most, level);
         EXPECT_NEAR(log.all().back().amplitude, most, 1e-9);
-        EXPECT_EQ(device->status().find("limited to 29.9"), std::string::npos)
-            << device->status();
+        EXPECT_EQ(device->status().find("limited to 29.9"), std::string::npos) << device->status();
         device->silence(); // or closing would wait for time to pass
     }
 }

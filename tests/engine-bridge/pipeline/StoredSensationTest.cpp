@@ -577,12 +577,12 @@ TEST(StoredSensation, IsJudgedAsItIsPlayed)
     using haptics::PlayedAs;
     const auto played = [](const std::string& sensation)
     {
-        auto simulated = std::make_unique<Played>("board",
-                                                  sensation,
-                                                  [](const haptics::TransducerArray& array) {
-                                                      return device::openDevice("sim:",
-                                                                                {array.size(), {}});
-                                                  });
+        auto simulated =
+            std::make_unique<Played>("board",
+                                     sensation,
+                                     [](const haptics::TransducerArray& array) {
+                                         return device::openDevice("sim:", {array.size(), {}});
+                                     });
         simulated->frame();
         return simulated;
     };

@@ -48,7 +48,8 @@ struct EvenedScene
     static double wavelength_m() { return Medium().wavelength(40e3); }
 };
 
-/// \a isHeld: between the places at which a held field is evened out, which have this distance, too.
+/// \a isHeld: between the places at which a held field is evened out, which have this distance,
+/// too.
 inline Eigen::Matrix3Xd finePlaces(const TriangleMesh& mesh, bool isHeld = false)
 {
     SamplerOptions sampling;

@@ -61,7 +61,7 @@ TEST(SampleSets, SamplesBetweenAreInTheGaps)
     for (int i = 0; i < between.size(); ++i)
         nearest[i] = (first.colwise() - between.positions.col(i)).colwise().norm().minCoeff();
     EXPECT_GT(nearest.mean(), 0.55 * kSpacing);
-    EXPECT_GT(nearest.minCoeff(), 0.1 * kSpacing);
+    EXPECT_GT(nearest.minCoeff(), 0.05 * kSpacing);
     const SamplerOptions corners = spaced(kSpacing, Sampling::VERTICES);
     EXPECT_EQ(sampleBetween(mesh, corners).positions, sampleSurface(mesh, corners).positions);
 }

@@ -199,8 +199,8 @@ TEST(CPlay, AUserWhoDisablesTheArrayIsObeyed)
         {
             ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
         }
-        EXPECT_TRUE(updatesUntil(
-            of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }));
+        EXPECT_TRUE(
+            updatesUntil(of.scene, [&] { return stateOf(of.scene) != MIDAIR_STATE_PLAYING; }));
         EXPECT_EQ(midair_update(of.scene, 1e6), MIDAIR_SILENCED);
         EXPECT_EQ(std::string(midair_last_error()),
                   "OSG_MIDAIR_ENABLED is false; nothing is played");

@@ -62,7 +62,7 @@ TEST(Sense, WritesTheExpectedSamples)
 
 TEST(Sense, PrintsFigures)
 {
-    const Outcome circle = sense("'circle?radius=10mm' --rate 500");
+    const Outcome circle = sense("'circle?radius=10mm' --rate 500 --device usb:");
     ASSERT_EQ(circle.code, 0) << circle.output;
     EXPECT_NE(circle.output.find("extent      x -10.0 .. 10.0, y -10.0 .. 10.0"), std::string::npos)
         << circle.output;
