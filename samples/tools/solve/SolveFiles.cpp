@@ -94,6 +94,25 @@ Eigen::MatrixXd readTable(const std::string& path,
         values.data(), width, static_cast<Eigen::Index>(values.size()) / width);
 }
 
+/// Returns what reflectors do to the drives, for summary.json.
+nlohmann::ordered_json jsonOf(const SolvedReflectors& some)
+{
+    nlohmann::ordered_json json = {{"count", some.count},
+                                   {"corrected", some.isCorrected},
+                                   {"rms", some.played.rms},
+                                   {"worst", some.played.worst},
+                                   {"level_Pa", some.played.level_Pa},
+                                   {"expectedRms", some.played.expectedRms},
+                                   {"freeRms", some.played.freeRms},
+                                   {"freeLevel_Pa", some.played.freeLevel_Pa},
+                                   {"hiddenTransducers", some.hidden},
+                                   {"freeEars_dB", some.freeEars_dB}};
+    if (some.other.level_Pa > 0.0)
+        json[some.isCorrected ? "uncorrected" : "ifCorrected"] = {
+            {"rms", some.other.rms}, {"expectedRms", some.other.expectedRms}};
+    return json;
+}
+
 } // namespace
 
 std::string textOf(const std::string& path)
@@ -219,23 +238,7 @@ void writeSummary(const std::string& path,
                    row.value);
     // Fields that are played without end have no averaging time.
     json["exposure"].erase("time_s");
-    if (parts.reflectors)
-    {
-        const SolvedReflectors& some = *parts.reflectors;
-        json["reflectors"] = {{"count", some.count},
-                              {"corrected", some.isCorrected},
-                              {"rms", some.played.rms},
-                              {"worst", some.played.worst},
-                              {"level_Pa", some.played.level_Pa},
-                              {"expectedRms", some.played.expectedRms},
-                              {"freeRms", some.played.freeRms},
-                              {"freeLevel_Pa", some.played.freeLevel_Pa},
-                              {"hiddenTransducers", some.hidden},
-                              {"freeEars_dB", some.freeEars_dB}};
-        if (some.other.level_Pa > 0.0)
-            json["reflectors"][some.isCorrected ? "uncorrected" : "ifCorrected"] = {
-                {"rms", some.other.rms}, {"expectedRms", some.other.expectedRms}};
-    }
+    if (parts.reflectors) json["reflectors"] = jsonOf(*parts.reflectors);
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

@@ -145,6 +145,25 @@ void printEarsAndCertificate(const Solution& solution)
                     solution.parts.certificate->total_ms);
 }
 
+// Prints what is played: one field that was evened out, or several in turn.
+void printTurns(const Solution& solution)
+{
+    const haptics::SolveReport& report = solution.sequence.report;
+    if (solution.parts.fields == 1 && solution.parts.evened)
+        std::printf(
+            "evened out  the surface between the points counts, not the points: their error "
+            "is larger, and their level lower, than of a field that is not\n");
+    if (solution.parts.fields > 1)
+        std::printf(
+            "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "
+            "of the drive%s\n",
+            solution.parts.fields,
+            solution.parts.fieldRate_Hz,
+            report.meanPhaseStep_rad,
+            report.audibleChange,
+            solution.parts.evened ? "; evened out: figures rate all fields together" : "");
+}
+
 void printSummary(const Solution& solution, const std::string& folder)
 {
     const haptics::SolveReport& report = solution.sequence.report;
@@ -173,19 +192,7 @@ void printSummary(const Solution& solution, const std::string& folder)
         std::printf("air         1 K warmer: rms %.3f %%, level %.1f %%\n",
                     100.0 * report.kelvinRms,
                     100.0 * report.kelvinLevel);
-    if (solution.parts.fields == 1 && solution.parts.evened)
-        std::printf(
-            "evened out  the surface between the points counts, not the points: their error "
-            "is larger, and their level lower, than of a field that is not\n");
-    if (solution.parts.fields > 1)
-        std::printf(
-            "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "
-            "of the drive%s\n",
-            solution.parts.fields,
-            solution.parts.fieldRate_Hz,
-            report.meanPhaseStep_rad,
-            report.audibleChange,
-            solution.parts.evened ? "; evened out: figures rate all fields together" : "");
+    printTurns(solution);
     if (report.surface.samples > 0)
         std::printf("surface     %.1f Pa mean radiation pressure, cv %.3f, percentiles 1 and 10 at "
                     "%.2f and %.2f of the mean, contrast %.2f +- %.2f\n",

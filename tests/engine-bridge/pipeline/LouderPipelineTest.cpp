@@ -19,8 +19,9 @@ SceneSnapshot pointsSnapshot(double x_m = 0.0)
 {
     auto mesh = std::make_shared<haptics::TriangleMesh>();
     mesh->vertices.resize(3, 49);
-    for (int i = 0; i < 49; ++i)
-        mesh->vertices.col(i) << 8e-3 * (i % 7 - 3), 0.0, 8e-3 * (i / 7 - 3);
+    for (int row = 0; row < 7; ++row)
+        for (int column = 0; column < 7; ++column)
+            mesh->vertices.col(7 * row + column) << 8e-3 * (column - 3), 0.0, 8e-3 * (row - 3);
     mesh->triangles.resize(3, 49);
     for (int i = 0; i < 49; ++i)
         mesh->triangles.col(i).setConstant(i);

@@ -83,8 +83,10 @@ struct BetweenPoints
     BetweenPoints()
     {
         points.positions.resize(3, 36);
-        for (int i = 0; i < 36; ++i)
-            points.positions.col(i) << 9e-3 * (i % 6 - 2.5), 9e-3 * (i / 6 - 2.5), 0.15;
+        for (int row = 0; row < 6; ++row)
+            for (int column = 0; column < 6; ++column)
+                points.positions.col(6 * row + column) << 9e-3 * (column - 2.5), 9e-3 * (row - 2.5),
+                    0.15;
         points.normals = Eigen::Vector3d::UnitZ().replicate(1, 36);
         points.targets = Eigen::VectorXd::Ones(36);
         sequence.parts = {points};

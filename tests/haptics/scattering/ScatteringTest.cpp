@@ -264,8 +264,9 @@ TEST(SceneScattering, TellsWhatABallDoesToAFocus)
     haptics::TransducerArray array;
     array.directivity = haptics::Directivity::POINT;
     array.positions.resize(3, 25);
-    for (int i = 0; i < 25; ++i)
-        array.positions.col(i) << 0.01 * (i % 5 - 2), 0.01 * (i / 5 - 2), 0.0;
+    for (int row = 0; row < 5; ++row)
+        for (int column = 0; column < 5; ++column)
+            array.positions.col(5 * row + column) << 0.01 * (column - 2), 0.01 * (row - 2), 0.0;
     array.normals = Eigen::Vector3d::UnitZ().replicate(1, 25);
     array.board.assign(25, 0);
     haptics::Medium medium;

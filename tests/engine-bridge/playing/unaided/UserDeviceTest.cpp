@@ -20,19 +20,19 @@ protected:
 
     std::unique_ptr<device::ArrayDevice> open(const char* uri = "null:") const
     {
-        return bridge::openForUser(uri, {array.size(), array.board}, &array);
+        return bridge::openForUser(uri, {_array.size(), _array.board}, &_array);
     }
     /// All in phase, the loudest on the axis.
     device::DriveSignal full() const
     {
-        device::DriveSignal signal = device::silentSignal(array.size());
+        device::DriveSignal signal = device::silentSignal(_array.size());
         std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(255));
         return signal;
     }
     double loudest_dB(const device::ArrayDevice& device, const Eigen::Matrix3Xd& places) const
     {
         const std::vector<std::complex<float>> q = device.played();
-        const haptics::Exposure ears(array, haptics::Medium(), places);
+        const haptics::Exposure ears(_array, haptics::Medium(), places);
         return haptics::soundLevel_dB(
             ears.heard_Pa2({Eigen::Map<const Eigen::VectorXcf>(
                                q.data(), static_cast<Eigen::Index>(q.size()))})
@@ -46,7 +46,7 @@ protected:
         return all;
     }
 
-    const haptics::TransducerArray array = haptics::TransducerArray::load("autd3");
+    const haptics::TransducerArray _array = haptics::TransducerArray::load("autd3");
 };
 
 } // namespace
@@ -56,13 +56,13 @@ TEST_F(UserDevice, PlaysAsItIsSentWithoutALimit)
     const auto device = open();
     ASSERT_TRUE(device->send(full()));
     EXPECT_EQ(most(device->played()), 1.0);
-    EXPECT_GT(loudest_dB(*device, haptics::placesAround(array, 30)), 130.0);
+    EXPECT_GT(loudest_dB(*device, haptics::placesAround(_array, 30)), 130.0);
 }
 
 TEST_F(UserDevice, AFieldIsLoweredToTheLimitAroundTheArrayAndWhereTheUserSays)
 {
     const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "135");
-    Eigen::Matrix3Xd around = haptics::placesAround(array, 30);
+    Eigen::Matrix3Xd around = haptics::placesAround(_array, 30);
     auto device = open();
     ASSERT_TRUE(device->send(full()));
     const double alone = most(device->played());
@@ -99,7 +99,7 @@ TEST_F(UserDevice, ALimitThatNobodyCanHoldIsRefused)
 {
     const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "110");
     EXPECT_THROW(bridge::openForUser("null:", {249, {}}, nullptr), device::DeviceError);
-    EXPECT_THROW(bridge::openForUser("null:", {16, {}}, &array), device::DeviceError);
+    EXPECT_THROW(bridge::openForUser("null:", {16, {}}, &_array), device::DeviceError);
     EXPECT_THROW(open("play:/nosuch?to=null:"), device::DeviceError);
 }
 
