@@ -158,14 +158,21 @@ void judge(const Cell& cell,
     result.gap = certificate.gapOfPhases();
 }
 
-} // namespace
-
-Result run(const Cell& cell)
+// The octagon with the reflectors of a cell, whose mode must be known.
+TransducerArray arrayOf(const Cell& cell)
 {
     if (cell.mode != "update" && cell.mode != "cold")
         throw base::InputError("unknown mode '" + cell.mode + "'; known are update, cold");
     TransducerArray array = TransducerArray::octagonalPrism();
     array.reflectors = cell.reflectors;
+    return array;
+}
+
+} // namespace
+
+Result run(const Cell& cell)
+{
+    const TransducerArray array = arrayOf(cell);
     const ControlPoints base = pointsOf(cell, Medium{}.wavelength(array.frequency_Hz));
     ControlPoints points = base;
     if (cell.unequal)
