@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/threads/ThreadPool.h"
+
 #include <Eigen/Core>
 
 #include <cmath>
@@ -24,6 +26,21 @@ inline Complex greenSlope(double k, const Eigen::Vector3d& d, const Eigen::Vecto
 {
     const double r = d.norm();
     return Complex(1.0 / r, k) * green(k, r) * (d.dot(normal) / r);
+}
+
+/// Returns \a field at each of \a points, on \a threads threads.
+template<typename Field>
+Eigen::VectorXcd atEach(const Eigen::Matrix3Xd& points, int threads, const Field& field)
+{
+    Eigen::VectorXcd all(points.cols());
+    base::ThreadPool pool(threads);
+    pool.run(
+        [&](int thread)
+        {
+            for (Eigen::Index p = thread; p < points.cols(); p += threads)
+                all[p] = field(Eigen::Vector3d(points.col(p)));
+        });
+    return all;
 }
 
 } // namespace midair::haptics::scattering

@@ -200,32 +200,25 @@ Eigen::VectorXcd RigidBody::scattered(const Eigen::Matrix3Xd& points,
                                       const Eigen::VectorXcd& strength,
                                       int threads) const
 {
-    Eigen::VectorXcd field(points.cols());
-    base::ThreadPool pool(threads);
-    pool.run(
-        [&](int thread)
-        {
-            for (Eigen::Index p = thread; p < points.cols(); p += threads)
-            {
-                const Eigen::Vector3d x = points.col(p);
-                Complex sum = 0.0;
-                for (Eigen::Index j = 0; j < _body.size(); ++j)
-                {
-                    const Eigen::Vector3d ny = _body.normals.col(j);
-                    sum += strength[j] * integral(x,
-                                                  {_body.corners.col(3 * j),
-                                                   _body.corners.col(3 * j + 1),
-                                                   _body.corners.col(3 * j + 2)},
-                                                  _body.areas[j],
-                                                  kDivisions,
-                                                  [&](const Eigen::Vector3d& y) {
-                                                      return scattering::greenSlope(_k, x - y, ny);
-                                                  });
-                }
-                field[p] = sum;
-            }
-        });
-    return field;
+    const auto ofElement = [&](const Eigen::Vector3d& x, Eigen::Index j)
+    {
+        const Eigen::Vector3d normal = _body.normals.col(j);
+        return integral(
+            x,
+            {_body.corners.col(3 * j), _body.corners.col(3 * j + 1), _body.corners.col(3 * j + 2)},
+            _body.areas[j],
+            kDivisions,
+            [&](const Eigen::Vector3d& y) { return scattering::greenSlope(_k, x - y, normal); });
+    };
+    return scattering::atEach(points,
+                              threads,
+                              [&](const Eigen::Vector3d& x)
+                              {
+                                  Complex sum = 0.0;
+                                  for (Eigen::Index j = 0; j < _body.size(); ++j)
+                                      sum += strength[j] * ofElement(x, j);
+                                  return sum;
+                              });
 }
 
 } // namespace midair::haptics

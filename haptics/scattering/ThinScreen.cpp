@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/threads/ThreadPool.h"
 #include "haptics/scattering/Kernels.h"
 
 #include <Eigen/Geometry>
@@ -245,20 +244,15 @@ Eigen::VectorXcd ThinScreen::scattered(const Eigen::Matrix3Xd& points,
                                 { return at((a + 0.5 + s) / 8 - 0.5, (b + 0.5 + t) / 8 - 0.5); });
         return sum / 64.0;
     };
-    Eigen::VectorXcd field(points.cols());
-    base::ThreadPool pool(threads);
-    pool.run(
-        [&](int thread)
-        {
-            for (Eigen::Index p = thread; p < points.cols(); p += threads)
-            {
-                Complex sum = 0.0;
-                for (Eigen::Index i = 0; i < _places.cols(); ++i)
-                    sum += strength[i] * ofCell(points.col(p) - _places.col(i));
-                field[p] = area_m2 * sum;
-            }
-        });
-    return field;
+    return scattering::atEach(points,
+                              threads,
+                              [&](const Eigen::Vector3d& x)
+                              {
+                                  Complex sum = 0.0;
+                                  for (Eigen::Index i = 0; i < _places.cols(); ++i)
+                                      sum += strength[i] * ofCell(x - _places.col(i));
+                                  return area_m2 * sum;
+                              });
 }
 
 } // namespace midair::haptics
