@@ -219,7 +219,7 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
     const PressureCap::Where place =
         where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
     const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
-    sequence.report.capFactor = _pressure.cap->hold(place, sequence, &_proven);
+    sequence.report.capFactor = sequence.most * _pressure.cap->hold(place, sequence, &_proven);
     // For parts that may sound alone the cap counts each separately.
     if (!_output->ability().part.empty()) _proven.held = {};
     if (sequence.report.capFactor >= 1.0) return tellOfCap(false, points, foci);
@@ -268,6 +268,7 @@ void CappedOutput::play(const haptics::TransducerArray& array,
     const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
     if (sequence.changes() && most > 0.0 && haptics::keepAmplitudes(most, sequence.fields))
         sequence.achieved_Pa.resize(0);
+    if (haptics::keepAmplitudes(sequence.most, sequence.fields)) sequence.achieved_Pa.resize(0);
     _told.clear();
     result.foci = foci;
     cap(array, sequence, result, foci);
@@ -342,8 +343,9 @@ void CappedOutput::rateFromLast(HologramResult& result) const
     const double rate_Hz = _context.options.solverOptions.updateRate_Hz;
     haptics::rateSwitch(
         _context.last->played(), rate_Hz, _context.options.array.ringing_s, result.sequence);
-    const bool isCapped = report.capFactor < 1.0 || _context.last->report().capFactor < 1.0;
-    if (isCapped && result.sequence.isHeld() && _context.last->sequence.isHeld())
+    const bool isLowered = report.capFactor < 1.0 || _context.last->report().capFactor < 1.0 ||
+                           std::min(_output->amplitudeCap(), _output->ability().maxAmplitude) < 1.0;
+    if (isLowered && result.sequence.isHeld() && _context.last->sequence.isHeld())
         haptics::rateStep(_context.last->played(), rate_Hz, result.sequence);
 }
 

@@ -28,16 +28,13 @@ double turnBetween(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
 
 } // namespace
 
-bool keepsBounds(PipelineContext& context,
-                 haptics::PhaseWalk& walk,
-                 double before_Pa,
-                 haptics::FieldSequence& next)
+bool keepsBounds(PipelineContext& context, haptics::PhaseWalk& walk, haptics::FieldSequence& next)
 {
     haptics::continueFrom(context.last->played(),
                           context.options.solverOptions.updateRate_Hz,
                           context.options.array.drive,
                           next);
-    const double ratio = next.report.level_Pa / before_Pa;
+    const double ratio = next.report.level_Pa / context.level_Pa;
     if (!walk.accept(next.report.meanPhaseStep_rad, std::max(ratio, 1.0 / ratio))) return false;
     ++context.counters.walked;
     return true;
@@ -69,7 +66,7 @@ void EveningWalk::begin(const haptics::FieldSequence& held,
 {
     end();
     _held = held;
-    _level_Pa = _context.last->report().level_Pa;
+    _held.most = _context.last->report().capFactor;
     _held.achieved_Pa.resize(0);
     _held.evened = true;
     _at = _held.fields.front();
@@ -134,12 +131,11 @@ std::optional<haptics::FieldSequence> EveningWalk::walk(const haptics::Transduce
                        haptics::achievedPressure(
                            next, array, _context.options.medium, options.threads, options.stop),
                        next.report);
-    if (!keepsBounds(_context, _walk, _level_Pa, next))
+    if (!keepsBounds(_context, _walk, next))
     {
         if (_walk.isOver()) end(); // no field is near enough
         return std::nullopt;
     }
-    _level_Pa = next.report.level_Pa;
     _due_s = _context.clock.now_s() + kWalkPace_s;
     return next;
 }

@@ -19,13 +19,9 @@ namespace midair::bridge
 /// Time from one field of a walk at rest to the next, s.
 constexpr double kWalkPace_s = 0.005;
 
-/// Turns \a next, a held field on \a walk, to be near the context's last one, whose level was \a
-/// before_Pa without caps, and rates the step. Returns true if it keeps the bounds of the walk: it
-/// is then to be played.
-bool keepsBounds(PipelineContext& context,
-                 haptics::PhaseWalk& walk,
-                 double before_Pa,
-                 haptics::FieldSequence& next);
+/// Turns \a next, a held field on \a walk, to be near the context's last one, and rates the step.
+/// Returns true if it keeps the bounds of the walk: it is then to be played.
+bool keepsBounds(PipelineContext& context, haptics::PhaseWalk& walk, haptics::FieldSequence& next);
 
 /// Leads a held field that plays to an evened one in steps too small to be felt. The way there is
 /// that of the equalizer: its passes, one after the other, none of which turns the phases far. So
@@ -38,7 +34,8 @@ public:
 
     /// The context's options have changed: ends.
     void setOptions();
-    /// Starts with \a held, which the last result plays, at \a where.
+    /// Starts with \a held, which the last result plays, at \a where. No field on the way is played
+    /// at a larger share of its drive than caps leave of that one.
     void begin(const haptics::FieldSequence& held,
                PlacesToEven where,
                const haptics::TransducerArray& array);
@@ -78,7 +75,6 @@ private:
     PipelineContext& _context;
     haptics::EvenedCycle _evened;
     haptics::FieldSequence _held; // as given
-    double _level_Pa = 0.0;       // of the last field, before caps
     Trail _trail;
     haptics::PhaseWalk _walk;
     Eigen::VectorXcf _at; // m, where the walk ends or ended

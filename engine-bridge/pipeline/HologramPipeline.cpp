@@ -239,6 +239,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
 // Offers the field of whole objects to the stages; it may continue if there is nothing else.
 void HologramPipeline::offer(const haptics::FieldSequence& whole)
 {
+    _context.level_Pa = whole.report.level_Pa;
     bool isAll = whole.isHeld();
     for (PipelineStage* stage : _stages)
         isAll = stage->compose(whole) && isAll;
@@ -349,6 +350,7 @@ RestStep HologramPipeline::attendStages()
 
 std::shared_ptr<HologramResult> HologramPipeline::playRefined(haptics::FieldSequence sequence)
 {
+    _context.level_Pa = sequence.report.level_Pa;
     for (PipelineStage* stage : _stages)
         stage->compose(sequence);
     auto result = std::make_shared<HologramResult>(*_context.last);

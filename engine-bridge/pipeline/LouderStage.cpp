@@ -131,7 +131,7 @@ std::optional<haptics::FieldSequence> LouderStage::walk()
         end();
         return std::nullopt;
     }
-    const bool isSmall = keepsBounds(_context, _walk, last.report().level_Pa, next);
+    const bool isSmall = keepsBounds(_context, _walk, next);
     if (_walk.isOver()) end();
     if (!isSmall) return std::nullopt;
     _due_s = _context.clock.now_s() + kWalkPace_s;

@@ -35,6 +35,7 @@ struct PipelineContext
     HologramCounters counters;
     UpdateRate updates;                         ///< of the snapshots that were solved
     std::shared_ptr<const HologramResult> last; ///< null: there is none yet
+    double level_Pa = 0.0;           ///< of the last field of whole objects, without caps
     std::vector<std::string> paths;  ///< of the objects of the newest snapshot, for messages
     std::vector<bool> areSensations; ///< the same objects
 };

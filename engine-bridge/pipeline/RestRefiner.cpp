@@ -166,13 +166,21 @@ haptics::FieldSequence RestRefiner::joinSets()
     return cycle;
 }
 
+// False if a cap lowers the playing field on a board whose levels are coarse: it leaves transducers
+// out, other ones of each field.
+bool RestRefiner::canKeepShare() const
+{
+    constexpr std::size_t kFine = 100;
+    const std::size_t levels = _context.options.array.drive.amplitudeLevels.size();
+    const double share = _context.last->report().capFactor;
+    return share >= 1.0 || (share > 0.0 && (levels == 0 || levels >= kFine));
+}
+
 void RestRefiner::beginToEven()
 {
     const haptics::ControlPoints& played = _context.last->points;
     if (played.absolute) return;
-    // A cap holds at the points. Evened out, the field is weaker there: it would be raised to the
-    // cap, and pass it elsewhere.
-    if (_joined.isHeld() && _context.last->report().capFactor < 1.0) return;
+    if (_joined.isHeld() && !canKeepShare()) return;
     auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
     if (!places)
     {

@@ -62,6 +62,7 @@ private:
     std::optional<haptics::FieldSequence> step();
     std::optional<haptics::FieldSequence> makeOutline();
     haptics::FieldSequence joinSets();
+    bool canKeepShare() const;
     void beginToEven();
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;

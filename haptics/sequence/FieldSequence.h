@@ -28,6 +28,10 @@ struct FieldSequence
     /// True: the fields are evened out together, so that only their average meets the targets.
     /// Figures then refer to the root of the mean of |p|^2 over all fields.
     bool evened = false;
+    /// 0 .. 1; the fields are played at no more than this share of their amplitudes: a cap lowered
+    /// the field that they come from to it, and what is even at the cap's places would pass it
+    /// elsewhere.
+    double most = 1.0;
     /// |p| of a held field at points() from its solver (HologramSolver::achieved_Pa()), Pa (n);
     /// empty: unknown. Code that changes the field clears it.
     Eigen::VectorXf achieved_Pa;

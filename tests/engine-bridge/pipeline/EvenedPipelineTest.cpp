@@ -251,13 +251,32 @@ TEST(EvenedPipeline, HeldFieldsOfPointsEdgesAndPressuresInPaStay)
     EXPECT_TRUE(off.rest(3.0).empty());
 }
 
-// The cap is one at the points, whose pressures fall: the field would be raised to it, and pass it
-// between them.
-TEST(EvenedPipeline, AHeldFieldThatACapLowersStays)
+// The cap is one at the points, whose pressures fall: raised to it, the field would pass it between
+// them.
+TEST(EvenedPipeline, AHeldFieldThatACapLowersIsEvenedOutAtItsShareOfTheDrive)
 {
     AtRest lowered([](HologramOptions& options) { options.maxPressure = 800.0; });
-    EXPECT_LT(lowered.show(squareSnapshot())->report().capFactor, 1.0);
-    EXPECT_TRUE(lowered.rest(5.0).empty());
+    const auto first = lowered.show(squareSnapshot());
+    const double share = first->report().capFactor;
+    const double before_Pa = felt(first->sequence.fields).mean_Pa;
+    ASSERT_LT(share, 0.5);
+    const auto results = lowered.rest(5.0);
+    ASSERT_GE(results.size(), 50u);
+    for (const auto& result : results)
+    {
+        EXPECT_LE(pressuresOf(*result).maxCoeff(), 800.0 * 1.0001);
+        EXPECT_LE(result->played().cwiseAbs().maxCoeff(), share * 1.0001);
+        EXPECT_LE(result->report().capFactor, share * 1.0001);
+        EXPECT_GT(result->report().capFactor, 0.8 * share) << "levels of 13";
+        EXPECT_LT(result->report().driveChange, 0.1);
+        ASSERT_FALSE(result->messages.empty());
+        EXPECT_EQ(result->messages[0],
+                  "the field is held down to the cap of 800 Pa at any control point, by "
+                  "MaxPressure");
+    }
+    const auto& last = results.back()->sequence;
+    EXPECT_LT(felt(last.fields).coefficientOfVariation, 0.6);
+    EXPECT_NEAR(felt(last.fields).mean_Pa, before_Pa, 0.05 * before_Pa);
     // A cap that isn't reached changes nothing, and holds on the way.
     AtRest free;
     const double level_Pa = free.show(squareSnapshot())->achieved_Pa.maxCoeff();

@@ -29,6 +29,7 @@ constexpr double kLate_s = 0.05; ///< the promise: silent within this time after
 enum class Mode
 {
     HELD,
+    EVENED, ///< a held field that is being walked to an even one
     CYCLE,
     SUBSETS,
     OUTLINE,
@@ -40,14 +41,22 @@ enum class Mode
 
 inline const char* nameOf(Mode mode)
 {
-    constexpr const char* kNames[] = {
-        "held", "cycle", "subsets", "outline", "modulation", "contact", "in_turn", "recording"};
+    constexpr const char* kNames[] = {"held",
+                                      "evened",
+                                      "cycle",
+                                      "subsets",
+                                      "outline",
+                                      "modulation",
+                                      "contact",
+                                      "in_turn",
+                                      "recording"};
     return kNames[static_cast<int>(mode)];
 }
 
 inline std::vector<Mode> allModes()
 {
     return {Mode::HELD,
+            Mode::EVENED,
             Mode::CYCLE,
             Mode::SUBSETS,
             Mode::OUTLINE,
@@ -75,7 +84,7 @@ inline bridge::HologramOptions optionsOf(Mode mode, const Open& open, int transd
     options.array = arrayOf(transducers);
     options.deviceFactory = [open](const std::string&, const device::DeviceLayout& layout)
     { return open(layout); };
-    options.even = 0;
+    if (mode != Mode::EVENED) options.even = 0;
     if (mode == Mode::CYCLE) options.cycle = 4;
     if (mode == Mode::SUBSETS) options.subsets = 3;
     if (mode == Mode::MODULATION) options.modulation.amplitudeRate_Hz = 10.0;
@@ -126,6 +135,7 @@ struct Led
 {
     std::function<void()> beat;
     std::shared_ptr<void> keep;
+    std::function<bool()> isThere = [] { return true; }; ///< it plays what the mode is about
 };
 
 inline Led lead(Mode mode, const Open& open, int transducers, const std::string& file)
@@ -140,13 +150,15 @@ inline Led lead(Mode mode, const Open& open, int transducers, const std::string&
         return {[playing] { playing->keepAlive(); }, playing};
     }
     auto thread = std::make_shared<bridge::HologramThread>(optionsOf(mode, open, transducers));
-    return {[thread, mode]
+    Led led{[thread, mode]
             {
                 auto snapshot = frameOf(mode);
                 thread->submit(snapshot);
                 thread->keepAlive();
             },
             thread};
+    if (mode == Mode::EVENED) led.isThere = [thread] { return thread->counters().walked > 5; };
+    return led;
 }
 
 /// Leads until \a sounds has said so for a while, stops, and looks at what sounds afterwards. What
@@ -173,7 +185,7 @@ inline std::string trial(Mode mode,
             any = sounds() || any;
             pause();
         }
-        heard += any ? 1 : 0;
+        heard += any && (heard < 9 || led.isThere()) ? 1 : 0;
     }
     if (heard < 10) return "never sounds";
     led.beat();
