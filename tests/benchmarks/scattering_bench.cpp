@@ -1,12 +1,16 @@
-// How long fields round bodies and screens take, and how wrong they are: a ball against its series
-// is in the tests; here, processor time and memory.
+// How long fields round bodies and screens take, and how wrong those are that the solver makes with
+// a plate's images. A ball against its series is in the tests.
 
 #include "haptics/base/Units.h"
+#include "haptics/propagation/Exposure.h"
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "tests/benchmarks/Timing.h"
+#include "tests/haptics/scattering/Plates.h"
 #include "tests/haptics/scattering/Scattered.h"
+#include "tests/haptics/solvers/ScenePoints.h"
 
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <exception>
@@ -74,6 +78,61 @@ void printBalls(const std::vector<double>& radii_m, int threads)
     }
 }
 
+/// Places of a sphere of 0.5 m around the points, on the side of the units and of what is between
+/// them and the plate.
+Eigen::Matrix3Xd earsBefore(double z_m)
+{
+    constexpr int kPlaces = 5000;
+    Eigen::Matrix3Xd places(3, kPlaces);
+    Eigen::Index count = 0;
+    for (int i = 0; i < kPlaces; ++i)
+    {
+        const double z = 1.0 - (2.0 * i + 1.0) / kPlaces, turn = i * M_PI * (3.0 - std::sqrt(5.0));
+        const double out = 0.5 * std::sqrt(1.0 - z * z);
+        const Eigen::Vector3d at(out * std::cos(turn), out * std::sin(turn), 0.15 + 0.5 * z);
+        if (at.z() < z_m) places.col(count++) = at;
+    }
+    return places.leftCols(count);
+}
+
+void printPlates(int threads)
+{
+    std::printf("plates behind 100 points on a ball of 30 mm, four AUTD3 units 150 mm before them: "
+                "rms of the field solved in free air, and with images; loudest at 0.5 m, with the "
+                "plate over without, by images (units shade) and by the screen (they do not)\n");
+    const Eigen::Vector3d centre(0.0, 0.0, 0.15);
+    const haptics::ControlPoints points = haptics::spherePoints(100, 0.03, centre);
+    const haptics::TransducerArray free = midair::test::fourUnits();
+    const Eigen::VectorXcf alone = midair::test::driveFor(points, free);
+    const double sizes_m[][2] = {{0.1, 0.04}, {0.2, 0.1}, {0.4, 0.1}};
+    for (const auto& [side_m, behind_m] : sizes_m)
+    {
+        haptics::TransducerArray array = free;
+        array.reflectors = {midair::test::plateBehind(centre, side_m, behind_m)};
+        midair::test::TruePlate plate(array.reflectors.front(), free, threads);
+        plate.setDrive(alone);
+        const double before = midair::test::rmsError(plate.at(points.positions));
+        const Eigen::Matrix3Xd ears = earsBefore(0.15 + behind_m - 0.02);
+        const auto told_Pa2 = [&](const haptics::TransducerArray& of)
+        { return haptics::Exposure(of, haptics::Medium(), ears).heard_Pa2({alone}).maxCoeff(); };
+        const double told_dB = 10.0 * std::log10(told_Pa2(array) / told_Pa2(free));
+        const double true_dB =
+            20.0 * std::log10(plate.at(ears).cwiseAbs().maxCoeff() /
+                              haptics::pressureAt(ears, free, haptics::Medium(), alone, threads)
+                                  .cwiseAbs()
+                                  .maxCoeff());
+        plate.setDrive(midair::test::driveFor(points, array));
+        const double after = midair::test::rmsError(plate.at(points.positions));
+        std::printf("%3.0f mm at %3.0f mm: %5.2f %%, %4.2f %%; %+.1f dB, %+.1f dB\n",
+                    1e3 * side_m,
+                    1e3 * behind_m,
+                    100.0 * before,
+                    100.0 * after,
+                    told_dB,
+                    true_dB);
+    }
+}
+
 int run(int argc, char** argv)
 {
     CLI::App app("Fields round rigid bodies and screens, at 40 kHz");
@@ -84,6 +143,7 @@ int run(int argc, char** argv)
     app.add_option("--radii", radii_m, "of balls, m")->capture_default_str();
     app.add_option("--threads", threads)->check(CLI::Range(1, 64))->capture_default_str();
     CLI11_PARSE(app, argc, argv);
+    printPlates(threads);
     printScreens(sides_m);
     printBalls(radii_m, threads);
     return 0;

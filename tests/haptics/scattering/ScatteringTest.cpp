@@ -3,7 +3,9 @@
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/SceneScattering.h"
 #include "haptics/scattering/ThinScreen.h"
+#include "tests/haptics/scattering/Plates.h"
 #include "tests/haptics/scattering/Scattered.h"
+#include "tests/haptics/solvers/ScenePoints.h"
 
 #include <cmath>
 #include <complex>
@@ -229,6 +231,31 @@ TEST(ThinScreen, MirrorsInFrontAndShadesBehind)
         EXPECT_LT(std::abs(field[point] / waveOf(image, point) - 1.0), 0.08) << point;
     EXPECT_LT(std::abs(field[3] / waveOf(source, 3) + 1.0), 0.08);
     EXPECT_LT(std::abs(field[3] + field[0]), 1e-9 * std::abs(field[0])) << "odd across the plate";
+}
+
+// The solver's images with a Fresnel weight are a model of a plate, whose edges scatter; the screen
+// is the truth.
+TEST(ThinScreen, SaysThatFieldsCorrectedByImagesAreNearTheTruth)
+{
+    struct Case
+    {
+        double side_m, behind_m, most;
+    };
+    const Eigen::Vector3d centre(0.0, 0.0, 0.15);
+    const haptics::ControlPoints points = haptics::spherePoints(100, 0.03, centre);
+    const haptics::TransducerArray free = midair::test::fourUnits();
+    for (const Case& one : {Case{0.2, 0.1, 0.015}, Case{0.1, 0.04, 0.06}})
+    {
+        haptics::TransducerArray array = free;
+        array.reflectors = {midair::test::plateBehind(centre, one.side_m, one.behind_m)};
+        midair::test::TruePlate plate(array.reflectors.front(), free, 1);
+        plate.setDrive(midair::test::driveFor(points, free));
+        const double before = midair::test::rmsError(plate.at(points.positions));
+        plate.setDrive(midair::test::driveFor(points, array));
+        const double after = midair::test::rmsError(plate.at(points.positions));
+        EXPECT_LT(after, one.most) << one.side_m;
+        EXPECT_GT(before, 4.0 * after) << one.side_m;
+    }
 }
 
 TEST(ThinScreen, RefusesWhatHasNoCells)
