@@ -173,7 +173,7 @@ void RestRefiner::beginToEven()
     // A cap holds at the points. Evened out, the field is weaker there: it would be raised to the
     // cap, and pass it elsewhere.
     if (_joined.isHeld() && _context.last->report().capFactor < 1.0) return;
-    auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
+    auto places = _surface.places(_snapshot.objects, played, _context.options.cycle);
     if (!places)
     {
         _context.messages.say(
