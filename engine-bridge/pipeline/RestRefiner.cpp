@@ -181,7 +181,7 @@ void RestRefiner::beginToEven()
     const haptics::ControlPoints& played = _context.last->points;
     if (played.absolute) return;
     if (_joined.isHeld() && !canKeepShare()) return;
-    auto places = _surface.places(_snapshot.objects, played, _joined.isHeld());
+    auto places = _surface.places(_snapshot.objects, played, _context.options.cycle);
     if (!places)
     {
         _context.messages.say(

@@ -301,16 +301,16 @@ void FeltSurface::setStop(const base::StopToken& stop)
 
 std::optional<PlacesToEven> FeltSurface::places(const std::vector<HapticObject>& objects,
                                                 const haptics::ControlPoints& points,
-                                                bool isHeld)
+                                                int fields)
 {
     std::optional<PlacesToEven> found;
-    for (const double spacing : haptics::placeSpacings(isHeld))
+    for (const double spacing : haptics::placeSpacings(fields))
     {
         found = placesOf(objects, points, spacing * _wavelength_m);
         if (found) break;
     }
     _samples.endSnapshot();
-    if (found && isHeld) found->between = gapsOf(found->places.positions, _stop);
+    if (found && fields == 1) found->between = gapsOf(found->places.positions, _stop);
     return found;
 }
 

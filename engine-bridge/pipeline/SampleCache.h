@@ -108,11 +108,11 @@ public:
 
     /// Returns the places of \a objects near \a points, the played control points, with the targets
     /// of the nearest: at the first of haptics::placeSpacings() that gives at most
-    /// haptics::kMostPlaces; none if none does. \a isHeld: for a single field, with the places
-    /// between.
+    /// haptics::kMostPlaces; none if none does. \a fields (>= 1) in turn; a single one with the
+    /// places between.
     std::optional<PlacesToEven> places(const std::vector<HapticObject>& objects,
                                        const haptics::ControlPoints& points,
-                                       bool isHeld);
+                                       int fields);
 
 private:
     std::optional<PlacesToEven> placesOf(const std::vector<HapticObject>& objects,

@@ -1,6 +1,7 @@
 #include "haptics/probe/FingertipForce.h"
 
 #include "haptics/base/Units.h"
+#include "haptics/propagation/FingertipVibration.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <Eigen/Geometry>
@@ -14,8 +15,6 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPad_m = 0.007; // half the breadth of a fingertip
-
 /// Returns places on a fingertip's pad, each with the same share of it: a sunflower's seeds (Vogel
 /// 1979), a third of a focus apart.
 Eigen::Matrix3Xd padAt(const Eigen::Vector3d& place, const Eigen::Vector3d& normal)
@@ -26,7 +25,7 @@ Eigen::Matrix3Xd padAt(const Eigen::Vector3d& place, const Eigen::Vector3d& norm
     Eigen::Matrix3Xd pad(3, kPlaces);
     for (int i = 0; i < kPlaces; ++i)
     {
-        const double radius_m = kPad_m * std::sqrt((i + 0.5) / kPlaces);
+        const double radius_m = kFingertipPad_m * std::sqrt((i + 0.5) / kPlaces);
         const double angle = i * base::kPi * (3.0 - std::sqrt(5.0));
         pad.col(i) =
             place +
@@ -64,7 +63,9 @@ FingertipForce fingertipForce(const Eigen::Vector3d& place,
     Eigen::VectorXd force_N(square_Pa2.size()); // of each field
     for (Eigen::Index k = 0; k < force_N.size(); ++k)
         force_N[k] = sequence.report.ringingShare *
-                     radiationForce(std::sqrt(square_Pa2[k]), base::kPi * kPad_m * kPad_m, medium);
+                     radiationForce(std::sqrt(square_Pa2[k]),
+                                    base::kPi * kFingertipPad_m * kFingertipPad_m,
+                                    medium);
     felt.force_N = force_N.mean();
     constexpr double kSlowest_Hz = 20.0; // what is slower isn't felt as a vibration
     constexpr double kFastest_Hz = 1000.0;
@@ -87,8 +88,8 @@ int likelyPoint(const Eigen::Matrix3Xd& places, const Eigen::VectorXd& achieved_
     double most = -1.0;
     for (Eigen::Index i = 0; i < places.cols(); i += step)
     {
-        const auto isCovered =
-            (places.colwise() - places.col(i)).colwise().squaredNorm().array() <= kPad_m * kPad_m;
+        const auto isCovered = (places.colwise() - places.col(i)).colwise().squaredNorm().array() <=
+                               kFingertipPad_m * kFingertipPad_m;
         const double sum = isCovered.select(achieved_Pa.transpose().array().square(), 0.0).sum();
         if (sum <= most) continue;
         most = sum;

@@ -131,13 +131,18 @@ public:
         }
     }
 
-    // The mean of |S + E|^2: S is the steady sum of what has arrived, E the ringing.
-    double meanSquare() const
+    // Returns the mean of |S + E|^2, where S is the steady sum of what has arrived, and E the
+    // ringing; sets \a waves (of its size). \a nearest_s: delay of the first transducer.
+    double course(double nearest_s, Eigen::VectorXcd& waves) const
     {
         // Nothing changes between a step's last arrival and the next step.
         const std::int64_t looked = std::min(_perStep, _bins);
         const double rest_s = static_cast<double>(_perStep - looked + 1) * _bin_s;
+        const double period_s = _step_s * static_cast<double>(_fields);
         const Interval one(_bin_s, _tau_s), last(rest_s, _tau_s);
+        std::vector<WaveSum> sums;
+        for (Eigen::Index h = 1; h <= waves.size(); ++h)
+            sums.emplace_back(base::kTwoPi * static_cast<double>(h) / period_s, one, last);
         Complex E = 0.0;
         double sum = 0.0;
         for (const bool isLast : {false, true})
@@ -147,16 +152,23 @@ public:
                 for (std::int64_t j = 0; j < looked; ++j)
                 {
                     const Complex change = arriving(k, j);
-                    const Interval& interval = j + 1 < looked ? one : last;
+                    const bool isRest = j + 1 == looked;
+                    const Interval& interval = isRest ? last : one;
                     S += change;
                     E -= change;
-                    if (isLast) sum += interval.of(S, E);
+                    if (isLast)
+                    {
+                        sum += interval.of(S, E);
+                        for (WaveSum& wave : sums)
+                            wave.add(S, E, isRest);
+                    }
                     E *= interval.left;
                 }
-            const double period_s = _step_s * static_cast<double>(_fields);
             if (!isLast) E /= 1.0 - std::exp(-period_s / _tau_s);
         }
-        return sum / (_step_s * static_cast<double>(_fields));
+        for (Eigen::Index h = 0; h < waves.size(); ++h)
+            waves[h] = sums[static_cast<std::size_t>(h)].wave(nearest_s, period_s);
+        return sum / period_s;
     }
 
 private:
@@ -164,6 +176,7 @@ private:
     {
         Interval(double T, double tau) :
             length(T),
+            rate(tau > 0.0 ? 1.0 / tau : 0.0),
             left(std::exp(-T / tau)),
             once(2.0 * tau * (1.0 - left)),
             twice(0.5 * tau * (1.0 - left * left))
@@ -173,7 +186,46 @@ private:
         {
             return std::norm(S) * length + (std::conj(S) * E).real() * once + std::norm(E) * twice;
         }
-        double length, left, once, twice;
+        double length, rate, left, once, twice;
+    };
+
+    // Sums |S + E|^2 e^{-j omega t} over the intervals.
+    class WaveSum
+    {
+    public:
+        WaveSum(double omega, const Interval& one, const Interval& last) :
+            _omega(omega),
+            _parts{Parts(omega, one), Parts(omega, last)}
+        {
+        }
+        void add(Complex S, Complex E, bool isRest)
+        {
+            const Parts& parts = _parts[isRest];
+            _sum += _turn * (std::norm(S) * parts.steady + (std::conj(S) * E).real() * parts.once +
+                             std::norm(E) * parts.twice);
+            _turn *= parts.turn;
+        }
+        Complex wave(double begin_s, double period_s) const
+        {
+            return 2.0 / period_s * std::polar(1.0, -_omega * begin_s) * _sum;
+        }
+
+    private:
+        struct Parts
+        {
+            Parts(double omega, const Interval& interval) :
+                steady(decayed({0.0, omega}, interval.length)),
+                turn(std::polar(1.0, -omega * interval.length))
+            {
+                if (!(interval.rate > 0.0)) return; // nothing rings
+                once = 2.0 * decayed({interval.rate, omega}, interval.length);
+                twice = decayed({2.0 * interval.rate, omega}, interval.length);
+            }
+            Complex steady, turn, once, twice;
+        };
+        double _omega;
+        std::array<Parts, 2> _parts;
+        Complex _turn = 1.0, _sum = 0.0;
     };
 
     Complex at(std::int64_t bin, std::int64_t step) const
@@ -240,19 +292,25 @@ public:
     void work(const Eigen::Matrix3Xd& points,
               Eigen::Index first,
               Eigen::Index count,
-              Eigen::VectorXd& squares)
+              RingingCourse& course)
     {
         std::array<double, PointChunks::kAtOnce> sums{};
         for (Eigen::Index l = 0; l < count; ++l)
             _matrix.setPoint(static_cast<int>(l), points.col(first + l));
         for (int b = 0; b < _matrix.blocks(); ++b)
             _matrix.buildRows(b, _rows.data(), static_cast<int>(count), sums.data());
+        const double unit = _matrix.unit_Pa() * _matrix.unit_Pa();
+        Eigen::VectorXcd waves(course.waves.cols());
         for (Eigen::Index l = 0; l < count; ++l)
-            squares[first + l] = meanSquareOf(static_cast<int>(l), points.col(first + l));
+        {
+            course.mean[first + l] =
+                unit * courseOf(static_cast<int>(l), points.col(first + l), waves);
+            course.waves.row(first + l) = unit * waves.transpose();
+        }
     }
 
 private:
-    double meanSquareOf(int l, const Eigen::Vector3d& r)
+    double courseOf(int l, const Eigen::Vector3d& r, Eigen::VectorXcd& waves)
     {
         _distances = (_places.colwise() - r).colwise().norm() * _perMetre_s;
         const double nearest_s = _distances.minCoeff();
@@ -265,7 +323,7 @@ private:
                        _qRe.data() + q,
                        _qIm.data() + q);
         }
-        return _matrix.unit_Pa() * _matrix.unit_Pa() * _point.meanSquare();
+        return _point.course(nearest_s, waves);
     }
 
     PropagationMatrix _matrix;
@@ -321,28 +379,44 @@ RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
     return sum.result();
 }
 
-// In step k the envelope is q_k + d_k e^{-t/tau}, where d is a circulant B times q, so that M is
-//     1 + (tau/T)(1 - x)(B + B*) + (tau/2T)(1 - x^2) B* B,   x = e^{-T/tau}.
 Eigen::VectorXd ringingOverlaps(int fields, double step_s, double ringing_s)
+{
+    return waveOverlaps(fields, step_s, ringing_s, 0).real();
+}
+
+// Field 0's share of the envelopes is, in the step s after its beginning,
+//     e(t) = [s = 0] + g_s e^{-t/tau},   g_0 = e_0 - 1,   g_s = e_1 x^(s-1),   x = e^{-T/tau},
+// with e_0 and e_1 at its beginning and end, and M_d = 1/T times the integral of e(t) e(t - d T)
+// e^{-j omega t} over a turn.
+Eigen::VectorXcd waveOverlaps(int fields, double step_s, double ringing_s, int wave)
 {
     checkStep(step_s, ringing_s);
     if (fields < 1)
         throw base::InputError(
             fmt::format("fields in turn: there are {}; there must be at least 1", fields));
-    Eigen::VectorXd overlaps = Eigen::VectorXd::Unit(fields, 0);
-    if (ringing_s == 0.0) return overlaps;
-    const double x = std::exp(-step_s / ringing_s);
-    Eigen::VectorXd B = -Eigen::VectorXd::Unit(fields, 0); // of the field j before
-    for (int j = 1; j <= fields; ++j)
-        B[j % fields] += (1.0 - x) * std::pow(x, j - 1) / (1.0 - std::pow(x, fields));
-    const double once = ringing_s / step_s * (1.0 - x);
-    const double twice = 0.5 * once * (1.0 + x);
+    const double x = ringing_s > 0.0 ? std::exp(-step_s / ringing_s) : 0.0;
+    const double first =
+        fields > 1 ? (1.0 - x) * std::pow(x, fields - 1) / (1.0 - std::pow(x, fields)) : 1.0;
+    Eigen::VectorXd g(fields);
+    g[0] = first - 1.0;
+    for (int s = 1; s < fields; ++s)
+        g[s] = (1.0 + g[0] * x) * std::pow(x, s - 1);
+    const Complex j(0.0, base::kTwoPi * wave / (fields * step_s));
+    const bool isRinging = ringing_s > 0.0;
+    const Complex steady = decayed(j, step_s) / step_s;
+    const Complex once = isRinging ? decayed(1.0 / ringing_s + j, step_s) / step_s : 0.0;
+    const Complex twice = isRinging ? decayed(2.0 / ringing_s + j, step_s) / step_s : 0.0;
+    Eigen::VectorXcd overlaps = Eigen::VectorXcd::Zero(fields);
     for (int d = 0; d < fields; ++d)
-    {
-        overlaps[d] += once * (B[d] + B[(fields - d) % fields]);
-        for (int j = 0; j < fields; ++j)
-            overlaps[d] += twice * B[j] * B[(j + d) % fields];
-    }
+        for (int s = 0; s < fields; ++s)
+        {
+            const double other = g[(s - d + fields) % fields];
+            Complex sum = g[s] * other * twice;
+            if (s == 0) sum += other * once;
+            if (s == d) sum += g[s] * once;
+            if (s == 0 && d == 0) sum += steady;
+            overlaps[d] += std::exp(-j * (s * step_s)) * sum;
+        }
     return overlaps;
 }
 
@@ -354,22 +428,39 @@ Eigen::VectorXd ringingMeanSquare(const Eigen::Matrix3Xd& points,
                                   int threads,
                                   const base::StopToken& stop)
 {
+    return ringingCourse(points, array, medium, fields, step_s, 0, threads, stop).mean;
+}
+
+RingingCourse ringingCourse(const Eigen::Matrix3Xd& points,
+                            const TransducerArray& array,
+                            const Medium& medium,
+                            const std::vector<Eigen::VectorXcf>& fields,
+                            double step_s,
+                            int waves,
+                            int threads,
+                            const base::StopToken& stop)
+{
     checkStep(step_s, array.ringing_s);
+    RingingCourse course;
+    course.waves.setZero(points.cols(), waves);
     // A single field is steady, and without ringing sound is only delayed.
-    if (fields.size() < 2 || array.ringing_s == 0.0 || points.cols() == 0)
-        return meanSquarePressure(points, array, medium, fields, threads, stop);
+    if (fields.size() < 2 || (array.ringing_s == 0.0 && waves == 0) || points.cols() == 0)
+    {
+        course.mean = meanSquarePressure(points, array, medium, fields, threads, stop);
+        return course;
+    }
     for (const Eigen::VectorXcf& q : fields)
         checkActivations(array, q);
-    Eigen::VectorXd squares(points.cols());
+    course.mean.resize(points.cols());
     PointChunks chunks(points.cols(), stop);
     const auto work = [&]
     {
         RingingWorker worker(array, medium, fields, step_s);
         for (Eigen::Index begin = 0, count = 0; chunks.take(begin, count);)
-            worker.work(points, begin, count, squares);
+            worker.work(points, begin, count, course);
     };
     chunks.run(threads, work);
-    return squares;
+    return course;
 }
 
 } // namespace midair::haptics

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Percentile.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/propagation/FingertipVibration.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 
@@ -160,20 +161,21 @@ SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
             surface, array, medium, cycle, options.alpha, options.threads, options.stop),
         meanRadiationPressure(
             off, array, medium, cycle, options.alpha, options.threads, options.stop));
-    if (cycle.size() < 2 || options.fieldRate_Hz == 0.0 || array.ringing_s == 0.0)
-        return statistics;
-    const double unit = radiationPressure(1.0, medium, options.alpha);
-    const auto ringing_Pa = [&](const Eigen::Matrix3Xd& points) -> Eigen::VectorXd
+    if (cycle.size() < 2 || options.fieldRate_Hz == 0.0) return statistics;
+    const double step_s = 1.0 / options.fieldRate_Hz;
+    const auto K = static_cast<int>(cycle.size());
+    const auto course = [&](const Eigen::Matrix3Xd& points, int waves)
     {
-        return unit * ringingMeanSquare(points,
-                                        array,
-                                        medium,
-                                        cycle,
-                                        1.0 / options.fieldRate_Hz,
-                                        options.threads,
-                                        options.stop);
+        return ringingCourse(
+            points, array, medium, cycle, step_s, waves, options.threads, options.stop);
     };
-    ringAs(statisticsOf(ringing_Pa(surface), ringing_Pa(off)), statistics);
+    const RingingCourse on = course(surface, feltWaves(K, step_s));
+    if (array.ringing_s > 0.0)
+    {
+        const double unit = radiationPressure(1.0, medium, options.alpha);
+        ringAs(statisticsOf(unit * on.mean, unit * course(off, 0).mean), statistics);
+    }
+    statistics.vibration = fingertipVibration(fingertipPads(surface), on, K * step_s);
     return statistics;
 }
 

@@ -39,10 +39,10 @@ CycleEqualizerOptions withPasses(int passes)
 
 } // namespace
 
-std::vector<double> placeSpacings(bool isHeld)
+std::vector<double> placeSpacings(int fields)
 {
     std::vector<double> spacings(kPlaceSpacings.begin(), kPlaceSpacings.end());
-    if (isHeld) spacings.insert(spacings.begin(), kHeldPlaceSpacing);
+    if (fields <= kFewFields) spacings.insert(spacings.begin(), kClosePlaceSpacing);
     return spacings;
 }
 
@@ -52,7 +52,9 @@ bool CycleEqualizerOptions::isValid(std::string* error) const
         .atLeast("passes", passes, 0)
         .above("raise", raise, 0.0)
         .above("ringingRaise", ringingRaise, 0.0)
+        .above("fewRaise", fewRaise, 0.0)
         .above("heldRaise", heldRaise, 0.0)
+        .atLeast("calming", calming, 0.0)
         .passed(error);
 }
 
@@ -101,18 +103,31 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     _sounding.resize(sounding.size());
     for (std::size_t k = 0; k < sounding.size(); ++k)
         _sounding[k].index = sounding[k];
-    _overlaps.resize(0);
+    _ringing = {};
     if (_fields.size() > 1 && step_s > 0.0 && array.ringing_s > 0.0)
-        _overlaps = ringingOverlaps(static_cast<int>(_fields.size()), step_s, array.ringing_s)
-                        .cast<float>();
+        bindRinging(places, step_s, array.ringing_s);
     reserve();
     _descent.newton.forget();
     _descent.passes = 0;
     _descent.isStarted = false;
-    _evenness.given = _evenness.mean = _evenness.variation = 0.0;
+    _evenness = {};
     _at.block = 0;
     _at.slice = Slice::BUILD;
     return true;
+}
+
+void CycleEqualizer::bindRinging(const ControlPoints& places, double step_s, double ringing_s)
+{
+    const auto K = static_cast<int>(_fields.size());
+    _ringing.overlaps = ringingOverlaps(K, step_s, ringing_s).cast<float>();
+    _ringing.p.assign(_fields.size(), {});
+    _ringing.w = _ringing.p;
+    if (K > kFewFields) return;
+    Eigen::Matrix3Xd wanted(3, places.size());
+    Eigen::Index n = 0;
+    for (int l = 0; l < places.size(); ++l)
+        if (places.targets[l] > 0.0) wanted.col(n++) = places.positions.col(l);
+    _ringing.vibration = CycleVibration(wanted.leftCols(n), K, step_s, ringing_s);
 }
 
 void CycleEqualizer::reserve()
@@ -178,10 +193,17 @@ bool CycleEqualizer::step()
     return hasWork();
 }
 
+double CycleEqualizer::vibration() const
+{
+    if (!(_evenness.mean > 0.0)) return 0.0;
+    return std::sqrt(_evenness.vibration2) * _evenness.goal / _evenness.mean;
+}
+
 double CycleEqualizer::raise() const
 {
     if (_fields.size() == 1) return _options.heldRaise;
-    return _overlaps.size() > 0 ? _options.ringingRaise : _options.raise;
+    if (_ringing.overlaps.size() == 0) return _options.raise;
+    return _fields.size() <= kFewFields ? _options.fewRaise : _options.ringingRaise;
 }
 
 void CycleEqualizer::buildBlock(int block)
@@ -235,6 +257,33 @@ void CycleEqualizer::beginBackward()
             const float r = _places.intensity[l] / (goal * _places.targets2[l]) - 1.0f;
             field.w.set(row, r * field.w.at(row));
         }
+    if (_ringing.vibration.isEmpty()) return;
+    // The gradient is that of the unevenness, 4/(K g sum a^2) Re sum conj(dp) w.
+    const auto factor =
+        static_cast<float>(0.25 * _options.calming * static_cast<double>(_fields.size()) *
+                           static_cast<double>(_places.targets2.size()) * meanGoal());
+    for (Eigen::Index l = 0; l < _places.intensity.size(); ++l)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        gatherPressures(row);
+        for (const Field& field : _sounding)
+            _ringing.w[field.index] = field.w.at(row);
+        _ringing.vibration.addTo(l, factor, _ringing.p, _ringing.w);
+        for (Field& field : _sounding)
+            field.w.set(row, _ringing.w[field.index]);
+    }
+}
+
+void CycleEqualizer::gatherPressures(std::size_t place)
+{
+    for (const Field& field : _sounding)
+        _ringing.p[field.index] = field.p.at(place);
+}
+
+// The mean of |p|^2 at the goal.
+double CycleEqualizer::meanGoal() const
+{
+    return _evenness.goal * static_cast<double>(_places.targets2.mean());
 }
 
 void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t last)
@@ -270,7 +319,7 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
 // After p = G q: accepts the step, or retries a shorter one.
 void CycleEqualizer::judge()
 {
-    const double mean = _evenness.mean, variation = _evenness.variation;
+    const Evenness before = _evenness;
     const double f = evaluate();
     if (!_descent.isStarted)
     {
@@ -282,8 +331,7 @@ void CycleEqualizer::judge()
     }
     if (!(f < _descent.f + kArmijo * _descent.share * _descent.slope))
     {
-        _evenness.mean = mean;
-        _evenness.variation = variation;
+        _evenness = before;
         if (_descent.share < kLeastStepShare)
         {
             turn(0.0); // stays at the last step
@@ -426,22 +474,23 @@ void CycleEqualizer::sumSteady()
 void CycleEqualizer::sumRinging()
 {
     constexpr float kNothing = 1e-6f; // of the mean
-    const auto K = static_cast<std::size_t>(_overlaps.size());
+    const Eigen::VectorXf& overlaps = _ringing.overlaps;
+    const auto K = static_cast<std::size_t>(overlaps.size());
     std::vector<std::size_t> apart;
     for (std::size_t d = 0; d < K; ++d)
-        if (std::abs(_overlaps[static_cast<Eigen::Index>(d)]) > kNothing) apart.push_back(d);
-    std::vector<std::complex<float>> p(K); // silent fields are 0
+        if (std::abs(overlaps[static_cast<Eigen::Index>(d)]) > kNothing) apart.push_back(d);
+    const CycleVibration::Pressures& p = _ringing.p;
     for (Eigen::Index row = 0; row < _places.intensity.size(); ++row)
     {
         const auto l = static_cast<std::size_t>(row);
-        for (const Field& field : _sounding)
-            p[field.index] = field.p.at(l);
+        gatherPressures(l);
+        if (!_ringing.vibration.isEmpty()) _ringing.vibration.set(row, p);
         float sum = 0.0f;
         for (Field& field : _sounding)
         {
             std::complex<float> w = 0.0f;
             for (const std::size_t d : apart)
-                w += _overlaps[static_cast<Eigen::Index>(d)] * p[(field.index + d) % K];
+                w += overlaps[static_cast<Eigen::Index>(d)] * p[(field.index + d) % K];
             field.w.set(l, w);
             sum += std::real(std::conj(field.p.at(l)) * w);
         }
@@ -452,7 +501,7 @@ void CycleEqualizer::sumRinging()
 // Sets the intensities, their mean and variation from p; returns f.
 double CycleEqualizer::evaluate()
 {
-    if (_overlaps.size() > 0)
+    if (_ringing.overlaps.size() > 0)
         sumRinging();
     else
         sumSteady();
@@ -470,7 +519,8 @@ double CycleEqualizer::evaluate()
     // mean)/goal + ..
     const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
                  off = _evenness.mean / _evenness.goal - 1.0;
-    return spread * spread + off * off;
+    _evenness.vibration2 = _ringing.vibration.squared(meanGoal());
+    return spread * spread + off * off + _options.calming * _evenness.vibration2;
 }
 
 EvenedCycle::EvenedCycle(int passes, int steps, const SolverOptions& solver) :
@@ -496,7 +546,8 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
         fields.push_back(cycle.fields[k]);
     // With steps between the fields almost nothing rings.
     const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
-    _equalizer.setPasses(cycle.isHeld() ? kHeldPasses * _passes : _passes);
+    const auto K = static_cast<int>(fields.size());
+    _equalizer.setPasses(K <= kFewFields ? kFewPasses * _passes / K : _passes);
     if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
     _cycle = cycle;
     _drive = array.drive;

@@ -6,6 +6,7 @@
 #include "haptics/base/threads/ThreadPool.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/sequence/CycleVibration.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/FieldProblem.h"
 #include "haptics/solvers/HologramSolver.h"
@@ -22,10 +23,11 @@ namespace midair::haptics
 {
 
 /// Returns the spacings, in wavelengths, of surface samples for evening out, in the order in which
-/// they are tried: kPlaceSpacings, and before them, for a held field, which is more uneven between
-/// the places, kHeldPlaceSpacing.
-std::vector<double> placeSpacings(bool isHeld);
-constexpr double kHeldPlaceSpacing = 0.18;
+/// they are tried: kPlaceSpacings, and before them, for up to kFewFields \a fields (>= 1), which
+/// are more uneven between the places, kClosePlaceSpacing.
+std::vector<double> placeSpacings(int fields);
+constexpr double kClosePlaceSpacing = 0.18;
+constexpr int kFewFields = 3;
 
 /// Options of a CycleEqualizer.
 struct CycleEqualizerOptions
@@ -36,9 +38,12 @@ struct CycleEqualizerOptions
     double raise = 1.2;
     /// > 0; the same with ringing: fields that overlap more waste less as well
     double ringingRaise = 1.25;
+    /// > 0; with ringing, for up to kFewFields fields in turn, which ringing costs more
+    double fewRaise = 1.3;
     /// > 0; the same for a single field, whose mean stays below its goal; the goal then follows, so
     /// that the mean becomes CycleEqualizer::kHeldGain of that before
     double heldRaise = 1.5;
+    double calming = 0.3; ///< >= 0; weight of the vibration, v below
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
@@ -46,11 +51,13 @@ struct CycleEqualizerOptions
 
 /// Evens out the pressure on a surface, averaged over K >= 1 fields in turn; one is held. It
 /// minimises, over the phases of all fields together,
-///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2,   r_l = I_l / (g a_l^2) - 1,   I_l = mean_k |p_l^k|^2
+///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2 + v V,   r_l = I_l / (g a_l^2) - 1,
+///     I_l = mean_k |p_l^k|^2,   V = 0
 /// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
 /// stay unchanged. If the array rings and the duration of fields is known, I_l is the mean with
-/// ringing, by ringingOverlaps(), assuming equal travel times. It works in slices of about a
-/// millisecond, so that it can yield between them.
+/// ringing, by ringingOverlaps(), assuming equal travel times, and V, for up to kFewFields fields,
+/// the square of their vibration, over the mean at the goal (CycleVibration). It works in slices of
+/// about a millisecond, so that it can yield between them.
 class CycleEqualizer
 {
 public:
@@ -80,6 +87,9 @@ public:
     int passes() const { return _descent.passes; } ///< accepted steps since begin()
     /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last step.
     double variation() const { return _evenness.variation; }
+    /// Vibration under fingertips after the last step, as fingertipVibration(), with equal travel
+    /// times; 0 where V is 0.
+    double vibration() const;
     /// Mean of I_l, relative to that of the given fields; 1 before the first evaluation.
     double gain() const { return _evenness.given > 0.0 ? _evenness.mean / _evenness.given : 1.0; }
     /// The fields after passes() steps, on the array's levels.
@@ -128,9 +138,11 @@ private:
     struct Evenness
     {
         double goal = 0.0, given = 0.0, mean = 0.0, variation = 0.0;
+        double vibration2 = 0.0; // V
     };
 
     std::vector<Eigen::VectorXcf> fields(int phaseLevels) const;
+    void bindRinging(const ControlPoints& places, double step_s, double ringing_s);
     void reserve();
     void buildBlock(int block);
     void forwardBlock(std::size_t first, std::size_t last);
@@ -140,6 +152,8 @@ private:
     void beginBackward();
     void sumSteady();
     void sumRinging();
+    void gatherPressures(std::size_t place);
+    double meanGoal() const;
     double evaluate();
     void judge();
     void direct();
@@ -155,7 +169,13 @@ private:
     std::vector<Eigen::VectorXcf> _fields; // as given
     std::vector<Field> _sounding;
     std::vector<SplitVector> _sum; // one per thread, for a block
-    Eigen::VectorXf _overlaps;     // K, ringingOverlaps(); empty: fields are steady
+    struct Ringing
+    {
+        Eigen::VectorXf overlaps; // K, ringingOverlaps(); empty: fields are steady
+        CycleVibration vibration;
+        CycleVibration::Pressures p, w; // K, at a place; silent fields are 0
+    };
+    Ringing _ringing;
     Places _places;
     Cursor _at;
     Descent _descent;
@@ -167,9 +187,9 @@ private:
 class EvenedCycle
 {
 public:
-    /// \a passes: >= 0, as CycleEqualizerOptions::passes; a held field takes kHeldPasses times as
-    /// many. \a steps: >= 0, intermediate fields after each field of the cycle. Takes threads, pool
-    /// and stop token from \a solver.
+    /// \a passes: >= 0, as CycleEqualizerOptions::passes; up to kFewFields fields take kFewPasses/K
+    /// times as many. \a steps: >= 0, intermediate fields after each field of the cycle. Takes
+    /// threads, pool and stop token from \a solver.
     EvenedCycle(int passes, int steps, const SolverOptions& solver);
 
     /// Starts with \a cycle: one field for each part, with the steps between them, as
@@ -190,7 +210,7 @@ public:
     void end() { _equalizer.end(); } ///< drops the remaining work
     const CycleEqualizer& equalizer() const { return _equalizer; }
 
-    static constexpr int kHeldPasses = 24;  ///< factor on the passes
+    static constexpr int kFewPasses = 24;   ///< factor on the passes of a held field
     static constexpr double kWorthIt = 0.7; ///< factor on the coefficient of variation
     /// The same for a held field, which would be felt to jump: it changes in small steps.
     static constexpr double kHeldWorthIt = 0.9;

@@ -61,8 +61,8 @@ std::vector<Setting<S>> points()
 }
 
 const char* const kEvenHelp =
-    "passes for evening out a cycle's fields together while objects rest; a held field "
-    "takes 24 times as many; 0: none";
+    "passes for evening out a cycle's fields together while objects rest; a held field takes 24 "
+    "times as many, two 12 times, three 8 times; 0: none";
 
 std::vector<Setting<S>> playing()
 {

@@ -4,6 +4,7 @@
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/propagation/FingertipVibration.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
@@ -36,18 +37,33 @@ void print(double passed_ms,
            const SurfaceStatistics& before,
            double longest_ms)
 {
-    std::printf("%8.0f %6d %8.4f %8.3f %8.3f %8.1f %9.2f\n",
+    std::printf("%8.0f %6d %8.4f %8.3f %8.3f %8.1f %8.4f %9.2f\n",
                 passed_ms,
                 passes,
                 now.coefficientOfVariation,
                 now.percentile1,
                 now.mean_Pa / before.mean_Pa,
                 now.mean_Pa,
+                now.vibration,
                 longest_ms);
     std::fflush(stdout);
 }
 
 constexpr double kStep_s = 1e-3; // of a field
+
+/// The places of \a fields as the programs choose them. \a spacing: another one; 0: theirs.
+ControlPoints
+placesFor(const EvenedScene& scene, const ControlPoints& points, int fields, double spacing)
+{
+    if (spacing > 0.0) return scene.places(points, spacing);
+    ControlPoints places;
+    for (const double one : placeSpacings(fields))
+    {
+        places = scene.places(points, one);
+        if (places.size() <= kMostPlaces) break;
+    }
+    return places;
+}
 
 // What is felt while the transducers ring from field to field.
 SurfaceStatistics rungStatistics(const EvenedScene& scene,
@@ -55,9 +71,13 @@ SurfaceStatistics rungStatistics(const EvenedScene& scene,
                                  const Medium& medium,
                                  const std::vector<Eigen::VectorXcf>& fields)
 {
-    return statisticsOf(ringingMeanSquare(scene.fine, array, medium, fields, kStep_s) *
-                            radiationPressure(1.0, medium),
-                        Eigen::VectorXd());
+    const auto K = static_cast<int>(fields.size());
+    const RingingCourse course =
+        ringingCourse(scene.fine, array, medium, fields, kStep_s, feltWaves(K, kStep_s));
+    SurfaceStatistics rung =
+        statisticsOf(course.mean * radiationPressure(1.0, medium), Eigen::VectorXd());
+    rung.vibration = fingertipVibration(fingertipPads(scene.fine), course, K * kStep_s);
+    return rung;
 }
 
 void run(const EvenedScene& scene, int K, int passes, double loudness)
@@ -74,22 +94,25 @@ void run(const EvenedScene& scene, int K, int passes, double loudness)
         SequenceComposer(options, messages).composeCycle(scene.sets(K), {}, array, medium);
     const double composed_ms = cpu_ms() - start_ms;
     start_ms = cpu_ms();
-    const ControlPoints places = scene.places(cycle.points());
+    const ControlPoints places = placesFor(scene, cycle.points(), K, 0.0);
     const double sampled_ms = cpu_ms() - start_ms;
+    const SurfaceStatistics held = felt({cycle.fields.front()});
     std::printf("%s: %d fields of %d points in all, solved for in %.0f ms; %d places, found in "
-                "%.0f ms\n%8s %6s %8s %8s %8s %8s %9s\n",
+                "%.0f ms; the first, held: %.1f Pa\n%8s %6s %8s %8s %8s %8s %8s %9s\n",
                 scene.name.c_str(),
                 K,
                 cycle.points().size(),
                 composed_ms,
                 places.size(),
                 sampled_ms,
+                held.mean_Pa,
                 "ms",
                 "passes",
                 "cv",
                 "1 %",
                 "pressure",
                 "Pa",
+                "vibrates",
                 "slice ms");
     const SurfaceStatistics before = felt(cycle.fields);
     print(0.0, 0, before, before, 0.0);
@@ -121,28 +144,40 @@ void runConstants(const EvenedScene& scene, int K, int passes)
     const auto felt = [&](const std::vector<Eigen::VectorXcf>& fields)
     { return rungStatistics(scene, array, medium, fields); };
     const SurfaceStatistics before = felt(cycle.fields);
-    std::printf("%s, %d fields: cv %.4f before\n%8s %7s %8s %8s %8s %8s %8s\n",
+    std::printf("%s, %d fields: cv %.4f before\n%8s %7s %7s %8s %8s %8s %8s %8s %8s\n",
                 scene.name.c_str(),
                 K,
                 before.coefficientOfVariation,
                 "spacing",
                 "raise",
+                "calming",
                 "places",
                 "ms",
                 "cv",
                 "1 %",
-                "pressure");
+                "pressure",
+                "vibrates");
     const CycleEqualizerOptions usual;
-    std::vector<std::pair<double, double>> cases;
+    const bool isFew = K <= kFewFields;
+    const double usualSpacing = placeSpacings(K).front();
+    const double usualRaise = isFew ? usual.fewRaise : usual.ringingRaise;
+    struct Case
+    {
+        double spacing, raise, calming;
+    };
+    std::vector<Case> cases;
     for (const double spacing : {0.18, 0.22, 0.25, 0.27, 0.33})
-        cases.emplace_back(spacing, usual.ringingRaise);
+        cases.push_back({spacing, usualRaise, usual.calming});
     for (const double raise : {1.0, 1.1, 1.2, 1.3, 1.4, 1.5})
-        cases.emplace_back(kPlaceSpacings.front(), raise);
-    for (const auto& [spacing, raise] : cases)
+        cases.push_back({usualSpacing, raise, usual.calming});
+    for (const double calming : {0.0, 0.1, 0.3, 1.0, 3.0})
+        cases.push_back({usualSpacing, usualRaise, calming});
+    for (const auto& [spacing, raise, calming] : cases)
     {
         CycleEqualizerOptions options;
-        options.passes = passes;
-        options.ringingRaise = raise;
+        options.passes = isFew ? EvenedCycle::kFewPasses * passes / K : passes;
+        (isFew ? options.fewRaise : options.ringingRaise) = raise;
+        options.calming = calming;
         const ControlPoints places = scene.places(cycle.points(), spacing);
         CycleEqualizer equalizer(options, {});
         const double start_ms = cpu_ms();
@@ -151,17 +186,28 @@ void runConstants(const EvenedScene& scene, int K, int passes)
             continue;
         const double passed_ms = cpu_ms() - start_ms;
         const SurfaceStatistics now = felt(equalizer.fields());
-        std::printf("%8.2f %7.2f %8d %8.0f %8.4f %8.3f %8.3f\n",
+        std::printf("%8.2f %7.2f %7.1f %8d %8.0f %8.4f %8.3f %8.3f %8.4f\n",
                     spacing,
                     raise,
+                    calming,
                     places.size(),
                     passed_ms,
                     now.coefficientOfVariation,
                     now.percentile1,
-                    now.mean_Pa / before.mean_Pa);
+                    now.mean_Pa / before.mean_Pa,
+                    now.vibration);
         std::fflush(stdout);
     }
     std::printf("\n");
+}
+
+/// The sphere and the star, measured between the places of \a fields in turn.
+std::vector<EvenedScene> cycleScenes(int fields)
+{
+    std::vector<EvenedScene> scenes{evenedSphere(), evenedStar(MIDAIR_ROOT)};
+    for (EvenedScene& scene : scenes)
+        scene.fine = finePlaces(scene.mesh, fields <= kFewFields);
+    return scenes;
 }
 
 /// Spheres, the sample star and a flat board, and spot, teapot and fandisk from \a folder.
@@ -180,19 +226,6 @@ std::vector<EvenedScene> heldScenes(const std::string& folder)
     add("star", evenedStar(MIDAIR_ROOT).mesh);
     add("board", test::box({0.08, 0.06, 0.002}));
     return scenes;
-}
-
-/// The places of a held field as the programs choose them. \a spacing: another one; 0: theirs.
-ControlPoints heldPlaces(const EvenedScene& scene, const ControlPoints& points, double spacing)
-{
-    if (spacing > 0.0) return scene.places(points, spacing);
-    ControlPoints places;
-    for (const double one : placeSpacings(true))
-    {
-        places = scene.places(points, one);
-        if (places.size() <= kMostPlaces) break;
-    }
-    return places;
 }
 
 void printHeldHead()
@@ -225,7 +258,7 @@ void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
     const FieldSequence given =
         SequenceComposer({}, messages).compose(0, scene.sets(1).front(), {}, array, medium);
     const double solved_ms = cpu_ms() - start_ms;
-    const ControlPoints places = heldPlaces(scene, given.points(), spacing);
+    const ControlPoints places = placesFor(scene, given.points(), 1, spacing);
     CycleEqualizerOptions options;
     options.passes = passes;
     options.heldRaise = raise;
@@ -334,16 +367,15 @@ int run(int argc, char** argv)
         printHeldHead();
         for (const EvenedScene& scene : heldScenes(meshes))
             if (shape.empty() || scene.name == shape)
-                runHeld(scene, EvenedCycle::kHeldPasses * passes, raise, spacing);
+                runHeld(scene, EvenedCycle::kFewPasses * passes, raise, spacing);
         return 0;
     }
     std::printf(
         "cv: coefficient of variation of the mean radiation pressure over the surface, 1 %%:"
-        " its first\npercentile over the mean, pressure: the mean over that before, slice: "
-        "the longest so far\n\n");
-    const std::vector<EvenedScene> scenes{evenedSphere(), evenedStar(MIDAIR_ROOT)};
+        " its first\npercentile over the mean, pressure: the mean over that before, vibrates: "
+        "under a\nfingertip, slice: the longest so far\n\n");
     for (const int K : cycles)
-        for (const EvenedScene& scene : scenes)
+        for (const EvenedScene& scene : cycleScenes(K))
             if (constants)
                 runConstants(scene, K, passes);
             else if (live)

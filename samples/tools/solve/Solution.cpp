@@ -264,7 +264,7 @@ haptics::ControlPoints placesToEven(const SolveArguments& arguments,
                                     const haptics::ControlPoints& points,
                                     const SolveScene& scene)
 {
-    for (const double spacing : haptics::placeSpacings(arguments.settings.cycle == 1))
+    for (const double spacing : haptics::placeSpacings(arguments.settings.cycle))
     {
         const double spacing_m = spacing * scene.wavelength_m();
         haptics::ControlPoints places = haptics::feltPlaces(

@@ -69,11 +69,13 @@ void printRinging(const Solution& solution)
                     100.0 * solution.parts.ringing->rms,
                     solution.parts.ringing->level_Pa);
     if (report.surface.samples > 0 && solution.parts.fields > 1)
-        std::printf("; surface %.1f Pa, cv %.3f, percentile 1 at %.2f, contrast %.2f",
-                    report.surface.ringingMean_Pa,
-                    report.surface.ringingCoefficientOfVariation,
-                    report.surface.ringingPercentile1,
-                    report.surface.ringingContrast);
+        std::printf(
+            "; surface %.1f Pa, cv %.3f, percentile 1 at %.2f, contrast %.2f, vibration %.3f",
+            report.surface.ringingMean_Pa,
+            report.surface.ringingCoefficientOfVariation,
+            report.surface.ringingPercentile1,
+            report.surface.ringingContrast,
+            report.surface.vibration);
     std::printf("\n");
 }
 

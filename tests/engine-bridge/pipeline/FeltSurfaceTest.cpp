@@ -37,7 +37,7 @@ std::vector<HapticObject> objects()
 
 TEST(FeltSurface, ItsPlacesAreNearTheOwnPointsOfEachObject)
 {
-    const auto places = FeltSurface(kWave_m).places(objects(), points(), false);
+    const auto places = FeltSurface(kWave_m).places(objects(), points(), 8);
     ASSERT_TRUE(places);
     const double reach_m = haptics::kFeltReach * kWave_m;
     int of[3] = {0, 0, 0};
@@ -60,9 +60,9 @@ TEST(FeltSurface, ItsPlacesAreNearTheOwnPointsOfEachObject)
 // Evened out at the former, a field is measured at the latter.
 TEST(FeltSurface, OfAHeldFieldThereArePlacesBetweenToo)
 {
-    const auto found = FeltSurface(kWave_m).places(objects(), points(), true);
+    const auto found = FeltSurface(kWave_m).places(objects(), points(), 1);
     ASSERT_TRUE(found);
-    EXPECT_EQ(FeltSurface(kWave_m).places(objects(), points(), false)->between.cols(), 0);
+    EXPECT_EQ(FeltSurface(kWave_m).places(objects(), points(), 8)->between.cols(), 0);
     EXPECT_EQ(found->between.cols(), found->places.size()) << "of few all";
     double sum_m = 0.0;
     for (const auto& place : found->between.colwise())
@@ -72,7 +72,7 @@ TEST(FeltSurface, OfAHeldFieldThereArePlacesBetweenToo)
         sum_m += (found->places.positions.colwise() - place).colwise().norm().minCoeff();
     }
     EXPECT_GT(sum_m / static_cast<double>(found->between.cols()),
-              0.5 * haptics::kHeldPlaceSpacing * kWave_m);
+              0.5 * haptics::kClosePlaceSpacing * kWave_m);
 }
 
 TEST(FeltSurface, LargeSurfacesAreSampledMoreCoarselyOrNotAtAll)
@@ -89,7 +89,7 @@ TEST(FeltSurface, LargeSurfacesAreSampledMoreCoarselyOrNotAtAll)
         one.front().mesh = squareMesh(size_m);
         one.front().meshId = static_cast<std::uint64_t>(1e3 * size_m);
         one.front().properties.spacing_m = size_m; // all is within reach of the one point
-        const auto places = FeltSurface(kWave_m).places(one, all, false);
+        const auto places = FeltSurface(kWave_m).places(one, all, 8);
         isTold = !places;
         if (!places) break;
         EXPECT_LE(places->places.size(), haptics::kMostPlaces);
@@ -106,7 +106,7 @@ TEST(FeltSurface, AStopIsThrown)
     FeltSurface surface(kWave_m);
     surface.setStop(source.token());
     source.request();
-    EXPECT_THROW(surface.places(objects(), points(), false), base::Stopped);
+    EXPECT_THROW(surface.places(objects(), points(), 8), base::Stopped);
     source.clear();
-    EXPECT_TRUE(surface.places(objects(), points(), false));
+    EXPECT_TRUE(surface.places(objects(), points(), 8));
 }

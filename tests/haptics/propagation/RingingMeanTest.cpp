@@ -177,6 +177,51 @@ TEST(RingingMean, IsTheMeanOfTheProbe)
     }
 }
 
+// The waves against a discrete Fourier transform of the probe's signal, sampled at the middles of
+// short intervals, from the same time on.
+TEST(RingingMean, WavesAreThoseOfTheProbe)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    Eigen::Matrix3Xd points(3, 2);
+    points.col(0) << 0.0, 0.0, 0.1;
+    points.col(1) << 0.02, -0.01, 0.16;
+    const std::vector<Eigen::VectorXcf> fields = randomFields(3, array.size(), 3);
+    constexpr int kWaves = 4;
+    for (const double ringing_s : {kTau_s, 0.0})
+        for (const double T : {3e-4, 1e-3})
+        {
+            array.ringing_s = ringing_s;
+            const RingingCourse course = ringingCourse(points, array, Medium(), fields, T, kWaves);
+            DriveSchedule schedule;
+            schedule.drives = fields;
+            for (int k = 0; k < 3; ++k)
+                schedule.steps.push_back({k, 1.0, T});
+            ProbeOptions options;
+            options.rate_Hz = 1e6;
+            options.begin_s = 0.5e-6;
+            options.duration_s = 3.0 * T;
+            for (int l = 0; l < 2; ++l)
+            {
+                const Eigen::VectorXd square =
+                    PressureProbe(array, Medium(), schedule).at(points.col(l), options).cwiseAbs2();
+                for (int h = 1; h <= kWaves; ++h)
+                {
+                    std::complex<double> wave = 0.0;
+                    for (Eigen::Index t = 0; t < square.size(); ++t)
+                        wave += square[t] *
+                                std::polar(2.0 / static_cast<double>(square.size()),
+                                           -base::kTwoPi * h * (static_cast<double>(t) + 0.5) /
+                                               static_cast<double>(square.size()));
+                    EXPECT_LT(std::abs(course.waves(l, h - 1) - wave),
+                              (ringing_s > 0.0 ? 0.006 : 0.02) * course.mean[l])
+                        << ringing_s << " " << T << " " << h;
+                }
+            }
+        }
+    EXPECT_EQ(ringingCourse(points, array, Medium(), {fields[0]}, 1e-3, 2).waves,
+              Eigen::MatrixXcd::Zero(2, 2));
+}
+
 TEST(RingingMean, OfOneFieldAndWithoutRingingIsTheSteadyOne)
 {
     TransducerArray array = TransducerArray::singleBoard();

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "tests/haptics/sequence/SteppedCycle.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <cmath>
@@ -54,33 +55,21 @@ std::pair<double, double> measured(const ControlPoints& places,
     return {mean, std::sqrt((weight * (ratio - mean).square()).sum() / weight.sum()) / mean};
 }
 
-/// The same of fields that ring, each for \a step_s: by small steps in time, sound at once.
+/// The same of fields that ring, each for \a step_s: by small steps in time, sound at once; the
+/// mean is a sum over the fields.
 std::pair<double, double> measuredRinging(const ControlPoints& places,
                                           const TransducerArray& array,
                                           const std::vector<Eigen::VectorXcf>& fields,
                                           double step_s)
 {
-    constexpr int kMoments = 400; // in a step
     const Eigen::MatrixXcd G = referencePropagationMatrix(places.positions, array, Medium());
-    const double left = std::exp(-step_s / kMoments / array.ringing_s);
-    Eigen::VectorXcd p = Eigen::VectorXcd::Zero(G.rows());
-    Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
-    for (int round = 0; round < 6; ++round)
-    {
-        square.setZero();
-        for (const Eigen::VectorXcf& q : fields)
-        {
-            const Eigen::VectorXcd steady = G * q.cast<std::complex<double>>();
-            for (int moment = 0; moment < kMoments; ++moment)
-            {
-                const Eigen::VectorXcd next = steady + (p - steady) * left;
-                square += 0.5 * (p.cwiseAbs2() + next.cwiseAbs2()) / kMoments;
-                p = next;
-            }
-        }
-    }
+    Eigen::MatrixXcd p(G.rows(), static_cast<Eigen::Index>(fields.size()));
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        p.col(static_cast<Eigen::Index>(k)) = G * fields[k].cast<std::complex<double>>();
+    const Eigen::ArrayXd square = static_cast<double>(fields.size()) *
+                                  steppedSquares(p, step_s, array.ringing_s).rowwise().mean();
     const Eigen::ArrayXd weight = places.targets.array().square();
-    const Eigen::ArrayXd ratio = square.array() / weight;
+    const Eigen::ArrayXd ratio = square / weight;
     const double mean = (weight * ratio).sum() / weight.sum();
     return {mean, std::sqrt((weight * (ratio - mean).square()).sum() / weight.sum()) / mean};
 }
@@ -171,6 +160,65 @@ TEST(CycleEqualizer, TheFirstTurnIsDownTheGradientOfTheFormula)
         // In float, with rows in 16 bits: within a thousandth of its length.
         const Eigen::VectorXd down = -gradient * (turns.norm() / gradient.norm());
         EXPECT_LT((turns - down).norm(), 2e-3 * turns.norm()) << count;
+    }
+}
+
+// The same with ringing and its vibration, by small steps in time, for some of the transducers.
+TEST(CycleEqualizer, TheFirstTurnOfWhatRingsIsDownTheGradientOfTheFormula)
+{
+    constexpr double kSmall = 1e-3; // rad; of a central difference
+    constexpr double kStep_s = 1e-3;
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 0;
+    array.ringing_s = 190e-6;
+    const ControlPoints places = halves();
+    const Eigen::ArrayXd weight = places.targets.array().square();
+    const Eigen::MatrixXcd G = referencePropagationMatrix(places.positions, array, Medium());
+    for (const double calming : {0.0, 20.0})
+    {
+        const std::vector<Eigen::VectorXcf> given = randomFields(2, array.size(), 4);
+        CycleEqualizerOptions options;
+        options.passes = 1;
+        options.calming = calming;
+        const double goal =
+            options.fewRaise * measuredRinging(places, array, given, kStep_s).first / 2.0;
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), given, kStep_s));
+        toTheEnd(equalizer);
+        ASSERT_EQ(equalizer.passes(), 1);
+        const std::vector<Eigen::VectorXcf> turned = equalizer.fields();
+        Eigen::MatrixXcd p(places.size(), 2);
+        for (int k = 0; k < 2; ++k)
+            p.col(k) = G * given[static_cast<std::size_t>(k)].cast<std::complex<double>>();
+        const auto f = [&]
+        {
+            const Eigen::ArrayXd square =
+                steppedSquares(p, kStep_s, array.ringing_s).rowwise().mean();
+            return (weight * (square / (goal * weight) - 1.0).square()).sum() / weight.sum() +
+                   calming *
+                       steppedVibration2(
+                           places.positions, p, kStep_s, array.ringing_s, goal * weight.mean());
+        };
+        std::vector<double> gradient, turns;
+        for (int k = 0; k < 2; ++k)
+            for (Eigen::Index i = k; i < array.size(); i += 16)
+            {
+                const std::complex<float> one = given[static_cast<std::size_t>(k)][i];
+                const Eigen::VectorXcd part = G.col(i) * std::complex<double>(one);
+                const Eigen::VectorXcd at = p.col(k);
+                p.col(k) = at + part * (std::polar(1.0, kSmall) - 1.0);
+                const double after = f();
+                p.col(k) = at + part * (std::polar(1.0, -kSmall) - 1.0);
+                gradient.push_back((after - f()) / (2.0 * kSmall));
+                p.col(k) = at;
+                const std::complex<float> turn =
+                    turned[static_cast<std::size_t>(k)][i] * std::conj(one);
+                turns.push_back(2.0 * std::tan(0.5 * std::arg(turn)));
+            }
+        const Eigen::Map<Eigen::VectorXd> found(turns.data(), Eigen::Index(turns.size()));
+        const Eigen::Map<Eigen::VectorXd> slope(gradient.data(), found.size());
+        const Eigen::VectorXd down = -slope * (found.norm() / slope.norm());
+        EXPECT_LT((found - down).norm(), 5e-3 * found.norm()) << calming;
     }
 }
 
@@ -344,6 +392,14 @@ TEST(CycleEqualizer, OptionsOutOfRangeAreNamed)
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "ringingRaise is -1; it must be above 0");
     options.ringingRaise = 1.2;
+    options.fewRaise = 0.0;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "fewRaise is 0; it must be above 0");
+    options.fewRaise = 1.3;
+    options.calming = -1.0;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "calming is -1; it must be at least 0");
+    options.calming = 0.0;
     options.heldRaise = 0.0;
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "heldRaise is 0; it must be above 0");

@@ -97,7 +97,7 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
     ASSERT_TRUE(given.isHeld());
     EvenedCycle evened(25, 0, {});
     ASSERT_TRUE(
-        evened.begin(given, scene.places(given.points(), kHeldPlaceSpacing), array, Medium()));
+        evened.begin(given, scene.places(given.points(), kClosePlaceSpacing), array, Medium()));
     std::vector<FieldSequence> played{given};
     while (evened.hasWork())
         if (auto better = evened.step()) played.push_back(std::move(*better));
@@ -129,6 +129,42 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
     {
         const float level = std::arg(q) * 256.0f / (2.0f * static_cast<float>(M_PI));
         ASSERT_NEAR(level, std::round(level), 1e-3f);
+    }
+}
+
+// The bars of two and three fields, at places between those that are evened out, at 1000 fields a
+// second, on the device's levels.
+TEST(EvenedCycle, FewFieldsAreEvenAndHardlyVibrate)
+{
+    EvenedScene scene = evenedSphere();
+    scene.fine = finePlaces(scene.mesh, true);
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    SurfaceStatisticsOptions options;
+    options.offPoints = 0;
+    options.threads = 2;
+    options.fieldRate_Hz = 1000.0;
+    const auto felt = [&](const FieldSequence& sequence)
+    { return surfaceStatistics(scene.fine, array, Medium(), sequence.fields, options); };
+    const double held_Pa = felt(cycleOf(scene, 1, array)).mean_Pa;
+    struct Bar
+    {
+        int fields;
+        double variation, vibration;
+    };
+    for (const Bar& bar : {Bar{2, 0.12, 0.045}, Bar{3, 0.08, 0.08}})
+    {
+        FieldSequence cycle = cycleOf(scene, bar.fields, array);
+        EvenedCycle evened(25, 0, {});
+        ASSERT_TRUE(
+            evened.begin(cycle, scene.places(cycle.points(), kClosePlaceSpacing), array, Medium()));
+        while (evened.hasWork())
+            if (auto better = evened.step()) cycle = std::move(*better);
+        const SurfaceStatistics after = felt(cycle);
+        EXPECT_LE(after.ringingCoefficientOfVariation, bar.variation) << bar.fields;
+        EXPECT_LE(after.vibration, bar.vibration) << bar.fields;
+        EXPECT_GE(after.ringingMean_Pa, 0.97 * held_Pa) << bar.fields;
+        // With equal travel times, at its own places.
+        EXPECT_NEAR(evened.equalizer().vibration(), after.vibration, 0.2 * after.vibration);
     }
 }
 
