@@ -14,7 +14,7 @@ constexpr double kFingertipPad_m = 0.007;
 /// Returns the sensitivity of skin to a vibration of \a frequency_Hz (>= 0), relative to that at
 /// 220 Hz, where it is largest: the reciprocal of the threshold, which falls by 12 dB an octave up
 /// to there and rises by 9 dB an octave beyond (Verrillo 1966, "Vibrotactile thresholds for hairy
-/// skin"; on the palm the same).
+/// skin"; glabrous skin has the same slopes).
 double skinSensitivity(double frequency_Hz);
 
 /// Returns the number of waves of \a fields (>= 1) in turn, each for \a step_s (> 0), that skin

@@ -93,12 +93,19 @@ std::vector<double> radiationPressures(const Eigen::Matrix3Xd& places,
     return all_Pa;
 }
 
+/// |p|^2 at a place over a turn: its mean, and the amplitudes of its first waves.
+struct Rung
+{
+    double mean = 0.0;
+    std::vector<std::complex<double>> waves;
+};
+
 // The same with ringing, and with the time that sound takes: delays in bins of 1 us, and the square
-// of the pressure at the middle of each.
-double ringingSquareAt(const Eigen::Vector3d& place,
-                       const Eigen::RowVectorXcd& G,
-                       const Recorded& recorded,
-                       const std::vector<Eigen::VectorXcd>& fields)
+// of the pressure at the middle of each. Waves up to 1000 Hz.
+Rung ringingSquareAt(const Eigen::Vector3d& place,
+                     const Eigen::RowVectorXcd& G,
+                     const Recorded& recorded,
+                     const std::vector<Eigen::VectorXcd>& fields)
 {
     constexpr double kBin_s = 1e-6;
     const auto K = static_cast<Eigen::Index>(fields.size());
@@ -117,7 +124,9 @@ double ringingSquareAt(const Eigen::Vector3d& place,
     const double left = std::exp(-kBin_s / recorded.array.ringing_s);
     const double half = std::exp(-0.5 * kBin_s / recorded.array.ringing_s);
     std::complex<double> S = 0.0, E = 0.0;
-    double sum = 0.0;
+    Rung rung;
+    rung.waves.resize(
+        static_cast<std::size_t>(1000.0 * kBin_s * static_cast<double>(period) + 1e-9));
     // From silence: after some rounds all is as in the round before.
     const Eigen::Index rounds =
         2 +
@@ -132,27 +141,73 @@ double ringingSquareAt(const Eigen::Vector3d& place,
             S += change;
             E -= change;
         }
-        if (t >= (rounds - 1) * period) sum += std::norm(S + E * half);
+        if (t >= (rounds - 1) * period)
+        {
+            const double square = std::norm(S + E * half) / static_cast<double>(period);
+            const double turn =
+                2.0 * M_PI * (static_cast<double>(t) + 0.5 + first_s / kBin_s) / double(period);
+            rung.mean += square;
+            for (std::size_t h = 0; h < rung.waves.size(); ++h)
+                rung.waves[h] += 2.0 * square * std::polar(1.0, -turn * double(h + 1));
+        }
         E *= left;
     }
-    return sum / static_cast<double>(period);
+    return rung;
 }
 
-std::vector<double> ringingPressures(const Eigen::Matrix3Xd& places,
-                                     const Recorded& recorded,
-                                     const std::vector<Eigen::VectorXcd>& fields)
+std::vector<Rung> ringingSquares(const Eigen::Matrix3Xd& places,
+                                 const Recorded& recorded,
+                                 const std::vector<Eigen::VectorXcd>& fields)
+{
+    std::vector<Rung> all;
+    for (Eigen::Index l = 0; l < places.cols(); ++l)
+        all.push_back(ringingSquareAt(
+            places.col(l),
+            haptics::referencePropagationMatrix(places.col(l), recorded.array, recorded.medium)
+                .row(0),
+            recorded,
+            fields));
+    return all;
+}
+
+std::vector<double> ringingPressures(const std::vector<Rung>& all, const Recorded& recorded)
 {
     const double c = recorded.medium.soundSpeed();
     std::vector<double> all_Pa;
-    for (Eigen::Index l = 0; l < places.cols(); ++l)
-        all_Pa.push_back(ringingSquareAt(places.col(l),
-                                         haptics::referencePropagationMatrix(
-                                             places.col(l), recorded.array, recorded.medium)
-                                             .row(0),
-                                         recorded,
-                                         fields) /
-                         (recorded.medium.density() * c * c));
+    for (const Rung& rung : all)
+        all_Pa.push_back(rung.mean / (recorded.medium.density() * c * c));
     return all_Pa;
+}
+
+// Pads of 7 mm around every place, or evenly chosen ones of more than 400; waves weigh as
+// Verrillo's thresholds say.
+double vibrationOf(const Eigen::Matrix3Xd& places, const std::vector<Rung>& all, double period_s)
+{
+    const Eigen::Index stride = (places.cols() + 399) / 400;
+    double felt2 = 0.0, mean = 0.0, pads = 0.0;
+    for (Eigen::Index pad = 0; pad < places.cols(); pad += stride, pads += 1.0)
+    {
+        double count = 0.0, force = 0.0;
+        std::vector<std::complex<double>> waves(all.front().waves.size());
+        for (Eigen::Index l = 0; l < places.cols(); ++l)
+        {
+            if ((places.col(l) - places.col(pad)).norm() > 0.007) continue;
+            const Rung& rung = all[static_cast<std::size_t>(l)];
+            count += 1.0;
+            force += rung.mean;
+            for (std::size_t h = 0; h < waves.size(); ++h)
+                waves[h] += rung.waves[h];
+        }
+        mean += force / count;
+        for (std::size_t h = 0; h < waves.size(); ++h)
+        {
+            const double octaves = std::log2(double(h + 1) / period_s / 220.0);
+            const double weight =
+                octaves < 0.0 ? std::exp2(2.0 * octaves) : std::exp2(-1.5 * octaves);
+            felt2 += 0.5 * std::norm(weight * waves[h] / count);
+        }
+    }
+    return std::sqrt(felt2 / pads) / (mean / pads);
 }
 
 double meanOf(const std::vector<double>& values)
@@ -233,11 +288,16 @@ std::map<std::string, Truth> surfaceFigures(const Recorded& recorded,
         mean_Pa / offMean_Pa * std::sqrt(squaresAbout(offMean_Pa, off_Pa) / (off - 1.0) / off) /
             offMean_Pa);
     setRinging(figures, {on_Pa, off_Pa});
+    set("vibration", 0.0);
     if (fields.size() < 2 || recorded.array.ringing_s == 0.0) return figures;
-    std::vector<double> ringing_Pa = ringingPressures(samples, recorded, fields);
+    const std::vector<Rung> rung = ringingSquares(samples, recorded, fields);
+    set("vibration", vibrationOf(samples, rung, double(fields.size()) / recorded.fieldRate_Hz));
+    std::vector<double> ringing_Pa = ringingPressures(rung, recorded);
     std::sort(ringing_Pa.begin(), ringing_Pa.end());
     setRinging(figures,
-               {ringing_Pa, ringingPressures(placesOff(samples, wavelength_m), recorded, fields)});
+               {ringing_Pa,
+                ringingPressures(ringingSquares(placesOff(samples, wavelength_m), recorded, fields),
+                                 recorded)});
     return figures;
 }
 
