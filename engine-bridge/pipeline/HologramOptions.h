@@ -33,7 +33,9 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     /// s; pause before the first retry to open a device; later pauses are longer. 0: no retry.
     double reopen_s = 1.0;
     /// s, >= 0; how long a field has to be held before it is evened out or made louder, so that
-    /// what moves from frame to frame costs nothing more; infinity, or even = 0: neither is done
+    /// what moves from frame to frame costs nothing more; infinity, or even = 0: neither is done.
+    /// 0, for what isn't played yet: each field of surfaces that move by less than a quarter of a
+    /// wavelength is evened out in its place, and none is made louder.
     double restAfter_s = 0.15;
     /// the name of this user of the device, for the message when another user opens it
     std::string owner;

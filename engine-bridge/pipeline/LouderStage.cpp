@@ -45,10 +45,10 @@ bool LouderStage::canBeLouder(const HologramResult& result) const
     const haptics::SolveReport& report = result.report();
     const bool isWanted = !result.points.absolute || report.shortPoints > 0;
     return isWanted && result.points.size() > 1 && _context.options.even > 0 &&
-           std::isfinite(_context.options.restAfter_s) && result.playing && result.foci == 0 &&
-           result.sequence.isHeld() && !result.sequence.evened && !result.outline &&
-           report.capFactor == 1.0 && _context.options.cycle == 1 &&
-           _context.options.solverOptions.loudness <= 1.0;
+           std::isfinite(_context.options.restAfter_s) && _context.options.restAfter_s > 0.0 &&
+           result.playing && result.foci == 0 && result.sequence.isHeld() &&
+           !result.sequence.evened && !result.outline && report.capFactor == 1.0 &&
+           _context.options.cycle == 1 && _context.options.solverOptions.loudness <= 1.0;
 }
 
 void LouderStage::settle(const HologramResult& result,

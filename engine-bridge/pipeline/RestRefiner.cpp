@@ -41,6 +41,7 @@ void RestRefiner::setOptions()
     _sets.assign(static_cast<std::size_t>(options.cycle), {});
     _next = 0;
     _joined = {};
+    _before = {};
     _surface = FeltSurface(options.wavelength_m());
     _surface.setStop(options.solverOptions.stop);
     _evened = haptics::EvenedCycle(options.even, options.cycleSteps, options.solverOptions);
@@ -193,10 +194,31 @@ void RestRefiner::beginToEven()
         return;
     }
     const haptics::TransducerArray& array = _hands.shadowed(played);
-    if (_joined.isHeld())
+    if (!_joined.isHeld())
+        _evened.begin(_joined, places->places, array, _context.options.medium);
+    else if (_context.options.restAfter_s > 0.0)
         _walk.begin(_joined, std::move(*places), array);
     else
-        _evened.begin(_joined, places->places, array, _context.options.medium);
+        evenAtOnce(places->places, array);
+}
+
+// Of the first fields, and of what moves slowly: another evened field would be unrelated to the
+// last one, and switching to it would be felt more than the unevenness.
+void RestRefiner::evenAtOnce(const haptics::ControlPoints& places,
+                             const haptics::TransducerArray& array)
+{
+    const Eigen::Matrix3Xd& now = _context.last->points.positions;
+    const bool isFirst = _before.points.cols() == 0;
+    const bool isNear =
+        _before.points.cols() == now.cols() && now.cols() > 0 &&
+        (now - _before.points).colwise().norm().maxCoeff() < 0.25 * _context.options.wavelength_m();
+    _before.points = now;
+    _joined.most = _context.last->report().capFactor;
+    if (isNear && _before.isEvened &&
+        _evened.resume(_joined, places, array, _context.options.medium))
+        return;
+    _before.isEvened =
+        (isFirst || isNear) && _evened.begin(_joined, places, array, _context.options.medium);
 }
 
 void RestRefiner::report(HologramResult& result, bool isOtherField)

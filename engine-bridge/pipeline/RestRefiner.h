@@ -15,10 +15,10 @@ namespace midair::bridge
 {
 
 /// Improves the field of a scene at rest: solves outlines as one smooth field; evens a held field
-/// of surfaces out, once it has been played for HologramOptions::restAfter_s (EveningWalk); or
-/// solves the other sets of points of a cycle, joins them and evens them out. It works in steps, so
-/// that a new snapshot waits for at most one step; those of evening out take about a millisecond.
-/// While the array is muted the work waits.
+/// of surfaces out, once it has been played for HologramOptions::restAfter_s (EveningWalk), or at
+/// once; or solves the other sets of points of a cycle, joins them and evens them out. It works in
+/// steps, so that a new snapshot waits for at most one step; those of evening out take about a
+/// millisecond. While the array is muted the work waits.
 class RestRefiner final : public PipelineStage
 {
 public:
@@ -64,6 +64,7 @@ private:
     haptics::FieldSequence joinSets();
     bool canKeepShare() const;
     void beginToEven();
+    void evenAtOnce(const haptics::ControlPoints& places, const haptics::TransducerArray& array);
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;
     bool isHeldSurface(const SceneSnapshot& snapshot, const haptics::FieldSequence& made) const;
@@ -81,6 +82,12 @@ private:
     int _next = 0;                             // the set for the next update
     haptics::FieldSequence _joined;            // the field or cycle to be evened out
     double _restsAt_s = 0.0;                   // on the context's clock: no work before
+    struct AtOnce
+    {
+        Eigen::Matrix3Xd points; // of the last field; empty: there was none
+        bool isEvened = false;   // it
+    };
+    AtOnce _before; // if fields are evened out at once
     FeltSurface _surface;
     haptics::EvenedCycle _evened; // a cycle
     EveningWalk _walk;            // a held field

@@ -69,7 +69,7 @@ haptics::ControlPoints placesToEven(const SceneSolve& scene,
         append(all, set);
     FeltSurface surface(wavelength_m);
     surface.setStop(scene.stop);
-    const auto found = surface.places(scene.snapshot.objects, all, false);
+    const auto found = surface.places(scene.snapshot.objects, all, static_cast<int>(sets.size()));
     return found ? found->places : haptics::ControlPoints();
 }
 

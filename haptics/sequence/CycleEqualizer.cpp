@@ -116,6 +116,19 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     return true;
 }
 
+bool CycleEqualizer::resume(const ControlPoints& places,
+                            const TransducerArray& array,
+                            const Medium& medium,
+                            std::vector<Eigen::VectorXcf> fields,
+                            double step_s)
+{
+    const Evenness before = _evenness;
+    if (!begin(places, array, medium, std::move(fields), step_s)) return false;
+    _evenness.goal = before.goal;
+    _evenness.given = before.given;
+    return true;
+}
+
 void CycleEqualizer::bindRinging(const ControlPoints& places, double step_s, double ringing_s)
 {
     const auto K = static_cast<int>(_fields.size());
@@ -323,7 +336,7 @@ void CycleEqualizer::judge()
     const double f = evaluate();
     if (!_descent.isStarted)
     {
-        _evenness.given = _evenness.mean;
+        if (!(_evenness.given > 0.0)) _evenness.given = _evenness.mean;
         _descent.f = f;
         if (!(_evenness.given > 0.0) || _options.passes == 0) return end();
         _descent.isStarted = true;
@@ -514,7 +527,7 @@ double CycleEqualizer::evaluate()
         _evenness.mean > 0.0
             ? std::sqrt((weight * (ratio - _evenness.mean).square()).sum() / all) / _evenness.mean
             : 0.0;
-    if (!_descent.isStarted) _evenness.goal = raise() * _evenness.mean;
+    if (!(_evenness.goal > 0.0)) _evenness.goal = raise() * _evenness.mean;
     // About the mean, because the two parts are known separately: ratio/goal - 1 = (ratio -
     // mean)/goal + ..
     const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
@@ -535,6 +548,25 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
                         const TransducerArray& array,
                         const Medium& medium)
 {
+    _isResumed = false;
+    return start(cycle, places, array, medium);
+}
+
+bool EvenedCycle::resume(const FieldSequence& held,
+                         const ControlPoints& places,
+                         const TransducerArray& array,
+                         const Medium& medium)
+{
+    _isResumed = held.isHeld() && _cycle.isHeld() &&
+                 _cycle.fields.front().size() == held.fields.front().size();
+    return _isResumed && start(held, places, array, medium);
+}
+
+bool EvenedCycle::start(const FieldSequence& cycle,
+                        const ControlPoints& places,
+                        const TransducerArray& array,
+                        const Medium& medium)
+{
     end();
     const auto stride = static_cast<std::size_t>(cycle.isHeld() ? 1 : _steps + 1);
     const bool isCycle = cycle.fields.size() > stride && cycle.fields.size() % stride == 0;
@@ -547,8 +579,11 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
     // With steps between the fields almost nothing rings.
     const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
     const auto K = static_cast<int>(fields.size());
-    _equalizer.setPasses(K <= kFewFields ? kFewPasses * _passes / K : _passes);
-    if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
+    _equalizer.setPasses(K <= kFewFields && !_isResumed ? kFewPasses * _passes / K : _passes);
+    const bool isBegun =
+        _isResumed ? _equalizer.resume(places, array, medium, _equalizer.unroundedFields(), step_s)
+                   : _equalizer.begin(places, array, medium, std::move(fields), step_s);
+    if (!isBegun) return false;
     _cycle = cycle;
     _drive = array.drive;
     _ringing_s = array.ringing_s;
@@ -565,6 +600,7 @@ std::optional<FieldSequence> EvenedCycle::step()
     if (_equalizer.passes() == 0) _handedOut = now; // that of the given cycle, when known
     if (_equalizer.passes() == _seen && hasWork()) return std::nullopt;
     _seen = _equalizer.passes();
+    if (_isResumed) return hasWork() ? std::nullopt : std::optional(made());
     if (_seen == 0 || _equalizer.gain() < kLeastGain) return std::nullopt;
     const double worthIt = _cycle.isHeld() ? kHeldWorthIt : kWorthIt;
     if (now >= (hasWork() ? worthIt : 1.0) * _handedOut) return std::nullopt;

@@ -77,6 +77,13 @@ public:
                const Medium& medium,
                std::vector<Eigen::VectorXcf> fields,
                double step_s = 0.0);
+    /// The same for fields near those of the last begin(), at places that have moved: their mean is
+    /// still wanted to be that of the fields given then.
+    bool resume(const ControlPoints& places,
+                const TransducerArray& array,
+                const Medium& medium,
+                std::vector<Eigen::VectorXcf> fields,
+                double step_s = 0.0);
     /// Does the next slice; returns hasWork(). Throws base::Stopped on a request of the solver
     /// options' token; it may then be called again.
     bool step();
@@ -200,6 +207,14 @@ public:
                const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium);
+    /// Starts with its last field for \a held, which is of the same surfaces, moved by less than a
+    /// quarter of a wavelength. Its last fields stay as strong, and it takes only the given number
+    /// of passes; step() then returns only the final field. Otherwise as begin(), and for a held
+    /// field after a held one.
+    bool resume(const FieldSequence& held,
+                const ControlPoints& places,
+                const TransducerArray& array,
+                const Medium& medium);
     /// Does the next slice. Returns a cycle that is more even than the last by kWorthIt (a held
     /// field: kHeldWorthIt), or the final one; it is `evened`, and its report has the figures of
     /// the steps between its fields, but not yet those of the average field. Cycles more than 1 -
@@ -217,9 +232,14 @@ public:
     static constexpr double kLeastGain = 0.98; ///< of the mean radiation pressure
 
 private:
+    bool start(const FieldSequence& cycle,
+               const ControlPoints& places,
+               const TransducerArray& array,
+               const Medium& medium);
     FieldSequence made() const;
 
     CycleEqualizer _equalizer;
+    bool _isResumed = false;
     int _passes;
     int _steps;
     FieldSequence _cycle; // as given

@@ -438,6 +438,7 @@ struct FieldBaker::Part
                 layout.transducers);
         };
         options.clock = &clock;
+        options.restAfter_s = 0.0;
         options.solverFactory =
             [](const std::string& name, const midair::haptics::SolverOptions& wanted)
         {

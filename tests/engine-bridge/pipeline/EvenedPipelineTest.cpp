@@ -48,15 +48,16 @@ Results settled(HologramPipeline& pipeline)
 }
 
 /// 1.5 mm apart on the square, the margin left out.
-haptics::SurfaceStatistics felt(const std::vector<Eigen::VectorXcf>& fields)
+haptics::SurfaceStatistics
+felt(const std::vector<Eigen::VectorXcf>& fields,
+     const haptics::TransducerArray& array = haptics::TransducerArray::octagonalPrism())
 {
     Eigen::Matrix3Xd places(3, 23 * 23);
     for (int i = 0; i < 23; ++i)
         for (int k = 0; k < 23; ++k)
             places.col(23 * i + k) = 1.5e-3 * Eigen::Vector3d(i - 11, 0.0, k - 11);
     return haptics::statisticsOf(
-        haptics::meanRadiationPressure(
-            places, haptics::TransducerArray::octagonalPrism(), haptics::Medium(), fields),
+        haptics::meanRadiationPressure(places, array, haptics::Medium(), fields),
         Eigen::VectorXd());
 }
 
@@ -286,6 +287,49 @@ TEST(EvenedPipeline, AHeldFieldThatACapLowersIsEvenedOutAtItsShareOfTheDrive)
         EXPECT_LE(pressuresOf(*result).maxCoeff(), 1.02 * level_Pa * 1.0001);
     EXPECT_TRUE(below.newest->sequence.evened);
     EXPECT_LT(felt(below.newest->sequence.fields).coefficientOfVariation, 0.6);
+}
+
+// As for a recording: what is even from the first field on needs no walk.
+TEST(EvenedPipeline, WithoutATimeToRestEachFieldOfASlowSurfaceIsEvenAtOnce)
+{
+    AtRest scene([](HologramOptions& options) { options.restAfter_s = 0.0; });
+    const auto shown = [&](double x_m)
+    {
+        auto result = scene.show(squareSnapshot(x_m));
+        while (scene.pipeline->rest_s() <= 0.0)
+            if (auto next = scene.pipeline->attend()) result = next;
+        return result;
+    };
+    const auto feltAt = [&](double x_m, const HologramResult& result)
+    {
+        // The square's own places: the array is moved to the other side.
+        haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
+        array.positions.colwise() -= Eigen::Vector3d(x_m, 0.0, 0.0);
+        return felt(result.sequence.fields, array);
+    };
+    AtRest plain([](HologramOptions& options) { options.even = 0; });
+    const auto solved = feltAt(0.0, *plain.show(squareSnapshot()));
+    std::shared_ptr<const HologramResult> last;
+    for (int frame = 0; frame < 6; ++frame)
+    {
+        const double x_m = 5e-4 * frame;
+        const auto result = shown(x_m);
+        ASSERT_TRUE(result->sequence.evened && result->sequence.isHeld());
+        EXPECT_EQ(scene.pipeline->counters().walked, 0u);
+        const haptics::SurfaceStatistics now = feltAt(x_m, *result);
+        EXPECT_LT(now.coefficientOfVariation, 0.7 * solved.coefficientOfVariation) << frame;
+        EXPECT_GT(now.mean_Pa, 0.95 * solved.mean_Pa) << frame;
+        if (last)
+        {
+            EXPECT_LT(turnOf(last->played(), result->played()), 0.6) << frame;
+        }
+        last = result;
+    }
+    EXPECT_EQ(shown(2.5e-3)->played(), last->played()) << "nothing has moved";
+    // What moves fast would be switched between unrelated fields.
+    EXPECT_FALSE(shown(0.01)->sequence.evened);
+    EXPECT_FALSE(shown(0.02)->sequence.evened);
+    EXPECT_TRUE(shown(0.0205)->sequence.evened);
 }
 
 // Neither a mute on the way nor one at the end throws it away.

@@ -2,7 +2,12 @@
 
 #include <osgMidair/FieldBaker>
 #include <osgMidair/HapticPoints>
+#include <osgMidair/HapticSurface>
 #include <osgMidair/RigidBodyCallback>
+
+#include <osg/Geode>
+#include <osg/Geometry>
+#include <osg/PositionAttitudeTransform>
 
 #include <gtest/gtest.h>
 
@@ -73,6 +78,41 @@ TEST(FieldBaker, StartsAreTheSameEachTime)
     ASSERT_TRUE(bake(*baker, 0, again, error)) << error;
     EXPECT_EQ(first.fields[0].phase, again.fields[0].phase);
     EXPECT_EQ(first.fields[0].duty, again.fields[0].duty);
+}
+
+TEST(FieldBaker, SurfacesThatMoveSlowlyAreEven)
+{
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    scene->setArray("board");
+    osg::ref_ptr<osg::PositionAttitudeTransform> moved = new osg::PositionAttitudeTransform;
+    osg::ref_ptr<HapticSurface> surface = new HapticSurface;
+    surface->addChild(osg::createTexturedQuadGeometry(
+        {-0.015f, -0.015f, 0.0f}, {0.03f, 0.0f, 0.0f}, {0.0f, 0.03f, 0.0f}));
+    moved->addChild(surface);
+    scene->addChild(moved);
+    std::vector<BakedFrame> frames[2];
+    for (const bool isEvened : {false, true})
+    {
+        scene->setEven(isEvened ? 25 : 0);
+        osg::ref_ptr<FieldBaker> baker = new FieldBaker(*scene);
+        for (unsigned int k = 0; k < 3; ++k)
+        {
+            moved->setPosition({0.0, 3e-4 * k, 0.15});
+            std::string error;
+            BakedFrame frame;
+            ASSERT_TRUE(bake(*baker, k, frame, error)) << error;
+            ASSERT_EQ(frame.fields.size(), 1u) << "held";
+            frames[isEvened].push_back(frame);
+        }
+    }
+    for (int k = 0; k < 3; ++k)
+    {
+        const BakedFrame &solved = frames[0][k], &evened = frames[1][k];
+        EXPECT_LT(solved.rms, 0.01);
+        EXPECT_GT(evened.rms, 0.02) << "it is even over the surface, not at its points";
+        EXPECT_GT(evened.level_Pa, 0.5 * solved.level_Pa);
+        EXPECT_NE(evened.fields[0].phase, solved.fields[0].phase);
+    }
 }
 
 TEST(FieldBaker, FollowsSettingsThatChange)
