@@ -59,6 +59,11 @@ public:
     const haptics::SolveReport& report() const { return _report; }
     int driven() const { return _driven; } ///< transducers that the mask keeps
     const haptics::TransducerArray& array() const { return _array; }
+    /// Solves for other reflectors from the next field on.
+    void setReflectors(const std::vector<haptics::Reflector>& reflectors)
+    {
+        _array.reflectors = _masked.reflectors = reflectors;
+    }
 
 private:
     /// Position of a contact when the mask was computed.

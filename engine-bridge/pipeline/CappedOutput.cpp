@@ -22,13 +22,38 @@ PipelineContext::PipelineContext(HologramOptions given) :
     for (const base::Message& note : options.notes)
         messages.say(note);
     keepToLimits(options, messages);
+    ownReflectors = options.array.reflectors;
+    reflectors = reflectorsBeside(options.array, {});
+    copyArray();
+}
+
+bool PipelineContext::follow(const std::vector<haptics::FlatFace>& now)
+{
+    const double tolerance_m = 0.5 * options.motionTolerance * options.wavelength_m();
+    if (areUnmoved(now, faces, tolerance_m)) return false;
+    faces = now;
+    options.array.reflectors = ownReflectors;
+    reflectors = reflectorsBeside(options.array, faces);
+    copyArray();
+    return true;
+}
+
+void PipelineContext::copyArray()
+{
+    options.array.reflectors = reflectors.all;
+    array = std::make_shared<const haptics::TransducerArray>(options.array);
+    options.array.reflectors = ownReflectors;
+    bare =
+        faces.empty() ? nullptr : std::make_shared<const haptics::TransducerArray>(options.array);
+    options.array.reflectors = reflectors.corrected;
 }
 
 std::shared_ptr<const haptics::TransducerArray>
 PipelineContext::kept(const haptics::TransducerArray& heard) const
 {
-    return &heard == &options.array ? array
-                                    : std::make_shared<const haptics::TransducerArray>(heard);
+    return &heard == &options.array || &heard == array.get()
+               ? array
+               : std::make_shared<const haptics::TransducerArray>(heard);
 }
 
 // The device is opened with a copy of the options, because a second try runs in another thread.
@@ -60,7 +85,7 @@ void CappedOutput::useAbility()
                               ability.sequenceClock_Hz);
     keepToLevels(_context.options, ability);
     setPressureCap();
-    _context.array = std::make_shared<haptics::TransducerArray>(_context.options.array);
+    _context.copyArray();
 }
 
 void CappedOutput::warnIfNoTransducerSounds()
@@ -110,14 +135,28 @@ bool CappedOutput::isStricter(const HologramOptions& options) const
     return now_Pa > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap());
 }
 
-// A shadowing hand may be gone before the next field, so the cap must hold without it too.
+// What sounds for a field solved for \a array: all reflectors, also those that aren't corrected.
+const haptics::TransducerArray& CappedOutput::heard(const haptics::TransducerArray& array)
+{
+    const std::vector<haptics::Reflector>& all = _context.array->reflectors;
+    if (array.reflectors == all) return array;
+    if (&array == &_context.options.array) return *_context.array;
+    _heard = array;
+    _heard.reflectors = all;
+    return _heard;
+}
+
+// A shadowing hand or a reflector may be gone before the next field, so the cap must hold without
+// it too.
 PressureCap::Where CappedOutput::where(const haptics::TransducerArray& array,
                                        const Eigen::Matrix3Xd& points,
                                        bool modulated)
 {
     static const Eigen::Matrix3Xd kNowhere(3, 0);
     std::vector<const haptics::TransducerArray*> arrays{&array};
-    if (&array != &_context.options.array) arrays.push_back(&_context.options.array);
+    if (&array != &_context.options.array && &array != _context.array.get())
+        arrays.push_back(_context.array.get());
+    if (_context.bare) arrays.push_back(_context.bare.get());
     return {_pressure.isSet ? points : kNowhere,
             std::move(arrays),
             _context.options.medium,
@@ -133,8 +172,33 @@ bool CappedOutput::keepsToEars()
     static const Eigen::Matrix3Xd kNoPoints(3, 0);
     if (_isForEars || !_context.last) return false;
     const bool isModulated = _context.last->sequence.modulation.amplitudeRate_Hz > 0.0;
-    return _pressure.cap->keepsToEars(where(_context.options.array, kNoPoints, isModulated),
+    return _pressure.cap->keepsToEars(where(*_context.array, kNoPoints, isModulated),
                                       _output->drives());
+}
+
+// What plays was proven for reflectors that are elsewhere now. Until the next field it is lowered
+// as they require; fields of contacts, of which the next one comes at once, are silenced.
+void CappedOutput::keepCaps()
+{
+    const HologramResult* last = _context.last.get();
+    if (!(_pressure.isSet || _ears.limit_dB() > 0.0) || !last || !_output->isPlaying() ||
+        last->sequence.isEmpty())
+        return;
+    haptics::FieldSequence playing = last->sequence;
+    playing.fields = _output->planned();
+    playing.achieved_Pa.resize(0);
+    const bool isModulated = playing.modulation.amplitudeRate_Hz > 0.0;
+    std::vector<Eigen::VectorXcf> fields = playing.fields;
+    if (fields.empty()) return;
+    const Eigen::Matrix3Xd points = playing.points().positions;
+    const double factor =
+        _pressure.cap->holdAll(where(*_context.array, points, isModulated), fields);
+    if (factor >= 1.0) return;
+    HologramResult unseen;
+    if (last->foci > 0 || !(factor > 0.0))
+        silence();
+    else
+        play(*_context.array, std::move(playing), unseen);
 }
 
 // The object that asks for the most at \a points and for more than \a over_Pa: "Ring wants 11 kPa,
@@ -258,11 +322,13 @@ void CappedOutput::tellOfSilence(const PressureCap::Where& where,
     _told.emplace_back(base::MessageCode::FIELD_SILENCED, told);
 }
 
-void CappedOutput::play(const haptics::TransducerArray& array,
+void CappedOutput::play(const haptics::TransducerArray& solvedFor,
                         haptics::FieldSequence sequence,
                         HologramResult& result,
                         int foci)
 {
+    const haptics::TransducerArray& array = heard(solvedFor);
+    if (&array != &solvedFor) sequence.achieved_Pa.resize(0);
     // The device lowers each field separately, which changes the ratios of several fields, and
     // clips the peaks of a modulation.
     const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
@@ -314,8 +380,9 @@ void CappedOutput::send(haptics::FieldSequence sequence, HologramResult& result)
     result.sequence = std::move(sequence);
 }
 
-void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult& result)
+void CappedOutput::measure(const haptics::TransducerArray& solvedFor, HologramResult& result)
 {
+    const haptics::TransducerArray& array = heard(solvedFor);
     result.array = _context.kept(array);
     const std::vector<Eigen::VectorXcf> wanted = result.sequence.fields;
     if (measurePlayed(*_output,
@@ -323,7 +390,8 @@ void CappedOutput::measure(const haptics::TransducerArray& array, HologramResult
                       _context.options.medium,
                       _context.options.solverOptions,
                       _proven.held,
-                      result))
+                      result,
+                      &array == &solvedFor))
         return;
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);

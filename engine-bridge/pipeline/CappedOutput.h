@@ -39,19 +39,22 @@ public:
     /// Returns true if the playing field keeps the ear limit at the ears' present places, and
     /// wasn't lowered for earlier ones.
     bool keepsToEars();
+    /// To be called when reflectors have moved: lowers or silences what plays if it exceeds a cap
+    /// with them.
+    void keepCaps();
     /// Returns true if the ears' newest places need another field for the limit.
     bool areEarsNew() const { return !_ears.mayPlayOn(); }
 
-    /// Lowers \a sequence to the caps, with the transducers of \a array, and plays it. Its last \a
-    /// foci points are contacts, in Pa.
-    void play(const haptics::TransducerArray& array,
+    /// Lowers \a sequence to the caps, with the transducers of \a solvedFor and all reflectors, and
+    /// plays it. Its last \a foci points are contacts, in Pa.
+    void play(const haptics::TransducerArray& solvedFor,
               haptics::FieldSequence sequence,
               HologramResult& result,
               int foci = 0);
     /// Silences the device, because the wanted field can't be played.
     void silence();
     /// Stores the playing fields and their pressures at the points in \a result.
-    void measure(const haptics::TransducerArray& array, HologramResult& result);
+    void measure(const haptics::TransducerArray& solvedFor, HologramResult& result);
     /// Rates the step from the context's last result to \a result.
     void rateFromLast(HologramResult& result) const;
     /// Checks the device: resends a field that it has lost. Returns true if the last result is
@@ -86,6 +89,7 @@ private:
 
     void warnIfNoTransducerSounds();
     void setPressureCap();
+    const haptics::TransducerArray& heard(const haptics::TransducerArray& array);
     PressureCap::Where
     where(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& points, bool modulated);
     void cap(const haptics::TransducerArray& array,
@@ -112,6 +116,7 @@ private:
     std::vector<base::Message> _told; // effects of caps and device on the playing field
     bool _isForEars = false;          // the ear limit was stricter for the last field
     Asking _asking;
+    haptics::TransducerArray _heard; // of heard()
     CappedDrives _proven; // result of the last cap(), for send(); without drives: not capped
 };
 

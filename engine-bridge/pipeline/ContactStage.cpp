@@ -36,6 +36,12 @@ void ContactStage::setOptions()
     _turn.forget();
 }
 
+void ContactStage::setReflectors()
+{
+    _renderer->setReflectors(_context.options.array);
+    _turn.forget();
+}
+
 bool ContactStage::arrive(const SceneSnapshot*& snapshot)
 {
     snapshot = &withContactShares(*snapshot);

@@ -19,6 +19,7 @@ public:
     ContactStage(PipelineContext& context, CappedOutput& output, HandStage& hands);
 
     void setOptions() override;
+    void setReflectors() override;
     bool arrive(const SceneSnapshot*& snapshot) override;
     bool compose(const haptics::FieldSequence& whole) override;
     bool mayPlayOn() const override { return !_concerns && !_isPlayed; }

@@ -39,16 +39,17 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _motion(_context),
     _ears(_context),
     _output(_context, _ears),
-    _assembler(_context.options.array, assemblerOptions(), _context.messages),
+    _assembler(*_context.array, assemblerOptions(), _context.messages),
     _composer(tried(lineOptions()), _context.messages),
     _hands(_context),
     _contacts(_context, _output, _hands),
     _refiner(_context, _assembler, _composer, _hands),
     _louder(_context, _composer, _hands, _refiner),
     _fingertip(_context, _refiner, _louder),
-    _monitor(_context, _hands, _refiner)
+    _monitor(_context, _refiner)
 {
     _ears.setKeeps([this] { return _output.keepsToEars(); });
+    tellReflectors("", _context.reflectors.problems);
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,
@@ -68,6 +69,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     {
         if (_changes.problem)
             throw base::CodedError(_changes.problem->code, _changes.problem->text);
+        if (_context.follow(snapshot.reflectors)) useReflectors();
         const SceneSnapshot* scene = &snapshot;
         bool fits = _context.last && !_changes.areNew && device().isPlaying();
         for (PipelineStage* stage : _stages)
@@ -139,6 +141,9 @@ HologramPipeline::assemble(const SceneSnapshot& snapshot, int set, HologramResul
     AssembledPoints assembled = _assembler.assemble(snapshot, set);
     result.skipped = std::move(assembled.skipped);
     count(_assembler, assembled, _context.counters);
+    tellReflectors(
+        "near",
+        reflectorsNear(_context.reflectors.all, result.skipped, _context.options.wavelength_m()));
     _hands.begin(snapshot.around);
     result.objects = std::move(assembled.objects);
     for (const int object : assembled.points.object)
@@ -455,10 +460,30 @@ void HologramPipeline::useOptions(HologramOptions options)
 // Passes the options to everything that was made from the previous ones.
 void HologramPipeline::useParts(bool otherSolver)
 {
-    _assembler.setOptions(_context.options.array, assemblerOptions());
+    _assembler.setOptions(*_context.array, assemblerOptions());
     _composer.setOptions(lineOptions(), otherSolver);
     for (PipelineStage* stage : _stages)
         stage->setOptions();
+}
+
+// The composer's solvers make their rows anew when they get the array.
+void HologramPipeline::useReflectors()
+{
+    _changes.areNew = true;
+    _assembler.setOptions(*_context.array, assemblerOptions());
+    for (PipelineStage* stage : _stages)
+        stage->setReflectors();
+    tellReflectors("", _context.reflectors.problems);
+    _output.keepCaps();
+}
+
+void HologramPipeline::tellReflectors(const std::string& about,
+                                      const std::vector<std::string>& problems)
+{
+    std::vector<base::Message> told;
+    for (const std::string& problem : problems)
+        told.emplace_back(base::MessageCode::REFLECTOR_LIMITED, problem);
+    _context.messages.sayNow({base::MessageCode::REFLECTOR_LIMITED, 0, about}, told);
 }
 
 bool HologramPipeline::isOpenedNow()

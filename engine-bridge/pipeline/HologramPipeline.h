@@ -113,6 +113,8 @@ private:
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
     void useParts(bool otherSolver);
+    void useReflectors();
+    void tellReflectors(const std::string& about, const std::vector<std::string>& problems);
     std::shared_ptr<HologramResult> begin(const SceneSnapshot& snapshot) const;
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     haptics::ControlPoints assemble(const SceneSnapshot& snapshot, int set, HologramResult& result);

@@ -86,7 +86,8 @@ bool measurePlayed(const ArrayOutput& output,
                    const haptics::Medium& medium,
                    const haptics::SolverOptions& options,
                    const CappedField& known,
-                   HologramResult& result)
+                   HologramResult& result,
+                   bool isRated)
 {
     haptics::FieldSequence& sequence = result.sequence;
     const auto achieved_Pa = [&](std::vector<Eigen::VectorXcf> fields)
@@ -117,7 +118,8 @@ bool measurePlayed(const ArrayOutput& output,
     const bool asPlanned = played == planned;
     // Not rated yet: the felt field of an evened cycle, and a field lowered by a pressure cap or by
     // the device's amplitude cap.
-    if (sequence.evened || sequence.report.capFactor < 1.0 || isLowered(planned, sequence.fields))
+    if (!isRated || sequence.evened || sequence.report.capFactor < 1.0 ||
+        isLowered(planned, sequence.fields))
     {
         result.achieved_Pa = achieved_Pa(std::move(planned));
         ratePlayed(result);

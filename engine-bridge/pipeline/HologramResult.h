@@ -104,12 +104,14 @@ void ratePlayed(HologramResult& result);
 /// the pressures at the points in achieved_Pa. Computes the report's level figures again if a
 /// pressure or amplitude cap scaled the fields down, if they are evened out, and if the levels
 /// leave nothing of them. Returns false if nothing should sound. \a known: a held field with known
-/// pressures at the points; may be empty.
+/// pressures at the points; may be empty. \a isRated: false if they were solved for an array with
+/// fewer reflectors, so that their figures are not those of \a array.
 bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,
                    const haptics::SolverOptions& options,
                    const CappedField& known,
-                   HologramResult& result);
+                   HologramResult& result,
+                   bool isRated = true);
 
 } // namespace midair::bridge

@@ -5,11 +5,11 @@
 namespace midair::bridge
 {
 
-// Array and air change only with the options.
+// Array and air change only with the options and the reflectors.
 void EarStage::setOptions()
 {
     const HologramOptions& options = _context.options;
-    _watch.setPlace(options.array, options.medium, options.earPoints);
+    _watch.setPlace(*_context.array, options.medium, options.earPoints);
     _watch.setLimit(options.earLimit);
 }
 

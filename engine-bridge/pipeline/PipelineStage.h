@@ -4,6 +4,7 @@
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
+#include "engine-bridge/pipeline/SceneReflectors.h"
 #include "engine-bridge/playing/EarBound.h"
 #include "haptics/base/text/MessageLog.h"
 
@@ -23,14 +24,27 @@ struct PipelineContext
     /// Fills in and limits \a given; throws base::InputError if it is not valid.
     explicit PipelineContext(HologramOptions given);
 
-    /// Returns a pointer for results; copies \a array unless it is the options', because its
-    /// owner's next call may overwrite it.
+    /// Returns a pointer for results; copies \a array unless it is this one's, because its owner's
+    /// next call may overwrite it.
     std::shared_ptr<const haptics::TransducerArray>
     kept(const haptics::TransducerArray& array) const;
+    /// Sets the arrays below for \a faces beside the array. Returns false if none has moved beyond
+    /// half the motion tolerance, as an image moves twice as far as its mirror.
+    bool follow(const std::vector<haptics::FlatFace>& faces);
+    /// Sets the copies of the options' array, whose levels have changed.
+    void copyArray();
 
+    /// Its array is what fields are solved for: it has the reflectors that are corrected.
     HologramOptions options;
-    const base::Clock& clock;                              ///< of the first options
-    std::shared_ptr<const haptics::TransducerArray> array; ///< that of options, for the results
+    const base::Clock& clock; ///< of the first options
+    /// The options' array with all reflectors, as it sounds: for results, caps, ears and figures.
+    std::shared_ptr<const haptics::TransducerArray> array;
+    /// The same without the scene's reflectors, which may be gone before the next frame; null: it
+    /// has none.
+    std::shared_ptr<const haptics::TransducerArray> bare;
+    SceneReflectors reflectors;
+    std::vector<haptics::Reflector> ownReflectors; ///< of the array itself
+    std::vector<haptics::FlatFace> faces;          ///< of the last follow()
     base::MessageLog messages;
     HologramCounters counters;
     UpdateRate updates;                         ///< of the snapshots that were solved
@@ -62,6 +76,9 @@ public:
 
     /// The context's options have changed.
     virtual void setOptions() {}
+
+    /// The reflectors of the context's arrays have moved.
+    virtual void setReflectors() { setOptions(); }
 
     /// A snapshot has come. Returns true if the playing field fits it, as far as this stage knows.
     /// A stage may replace \a snapshot by one that it owns and keeps until the next call.

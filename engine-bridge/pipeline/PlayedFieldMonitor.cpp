@@ -1,10 +1,14 @@
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 
 #include "haptics/points/ControlPoints.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/solvers/PhaseObjective.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -12,7 +16,8 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kPoll_s = 0.02; // interval of attend() while the monitor works
+constexpr const char* kHidden = "hidden"; // what a message of reflectors is about
+constexpr double kPoll_s = 0.02;          // interval of attend() while the monitor works
 
 std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& objects,
                                                const haptics::ControlPoints& points,
@@ -38,11 +43,8 @@ std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& 
 
 } // namespace
 
-PlayedFieldMonitor::PlayedFieldMonitor(PipelineContext& context,
-                                       HandStage& hands,
-                                       const RestRefiner& refiner) :
+PlayedFieldMonitor::PlayedFieldMonitor(PipelineContext& context, const RestRefiner& refiner) :
     _context(context),
-    _hands(hands),
     _refiner(refiner)
 {
     setOptions();
@@ -67,7 +69,7 @@ void PlayedFieldMonitor::setOptions()
 
 void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
                                 const std::vector<HapticObject>& objects,
-                                const haptics::TransducerArray& array)
+                                const std::shared_ptr<const haptics::TransducerArray>& array)
 {
     if (!_monitor || _isSubmitted || !_monitor->isWaiting()) return;
     auto field = std::make_shared<haptics::PlayedField>();
@@ -84,7 +86,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
         field->q = played.fields[k];
     }
     if (field->points.size() + field->others.size() == 0) return;
-    field->array = std::make_shared<const haptics::TransducerArray>(array);
+    field->array = array;
     field->medium = _context.options.medium;
     if (played.fields.size() > 1 || played.evened) field->cycle = played.fields;
     field->isEvened = played.evened;
@@ -100,17 +102,69 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
 
 void PlayedFieldMonitor::settle(const HologramResult& result,
                                 const SceneSnapshot& snapshot,
-                                const haptics::TransducerArray& array)
+                                const haptics::TransducerArray& /*array*/)
 {
     if (result.playing && result.points.size() > 0)
-        submit(result.sequence, snapshot.objects, array);
+        submit(result.sequence, snapshot.objects, result.array);
+}
+
+void PlayedFieldMonitor::replace()
+{
+    _isSubmitted = false;
+    _reflectorRms.reset();
+    _since_s = _context.clock.now_s();
+}
+
+void PlayedFieldMonitor::setReflectors()
+{
+    if (_context.reflectors.all.empty())
+        _context.messages.sayNow({base::MessageCode::REFLECTOR_LIMITED, 0, kHidden}, {});
+}
+
+bool PlayedFieldMonitor::areReflectorsUnrated() const
+{
+    return !_reflectorRms && !_context.reflectors.all.empty() && _context.last &&
+           _context.last->foci == 0 && std::isfinite(_context.options.restAfter_s);
+}
+
+// Each reflector takes two matrices, so it waits until the field rests. The rms is the report's,
+// which for targets in Pa counts the level, too.
+RestStep PlayedFieldMonitor::rateReflectors()
+{
+    const HologramResult& last = *_context.last;
+    const HologramOptions& options = _context.options;
+    const haptics::ReflectorFigures figures =
+        haptics::reflectorFigures(last.sequence,
+                                  *last.array,
+                                  last.medium,
+                                  options.solverOptions.threads,
+                                  options.solverOptions.stop);
+    const double rms = last.report().rms;
+    _reflectorRms = std::sqrt(rms * rms + figures.expectedRms * figures.expectedRms -
+                              figures.rms * figures.rms);
+    const int hidden = haptics::hiddenTransducers(last.points.positions, *last.array, last.medium);
+    std::vector<base::Message> told;
+    if (hidden > haptics::kToldHidden * last.array->size())
+        told.emplace_back(
+            base::MessageCode::REFLECTOR_LIMITED,
+            fmt::format("reflectors hide {} of {} transducers from most points; their sound is "
+                        "weak there, and no other transducers stand in for it",
+                        hidden,
+                        last.array->size()));
+    _context.messages.sayNow({base::MessageCode::REFLECTOR_LIMITED, 0, kHidden}, told);
+    RestStep step;
+    step.result = std::make_shared<HologramResult>(last);
+    return step;
 }
 
 RestStep PlayedFieldMonitor::attend(bool isPlaying)
 {
-    if (!_monitor || !isPlaying) return {};
+    if (!isPlaying) return {};
+    if (areReflectorsUnrated() && _context.clock.now_s() >= _since_s + _context.options.restAfter_s)
+        return rateReflectors();
+    if (!_monitor) return {};
     const HologramResult& last = *_context.last;
-    submit(last.sequence, _refiner.snapshot().objects, _hands.shadowed(last.points));
+    submit(last.sequence, _refiner.snapshot().objects, last.array);
     const auto found = _monitor->latest();
     if (!found || found->number == _told) return {};
     _told = found->number;
@@ -125,6 +179,8 @@ RestStep PlayedFieldMonitor::attend(bool isPlaying)
 
 std::optional<double> PlayedFieldMonitor::rest_s(bool isPlaying) const
 {
+    if (isPlaying && areReflectorsUnrated())
+        return std::max(0.0, _since_s + _context.options.restAfter_s - _context.clock.now_s());
     const bool isPending = _monitor && (_number > _told || !_isSubmitted);
     if (isPlaying && isPending) return kPoll_s;
     return std::nullopt;
@@ -132,6 +188,8 @@ std::optional<double> PlayedFieldMonitor::rest_s(bool isPlaying) const
 
 void PlayedFieldMonitor::report(HologramResult& result, bool /*isOtherField*/)
 {
+    result.sequence.report.reflectorCount = static_cast<int>(_context.reflectors.all.size());
+    result.sequence.report.reflectorRms = _reflectorRms.value_or(0.0);
     result.monitored = _monitor ? _monitor->latest() : nullptr;
     // A field that is evened out has neither the surface figures of the one before nor a
     // certificate.

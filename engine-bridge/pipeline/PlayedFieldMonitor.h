@@ -6,22 +6,25 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace midair::bridge
 {
 
 /// Passes played fields to a haptics::FieldMonitor, which certifies them and measures their surface
-/// in another thread, if HologramOptions::monitorInterval is over 0.
+/// in another thread, if HologramOptions::monitorInterval is over 0. Rates fields at rest by what
+/// the accuracy of their reflectors lets one expect.
 class PlayedFieldMonitor final : public PipelineStage
 {
 public:
     /// All arguments must outlive it. \a refiner has the snapshot of the playing field.
-    PlayedFieldMonitor(PipelineContext& context, HandStage& hands, const RestRefiner& refiner);
+    PlayedFieldMonitor(PipelineContext& context, const RestRefiner& refiner);
 
     /// Starts again if the options change the monitor.
     void setOptions() override;
-    void replace() override { _isSubmitted = false; }
+    void setReflectors() override;
+    void replace() override;
     void settle(const HologramResult& result,
                 const SceneSnapshot& snapshot,
                 const haptics::TransducerArray& array) override;
@@ -34,10 +37,11 @@ private:
     /// belong to \a played.
     void submit(const haptics::FieldSequence& played,
                 const std::vector<HapticObject>& objects,
-                const haptics::TransducerArray& array);
+                const std::shared_ptr<const haptics::TransducerArray>& array);
+    bool areReflectorsUnrated() const;
+    RestStep rateReflectors();
 
     PipelineContext& _context;
-    HandStage& _hands;
     const RestRefiner& _refiner;
     double _interval_s = 0.0;                        // of _monitor
     double _lambda = 0.0;                            // of _monitor
@@ -45,6 +49,8 @@ private:
     bool _isSubmitted = false;                       // the monitor has the current field
     std::uint64_t _number = 0;                       // number of the last field submitted
     std::uint64_t _told = 0;                         // number of the last result taken
+    double _since_s = 0.0;               // when the current field came, of the context's clock
+    std::optional<double> _reflectorRms; // of the current field; none: not rated
 };
 
 } // namespace midair::bridge

@@ -54,7 +54,8 @@ haptics::SelectorOptions selectorOptions(const PointAssembler::Options& options)
 
 std::uint64_t outOfWorkspace(const haptics::SelectionReport& report)
 {
-    return static_cast<std::uint64_t>(report.tooClose + report.behind + report.outOfReach);
+    return static_cast<std::uint64_t>(report.tooClose + report.behind + report.atReflector +
+                                      report.outOfReach);
 }
 
 /// Objects this many times as wide as the array probably use other units.
@@ -120,7 +121,7 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
 void PointAssembler::setOptions(const haptics::TransducerArray& array, const Options& options)
 {
     _assembled = false;
-    if (options == _options) return;
+    if (options == _options && array.reflectors == _array.reflectors) return;
     const base::StopToken stop = _selector.stop;
     _options = options;
     if (!(std::fabs(options.wavelength_m / _spacing_m - 1.0) <= kSameSpacing))

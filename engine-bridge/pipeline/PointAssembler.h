@@ -8,6 +8,7 @@
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/surface/FlatFaces.h"
 
 #include <Eigen/Geometry>
 
@@ -35,6 +36,8 @@ struct SceneSnapshot
     Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
     std::vector<HapticObject> objects;
     HandsAndObstacles around;
+    /// array frame; beside those of the array, see reflectorsBeside()
+    std::vector<haptics::FlatFace> reflectors;
     HandFrame hands;          ///< array frame; for contacts
     double handsLate_s = 0.0; ///< from these positions to the sound; 0: they are predicted
     /// 3 x k, m, array frame: ears of a tracked head

@@ -76,6 +76,7 @@ void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
         _felt[i].pose = object.pose;
     }
     _around = snapshot.around;
+    _reflectors = snapshot.reflectors;
     _ears = snapshot.ears;
     _at_s = now_s;
     _isAny = true;
@@ -94,7 +95,8 @@ bool SubmittedFrame::isSame(const HapticObject& object, const Felt& felt)
 
 bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) const
 {
-    if (!_isAny || !equivalent(snapshot.around, _around)) return true;
+    if (!_isAny || !equivalent(snapshot.around, _around) || !(snapshot.reflectors == _reflectors))
+        return true;
     const Eigen::Matrix3Xd& ears = snapshot.ears;
     if (ears.cols() != _ears.cols() ||
         (ears.cols() > 0 &&

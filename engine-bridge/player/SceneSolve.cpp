@@ -3,6 +3,7 @@
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/SampleCache.h"
+#include "engine-bridge/pipeline/SceneReflectors.h"
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/rendering/ObjectModulation.h"
 #include "haptics/propagation/Exposure.h"
@@ -92,9 +93,10 @@ std::unique_ptr<EarBound> boundOf(const SceneSolve& scene, const SolvedScene& so
             *solved.array, solved.medium, placesHeard(*solved.array, solved.ears)));
 }
 
-} // namespace
-
-SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages)
+/// Solves for those of the array's reflectors that are \a corrected.
+SolvedScene solveBeside(const SceneSolve& scene,
+                        const std::vector<haptics::Reflector>& corrected,
+                        base::MessageLog& messages)
 {
     SolvedScene solved;
     for (const HapticObject& object : scene.snapshot.objects)
@@ -116,6 +118,13 @@ SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages)
                        : std::make_shared<const haptics::TransducerArray>(heard);
     const auto ears = boundOf(scene, solved);
     SolveTask task{*solved.array, solved.medium, scene.settings};
+    haptics::TransducerArray solvedFor;
+    if (corrected != solved.array->reflectors)
+    {
+        solvedFor = *solved.array;
+        solvedFor.reflectors = corrected;
+        task.solvedFor = &solvedFor;
+    }
     task.places = placesToEven(scene, sets, wavelength_m);
     if (sets.size() == 1)
         task.plan = modulationOf(scene.snapshot.objects, sets.front(), {}, messages);
@@ -127,6 +136,22 @@ SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages)
     solved.fields = solveOnce(task);
     haptics::rateRinging(solved.fields.sequence, solved.array->ringing_s);
     return solved;
+}
+
+} // namespace
+
+SolvedScene solveScene(const SceneSolve& scene, base::MessageLog& messages)
+{
+    const SceneReflectors beside = reflectorsBeside(*scene.array, scene.snapshot.reflectors);
+    for (const std::string& problem : beside.problems)
+        messages.say({base::MessageCode::REFLECTOR_LIMITED, problem});
+    if (beside.all == scene.array->reflectors)
+        return solveBeside(scene, beside.corrected, messages);
+    SceneSolve placed = scene;
+    haptics::TransducerArray array = *scene.array;
+    array.reflectors = beside.all;
+    placed.array = std::make_shared<const haptics::TransducerArray>(std::move(array));
+    return solveBeside(placed, beside.corrected, messages);
 }
 
 bool isSilent(haptics::StopReason stop)

@@ -31,7 +31,8 @@ struct SceneSolve
 struct SolvedScene
 {
     SolvedFields fields;
-    std::shared_ptr<const haptics::TransducerArray> array; ///< shadows included
+    /// shadows and all reflectors included
+    std::shared_ptr<const haptics::TransducerArray> array;
     haptics::Medium medium;
     Eigen::Matrix3Xd ears; ///< 3 x n, listening places besides those around, array frame
 };

@@ -111,6 +111,12 @@ public:
     {
         _sensations.continueFrom(before._sensations);
     }
+    /// Goes on with the reflectors of \a array, which is the same otherwise.
+    void setReflectors(const haptics::TransducerArray& array)
+    {
+        _field.setReflectors(array.reflectors);
+        _sensations.setArray(array);
+    }
     /// Stores the device's version of the last render(), for view().
     void keep(double now_s, Eigen::VectorXcf played);
     /// The same for fields that the device repeats from \a now_s on: as if they had just been

@@ -40,10 +40,18 @@ bool needsSurface(const HapticObject& object)
 } // namespace
 
 SensationRenderer::SensationRenderer(const haptics::TransducerArray& array,
-                                     const haptics::Medium& medium)
+                                     const haptics::Medium& medium) :
+    _medium(medium)
 {
-    _matrix.bind(array, medium);
+    setArray(array);
+}
+
+void SensationRenderer::setArray(const haptics::TransducerArray& array)
+{
+    _matrix.bind(array, _medium);
     _matrix.resize(1);
+    for (auto& [object, item] : _items)
+        item.measured.setConstant(std::nan(""));
 }
 
 bool SensationRenderer::concerns(const std::vector<HapticObject>& objects)

@@ -29,6 +29,9 @@ public:
     /// \a array, \a medium: valid; copied.
     SensationRenderer(const haptics::TransducerArray& array, const haptics::Medium& medium);
 
+    /// Plays on \a array from the next field on; copied.
+    void setArray(const haptics::TransducerArray& array);
+
     /// Returns true if \a objects have a sensation.
     static bool concerns(const std::vector<HapticObject>& objects);
     /// Takes a frame at \a time_s of the steady clock, with the \a contacts of its objects.
@@ -99,6 +102,7 @@ private:
     Item& itemOf(const HapticObject& object);
     double pressureOf(Item& item);
 
+    haptics::Medium _medium;
     haptics::PropagationMatrix _matrix; ///< of one point
     TouchMeshes _meshes;
     std::map<std::uint64_t, Item> _items; ///< by HapticObject::touchId()

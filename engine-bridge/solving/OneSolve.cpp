@@ -160,6 +160,7 @@ void tellOfCap(const std::string& cap,
 void finish(const SolveTask& task, SolvedFields& solved)
 {
     haptics::SolveReport& report = solved.sequence.report;
+    report.reflectorCount = static_cast<int>(task.array.reflectors.size());
     const haptics::FieldSequence before = solved.sequence;
     const PressureCap cap = pressureCap(task, task.array.drive);
     const PressureCap::Where where{solved.points.positions,
@@ -204,13 +205,7 @@ void fitTargets(SolvedFields& solved)
 SolvedFields solveOnce(const SolveTask& task)
 {
     SolvedFields solved;
-    haptics::TransducerArray free;
-    if (task.forFreeAir)
-    {
-        free = task.array;
-        free.reflectors.clear();
-    }
-    solved.sequence = compose(task, task.forFreeAir ? free : task.array);
+    solved.sequence = compose(task, task.solvedFor ? *task.solvedFor : task.array);
     const haptics::SolveReport& report = solved.sequence.report;
     const bool refused = report.stop == haptics::StopReason::REFUSED;
     if (refused && solved.sequence.parts.size() > 1) throw base::InputError(report.message);

@@ -47,8 +47,9 @@ struct SolveTask
     double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of the whole output
     const EarBound* ears = nullptr; ///< null: no ear limit
     SilenceRemedy remedy = {};      ///< names of the settings in messages
-    /// True: fields are solved for free air, and only caps and figures know the array's reflectors.
-    bool forFreeAir = false;
+    /// The array with the reflectors that fields are solved for; null: with all. Caps and figures
+    /// know all.
+    const haptics::TransducerArray* solvedFor = nullptr;
     /// Replacement for haptics::makeSolver; empty: the original.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
                                                            const haptics::SolverOptions&)>

@@ -179,6 +179,10 @@ private:
             ++_report.behind;
             ++leftOutOf(candidate).behind;
             break;
+        case Workspace::Verdict::AT_REFLECTOR:
+            ++_report.atReflector;
+            ++leftOutOf(candidate).atReflector;
+            break;
         case Workspace::Verdict::OUT_OF_REACH:
             ++_report.outOfReach;
             break;
@@ -503,6 +507,7 @@ LeftOutPoints& LeftOutPoints::operator+=(const LeftOutPoints& other)
     outOfWorkspace += other.outOfWorkspace;
     tooClose += other.tooClose;
     behind += other.behind;
+    atReflector += other.atReflector;
     crowded += other.crowded;
     overBudget += other.overBudget;
     return *this;
@@ -514,9 +519,10 @@ std::string LeftOutPoints::summary() const
     const auto tell = teller(lost);
     tell(notFinite, "not finite");
     tell(noTarget, "without a positive target");
-    tell(outOfWorkspace - behind - tooClose, "out of reach");
+    tell(outOfWorkspace - behind - tooClose - atReflector, "out of reach");
     tell(behind, "behind the array");
     tell(tooClose, "too close to a transducer");
+    tell(atReflector, "nearer than a wavelength to a reflector");
     tell(crowded, "too near another point");
     tell(overBudget, "over the budget");
     return fmt::format("{}", fmt::join(lost, ", "));
@@ -532,6 +538,7 @@ std::string SelectionReport::summary() const
     tell(outOfReach, "out of reach");
     tell(behind, "behind the array");
     tell(tooClose, "too close to a transducer");
+    tell(atReflector, "nearer than a wavelength to a reflector");
     tell(crowdDropped, "dropped from crowds");
     tell(crowdMerged, "merged into others");
     tell(crowdThinned, "thinned from crowds");

@@ -87,12 +87,14 @@ struct SelectorOptions
 /// Points of an object that were left out, by reason.
 struct LeftOutPoints
 {
-    int notFinite = 0;      ///< position, normal or target is NaN or infinite
-    int noTarget = 0;       ///< target times intensity is not positive
-    int outOfWorkspace = 0; ///< too close to a transducer, behind the array or out of reach
-    int tooClose = 0;       ///< part of outOfWorkspace: too close to a transducer
-    int behind = 0;         ///< part of outOfWorkspace: behind the array
-    int crowded = 0;        ///< too near another point, merged ones included
+    int notFinite = 0; ///< position, normal or target is NaN or infinite
+    int noTarget = 0;  ///< target times intensity is not positive
+    /// too close to a transducer or a reflector, behind the array or out of reach
+    int outOfWorkspace = 0;
+    int tooClose = 0;    ///< part of outOfWorkspace: too close to a transducer
+    int behind = 0;      ///< part of outOfWorkspace: behind the array
+    int atReflector = 0; ///< part of outOfWorkspace: nearer than a wavelength to a reflector
+    int crowded = 0;     ///< too near another point, merged ones included
     int overBudget = 0;
 
     LeftOutPoints& operator+=(const LeftOutPoints& other);
@@ -106,10 +108,11 @@ struct SelectionReport
 {
     int candidates = 0;
     int selected = 0;
-    int notFinite = 0; ///< position, normal or target is NaN or infinite
-    int noTarget = 0;  ///< target times intensity is not positive
-    int tooClose = 0;  ///< too close to a transducer
-    int behind = 0;    ///< behind the array
+    int notFinite = 0;   ///< position, normal or target is NaN or infinite
+    int noTarget = 0;    ///< target times intensity is not positive
+    int tooClose = 0;    ///< too close to a transducer
+    int behind = 0;      ///< behind the array
+    int atReflector = 0; ///< nearer than a wavelength to a reflector
     int outOfReach = 0;
     int spacedOut = 0; ///< too near a point of another object of higher precedence
     int crowdThinned = 0;

@@ -35,6 +35,7 @@ Workspace::Workspace(const TransducerArray& array,
                      const SelectorOptions& options) :
     _positions(array.positions),
     _normals(array.normals),
+    _reflectors(array.reflectors),
     _wavelength(wavelength_m),
     _minDistance(options.minDistanceWavelengths * wavelength_m),
     _reach(options.reach_m)
@@ -73,6 +74,9 @@ Workspace::Workspace(const TransducerArray& array,
 
 Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
 {
+    for (const Reflector& one : _reflectors)
+        if (one.reflection > 0.0 && one.distanceTo(point) < _wavelength)
+            return Verdict::AT_REFLECTOR;
     // A point at least the least distance in front of every plane, and within reach of one
     // transducer, is inside. This is true of all points in a prism and saves a loop over the
     // transducers.

@@ -24,7 +24,8 @@ public:
         INSIDE,
         TOO_CLOSE,
         BEHIND, ///< every transducer faces away, or the nearest one's board is in between
-        OUT_OF_REACH
+        OUT_OF_REACH,
+        AT_REFLECTOR ///< nearer than a wavelength to a reflector, whose images are no waves there
     };
 
     /// Throws InputError for an array without transducers, a wavelength that is not positive, and
@@ -47,6 +48,7 @@ private:
     Eigen::Matrix3Xd _positions;
     Eigen::Matrix3Xd _normals;
     std::vector<Plane> _planes; ///< the distinct planes that transducers lie in
+    std::vector<Reflector> _reflectors;
     double _wavelength;
     double _minDistance;
     double _reach = 0.0;

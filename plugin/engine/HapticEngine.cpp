@@ -214,7 +214,15 @@ void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simula
     snapshot.time_s = time_s;
     snapshot.simulationTime_s = simulationTime_s;
     fillSnapshot(snapshot, settings().metresPerUnit);
-    if (mayPlay()) _collector.addObstacles(snapshot.around.props);
+    snapshot.reflectors.clear();
+    if (mayPlay()) addRealThings(snapshot);
+}
+
+void HapticEngine::addRealThings(midair::bridge::SceneSnapshot& snapshot) const
+{
+    std::vector<midair::bridge::Capsule>& props = snapshot.around.props;
+    props.insert(props.end(), _collector.obstacles().begin(), _collector.obstacles().end());
+    snapshot.reflectors = _collector.reflectors();
 }
 
 // The parts that depend on the pose, without hands and ears.

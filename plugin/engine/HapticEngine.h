@@ -389,6 +389,7 @@ private:
     bool collect(const std::vector<SceneRoot>& roots);
     void fillSnapshot(midair::bridge::SceneSnapshot& snapshot, double metresPerUnit) const;
     void fillSnapshot(unsigned int frame, double time_s, double simulationTime_s);
+    void addRealThings(midair::bridge::SceneSnapshot& snapshot) const;
     void countCollected(int beingRead);
     void countTime(double start_s);
     HapticSettings granted(std::vector<midair::base::Message>& messages) const;

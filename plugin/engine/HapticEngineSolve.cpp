@@ -76,7 +76,7 @@ SceneSolve HapticEngine::solveInput(const SceneRoot& root)
     input.snapshot.around.reach_m = settings.reach;
     input.snapshot.around.shadows = settings.shadows;
     input.snapshot.around.hands = midair::bridge::handCapsules(_player->hands().frame());
-    _collector.addObstacles(input.snapshot.around.props);
+    addRealThings(input.snapshot);
     listen(input.snapshot.ears, settings.earCamera);
     if (!input.snapshot.ears.allFinite())
         throw midair::base::InputError("an ear is at a place that is not finite");

@@ -1,6 +1,7 @@
 #include "plugin/gltf/GltfTags.h"
 
 #include "haptics/base/text/Words.h"
+#include "plugin/scene/ReflectorTag.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
 
@@ -18,6 +19,21 @@ namespace
 
 using midair::base::didYouMean;
 using midair::base::nearestWords;
+
+/// The tags of nodes.
+const std::vector<std::string> kTags = {"haptic", "obstacle", "reflector"};
+
+bool isTag(const std::string& name)
+{
+    return std::find(kTags.begin(), kTags.end(), name) != kTags.end();
+}
+
+/// True for what a reflector says of itself; "enabled" is another tag's, too.
+bool isOfReflector(const std::string& name)
+{
+    const std::vector<std::string> names = ReflectorTag::names();
+    return name != "enabled" && std::find(names.begin(), names.end(), name) != names.end();
+}
 
 /// Returns the value as text for a tag; for lists and objects false and a text that no property
 /// accepts.
@@ -72,7 +88,7 @@ bool isProperty(const std::string& name)
 /// Reports extras of untagged objects: they are ignored, which may be a mistake.
 void tellUnmarked(const std::string& name, const std::string& where, GltfMessages& messages)
 {
-    const std::string meant = didYouMean(name, {"haptic", "obstacle"});
+    const std::string meant = didYouMean(name, kTags);
     if (!meant.empty())
         messages.say(where + "unknown extra \"" + printable(name) + "\"" + meant);
     else if (isProperty(name))
@@ -86,19 +102,19 @@ void tellUnmarked(const std::string& name, const std::string& where, GltfMessage
     }
 }
 
-/// Adds "name=value" to a tag, "true" and the like in front of it.
+/// Adds "name=value" to a tag, "true" and the like of the tag itself in front of it.
 void addTo(std::string& tag, const std::string& name, const tinygltf::Value& value)
 {
     std::string text;
-    if (name == "haptic" && value.IsObject())
+    if (isTag(name) && value.IsObject())
     {
         tag.insert(0, tag.empty() ? "true" : "true; ");
         for (const auto& [inner, its] : value.Get<tinygltf::Value::Object>())
-            addTo(tag, inner == "haptic" ? "enabled" : inner, its);
+            addTo(tag, isTag(inner) ? "enabled" : inner, its);
         return;
     }
     textOf(value, text);
-    if (name == "haptic")
+    if (isTag(name))
     {
         const std::string said = isYes(text) ? "true" : isNo(text) ? "false" : text;
         tag.insert(0, tag.empty() ? said : said + "; ");
@@ -122,7 +138,9 @@ void addGltfTags(const tinygltf::Value& extras,
 {
     const tinygltf::Value::Object& members = membersOf(extras);
     const bool isHaptic = members.count("haptic") > 0;
+    const bool isReflector = members.count("reflector") > 0;
     std::string tag;
+    std::string reflector;
     for (const auto& [name, value] : members)
     {
         if (name == "obstacle")
@@ -131,6 +149,8 @@ void addGltfTags(const tinygltf::Value& extras,
             textOf(value, text);
             node.setUserValue("obstacle", !isNo(text));
         }
+        else if (name == "reflector" || (isReflector && isOfReflector(name)))
+            addTo(reflector, name, value);
         else if (name == "haptic" || (isHaptic && !meantBy(name).empty()))
             addTo(tag, name, value);
         else if (!isHaptic)
@@ -140,6 +160,7 @@ void addGltfTags(const tinygltf::Value& extras,
                          "\" resembles no property and is ignored");
     }
     if (isHaptic) node.setUserValue("haptic", tag);
+    if (isReflector) node.setUserValue("reflector", reflector);
 }
 
 // "enabled" is a setting and a property; on a scene it is the setting, as in options.
@@ -149,7 +170,7 @@ void addGltfSceneTags(const tinygltf::Scene& scene, osg::Node& root, GltfMessage
     for (const auto& [name, value] : membersOf(scene.extras))
     {
         const bool isSetting = sceneSettings().find(name) ||
-                               (!isProperty(name) && name != "haptic" && name != "obstacle" &&
+                               (!isProperty(name) && !isTag(name) && !isOfReflector(name) &&
                                 !nearestWords(name, sceneSettings().names()).empty());
         std::string text;
         textOf(value, text);
@@ -166,7 +187,9 @@ void addGltfSceneTags(const tinygltf::Scene& scene, osg::Node& root, GltfMessage
 
 bool isMarked(const tinygltf::Value& extras)
 {
-    return membersOf(extras).count("haptic") > 0 || membersOf(extras).count("obstacle") > 0;
+    const tinygltf::Value::Object& members = membersOf(extras);
+    return std::any_of(
+        kTags.begin(), kTags.end(), [&](const std::string& tag) { return members.count(tag) > 0; });
 }
 
 bool saysHowItFeels(const tinygltf::Value& extras)
@@ -175,10 +198,8 @@ bool saysHowItFeels(const tinygltf::Value& extras)
     return isMarked(extras) ||
            std::any_of(members.begin(),
                        members.end(),
-                       [](const auto& one) {
-                           return isProperty(one.first) ||
-                                  !didYouMean(one.first, {"haptic", "obstacle"}).empty();
-                       });
+                       [](const auto& one)
+                       { return isProperty(one.first) || !didYouMean(one.first, kTags).empty(); });
 }
 
 tinygltf::Value joinedExtras(const tinygltf::Value& node, const tinygltf::Value& mesh)
@@ -191,8 +212,7 @@ tinygltf::Value joinedExtras(const tinygltf::Value& node, const tinygltf::Value&
 
 bool isHapticExtra(const std::string& name)
 {
-    return name == "haptic" || name == "obstacle" ||
-           (isProperty(name) && surfaceProperties().concernsSafety(name)) ||
+    return isTag(name) || (isProperty(name) && surfaceProperties().concernsSafety(name)) ||
            (sceneSettings().find(name) && sceneSettings().concernsSafety(name));
 }
 

@@ -11,9 +11,9 @@ namespace osgMidair
 {
 
 /// Makes tags at \a node from \a extras, those of \a where ("node \"hand\""): "haptic" (true, a
-/// text, or an object with properties) with the properties beside it, and "obstacle". A misspelt or
-/// invalid property stays in the tag, whose reader reports it and silences the scene if necessary;
-/// a name that resembles no property is ignored with a message.
+/// text, or an object with properties) with the properties beside it, "reflector" with its own, and
+/// "obstacle". A misspelt or invalid property stays in the tag, whose reader reports it and
+/// silences the scene if necessary; a name that resembles no property is ignored with a message.
 void addGltfTags(const tinygltf::Value& extras,
                  const std::string& where,
                  osg::Node& node,
@@ -25,7 +25,7 @@ void addGltfSceneTags(const tinygltf::Scene& scene, osg::Node& root, GltfMessage
 
 /// True if \a extras have haptic properties.
 bool saysHowItFeels(const tinygltf::Value& extras);
-/// True if \a extras have "haptic" or "obstacle".
+/// True if \a extras have a tag.
 bool isMarked(const tinygltf::Value& extras);
 
 /// Joins the extras of a mesh at one node: those of \a node override those of \a mesh.

@@ -23,6 +23,7 @@ namespace
 
 const std::string kTag = "haptic";
 const std::string kObstacleTag = "obstacle";
+const std::string kReflectorTag = "reflector";
 
 /// Returns the description that begins with the word \a tag, or null.
 const std::string* description(const osg::Node& node, const std::string& tag)
@@ -42,16 +43,10 @@ const osg::Object* userValue(const osg::Node& node, const std::string& tag)
     return container ? container->getUserObject(tag) : nullptr;
 }
 
-} // namespace
-
-bool hasHapticTag(const osg::Node& node)
+/// Reads the text of \a tag; false if the node has none.
+bool textOf(const osg::Node& node, const std::string& tag, std::string& text)
 {
-    return node.getUserDataContainer() && (userValue(node, kTag) || description(node, kTag));
-}
-
-bool hapticTag(const osg::Node& node, std::string& text)
-{
-    if (const osg::Object* value = userValue(node, kTag))
+    if (const osg::Object* value = userValue(node, tag))
     {
         if (const auto* words = dynamic_cast<const osg::StringValueObject*>(value))
             text = words->getValue();
@@ -61,13 +56,40 @@ bool hapticTag(const osg::Node& node, std::string& text)
             text = "true";
         return true;
     }
-    if (const std::string* words = description(node, kTag))
+    if (const std::string* words = description(node, tag))
     {
-        const std::size_t start = words->find_first_not_of(" :=", kTag.size());
+        const std::size_t start = words->find_first_not_of(" :=", tag.size());
         text = start == std::string::npos ? "true" : words->substr(start);
         return true;
     }
     return false;
+}
+
+bool hasTag(const osg::Node& node, const std::string& tag)
+{
+    return node.getUserDataContainer() && (userValue(node, tag) || description(node, tag));
+}
+
+} // namespace
+
+bool hasHapticTag(const osg::Node& node)
+{
+    return hasTag(node, kTag);
+}
+
+bool hapticTag(const osg::Node& node, std::string& text)
+{
+    return textOf(node, kTag, text);
+}
+
+bool hasReflectorTag(const osg::Node& node)
+{
+    return hasTag(node, kReflectorTag);
+}
+
+bool reflectorTag(const osg::Node& node, std::string& text)
+{
+    return textOf(node, kReflectorTag, text);
 }
 
 bool hasObstacleTag(const osg::Node& node)
@@ -83,7 +105,7 @@ bool isOwnObject(const osg::Node& node)
     // The cheapest test comes first: own objects always request the event traversal.
     return node.getNumChildrenRequiringEventTraversal() > 0 &&
            (dynamic_cast<const HapticSurface*>(&node) || dynamic_cast<const HapticPoints*>(&node) ||
-            hasHapticTag(node) || hasObstacleTag(node));
+            hasHapticTag(node) || hasObstacleTag(node) || hasReflectorTag(node));
 }
 
 CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor(const osg::Node* owner) :
@@ -108,7 +130,7 @@ void CollectHapticSurfacesVisitor::collect(const std::vector<SceneRoot>& roots,
         root.node->accept(*this);
     }
     const bool haptic = std::any_of(
-        _instances.begin(), _instances.end(), [](const HapticInstance& i) { return !i.obstacle; });
+        _instances.begin(), _instances.end(), [](const HapticInstance& i) { return i.isFelt(); });
     if (haptic || !otherwise || roots.empty() || !validNodeMask(*roots.front().node)) return;
     osg::Node& root = *roots.front().node;
     _world = roots.front().world;
@@ -149,7 +171,8 @@ void CollectHapticSurfacesVisitor::check(osg::Node& node)
         add(node, &points->getProperty()).points = points;
     else if (surface || hasHapticTag(node))
         add(node, surface ? &surface->getProperty() : nullptr);
-    if (hasObstacleTag(node)) add(node, nullptr).obstacle = true;
+    if (hasObstacleTag(node)) add(node, nullptr).kind = HapticInstance::OBSTACLE;
+    if (hasReflectorTag(node)) add(node, nullptr).kind = HapticInstance::REFLECTOR;
 }
 
 HapticInstance& CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* property)
@@ -274,7 +297,7 @@ void markTags(osg::Node& root)
     };
     // Plain recursion is several times faster than a visitor. It enters all children, shown or not.
     if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
-        (hasHapticTag(root) || hasObstacleTag(root)))
+        (hasHapticTag(root) || hasObstacleTag(root) || hasReflectorTag(root)))
         (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);
     osg::Group* group = root.asGroup();
     const unsigned int children = group ? group->getNumChildren() : 0;

@@ -18,9 +18,16 @@ namespace osgMidair
 class HapticPoints;
 class HapticScene;
 
-/// One haptic node, or one obstacle, on one node path.
+/// One haptic node, obstacle or reflector, on one node path.
 struct HapticInstance
 {
+    enum Kind
+    {
+        FELT,
+        OBSTACLE, ///< a real object that blocks sound; not haptic
+        REFLECTOR ///< a real object whose flat faces reflect sound; not haptic
+    };
+
     osg::Node* node = nullptr;
     std::uint64_t id = 0; ///< hash of the node path
     osg::Matrixd world;   ///< from the frame of the node's children to the world, in scene units
@@ -29,11 +36,13 @@ struct HapticInstance
     const HapticPoints* points = nullptr; ///< the node, if it is one
     /// false below a camera or an absolute frame, where nodes have no position in the world
     bool inWorld = true;
-    bool obstacle = false; ///< a real object that blocks sound; not haptic
+    Kind kind = FELT;
     /// below a node that turns with the camera; world excludes that rotation
     bool followsCamera = false;
     /// planes of ClipNodes above it, in the world; anything behind one is invisible
     std::vector<osg::Vec4d> clips;
+
+    bool isFelt() const { return kind == FELT; }
 };
 
 /// A root of a haptic scene, and the transform from its parent's frame to the world.
@@ -43,9 +52,9 @@ struct SceneRoot
     osg::Matrixd world;
 };
 
-/// Finds every HapticSurface, every HapticPoints and every node tagged "haptic" or "obstacle" among
-/// the active children, once per node path. It respects Switch, node masks and LOD (at its finest
-/// level) and does not depend on any camera. Run it after the update traversal.
+/// Finds every HapticSurface, every HapticPoints and every node tagged "haptic", "obstacle" or
+/// "reflector" among the active children, once per node path. It respects Switch, node masks and
+/// LOD (at its finest level) and does not depend on any camera. Run it after the update traversal.
 ///
 /// It skips subtrees without haptic nodes: haptic nodes request the event traversal, and OSG counts
 /// such nodes up to the root. For tagged nodes markTags() has to make that request.
@@ -126,6 +135,11 @@ bool hasHapticTag(const osg::Node& node);
 /// Returns true if the node has the user value "obstacle" (a bool) or a description "obstacle": a
 /// real object that blocks sound.
 bool hasObstacleTag(const osg::Node& node);
+
+/// Reads the text of the user value "reflector", or of a description "reflector ..", as
+/// hapticTag() does.
+bool reflectorTag(const osg::Node& node, std::string& text);
+bool hasReflectorTag(const osg::Node& node);
 
 /// Returns true for a HapticSurface, a HapticPoints or a node with a marked tag: a separate object.
 bool isOwnObject(const osg::Node& node);

@@ -1,12 +1,14 @@
 #include "plugin/scene/SceneCollector.h"
 
 #include "engine-bridge/PoseAndStretch.h"
+#include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/drawn/DrawnState.h"
 #include "engine-bridge/sensations/SensationLibrary.h"
 #include "haptics/base/text/Words.h"
+#include "plugin/scene/ReflectorTag.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
 
@@ -28,9 +30,12 @@ namespace osgMidair
 using midair::base::about;
 using midair::base::MessageCode;
 using midair::base::Topic;
+using midair::bridge::Capsule;
 using midair::bridge::HapticObject;
 using midair::bridge::MeshCache;
 using midair::bridge::PaintOptions;
+using midair::haptics::FlatFace;
+using midair::haptics::FlatFaces;
 
 namespace
 {
@@ -80,6 +85,11 @@ void locateSensation(const std::string& folder, HapticProperty& property)
 bool isSensation(const HapticProperty& property)
 {
     return !midair::base::trimmed(property.sensation).empty();
+}
+
+std::vector<Capsule> capsulesOf(const midair::haptics::TriangleMesh& mesh)
+{
+    return midair::bridge::capsulesOf(mesh);
 }
 
 /// A sensation without a surface.
@@ -133,7 +143,11 @@ PaintOptions paintOf(const HapticProperty& property)
 
 SceneCollector::SceneCollector(const osg::Node* owner, Log log) :
     _log(std::move(log)),
-    _visitor(owner)
+    _visitor(owner),
+    _real{{capsulesOf, "it is no obstacle"},
+          {midair::haptics::flatFacesOf, "it reflects nothing"},
+          {},
+          {}}
 {
     _extract.skip = isOwnObject; // nested haptic nodes are separate objects
 }
@@ -175,15 +189,21 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
     const std::size_t before = std::exchange(_frames.instances, met);
     _meshes.spendBefore(kMeetWork * (met - std::min(before, met)) +
                         (isTagFrame ? kTagWork * met : 0));
-    _obstacles.beginFrame();
+    _real.props.clear();
+    _real.faces.clear();
+    _real.obstacles.beginFrame();
+    _real.reflectors.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
-        if (instance.obstacle)
+        if (instance.isFelt())
+            fill(instance);
+        else if (instance.kind == HapticInstance::OBSTACLE)
             fillObstacle(instance);
         else
-            fill(instance);
+            fillReflector(instance);
     tellHidden(roots);
     endGone();
-    _obstacles.endFrame();
+    _real.obstacles.endFrame();
+    _real.reflectors.endFrame();
     _meshes.endFrame();
     _points.endFrame();
     if (std::exchange(_frames.objects, _collected.count) != _collected.count)
@@ -214,17 +234,17 @@ void SceneCollector::noteMarks()
 {
     if (_marks.state() == SceneMarks::State::SOME) return;
     for (const HapticInstance& instance : _visitor.instances())
-        if (!instance.obstacle && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
+        if (instance.isFelt() && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
 }
 
 // Ends messages about objects that are gone or were disabled.
 void SceneCollector::endGone()
 {
-    for (auto one = _told.obstacles.begin(); one != _told.obstacles.end();)
+    for (auto one = _told.realThings.begin(); one != _told.realThings.end();)
     {
         const bool isGone = one->second != _frames.now;
         if (isGone) _log().endsOf(one->first);
-        one = isGone ? _told.obstacles.erase(one) : std::next(one);
+        one = isGone ? _told.realThings.erase(one) : std::next(one);
     }
     const bool isAnyGone = _collected.known != _told.known || _collected.isAnyBack;
     _told.known = _collected.known;
@@ -269,19 +289,70 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
         return;
     }
     _warnings.clear();
+    const auto take = [this](const std::vector<Capsule>& capsules, const Eigen::Isometry3d& pose)
+    {
+        for (const Capsule& one : capsules)
+            _real.props.push_back({pose * one.a, pose * one.b, one.radius_m});
+    };
     if (instance.inWorld)
-        _obstacles.add(*instance.node,
-                       _places.toArray * midair::bridge::toEigen(instance.world),
-                       _extract.skip,
-                       _warnings);
+        _real.obstacles.add(*instance.node,
+                            _places.toArray * midair::bridge::toEigen(instance.world),
+                            _extract.skip,
+                            _warnings,
+                            take);
     else
         _warnings.emplace_back("hangs on a camera, not in the world; it is no obstacle");
-    const auto told = _told.obstacles.find(instance.id);
-    if (told != _told.obstacles.end()) told->second = _frames.now;
+    tellReal(instance, MessageCode::OBSTACLE_INVALID);
+}
+
+// Of the faces that all reflectors have, one more than a field can have is enough to tell that they
+// are too many.
+void SceneCollector::fillReflector(const HapticInstance& instance)
+{
+    std::string text;
+    reflectorTag(*instance.node, text);
+    _warnings.clear();
+    std::vector<std::string> wrong;
+    const ReflectorTag tag = ReflectorTag::parse(text, wrong);
+    const auto take = [&](const FlatFaces& found, const Eigen::Isometry3d& pose)
+    {
+        if (!found.problem.empty()) wrong.push_back(found.problem + "; it reflects nothing");
+        for (const FlatFace& face : found.faces)
+        {
+            if (_real.faces.size() > midair::haptics::kMostReflectors) continue;
+            FlatFace& one = _real.faces.emplace_back(face.movedBy(pose));
+            one.rectangle.name = instance.node->getName();
+            one.rectangle.reflection = tag.reflection;
+            one.rectangle.reflectionPhase_rad = tag.reflectionPhase;
+            one.rectangle.accuracy_mm = tag.accuracy;
+        }
+    };
+    if (tag.enabled && instance.inWorld)
+        _real.reflectors.add(*instance.node,
+                             _places.toArray * midair::bridge::toEigen(instance.world),
+                             _extract.skip,
+                             _warnings,
+                             take);
+    else if (tag.enabled)
+        _warnings.emplace_back("hangs on a camera, not in the world; it reflects nothing");
+    std::vector<midair::base::Message> told;
+    for (const std::string& what : wrong)
+        told.push_back(about(
+            MessageCode::REFLECTOR_INVALID, _visitor.path(instance), "as a reflector: " + what));
+    _log().sayNow({MessageCode::REFLECTOR_INVALID, instance.id}, told);
+    _told.realThings[instance.id] = _frames.now;
+    tellReal(instance, MessageCode::REFLECTOR_INVALID);
+}
+
+// Logs the warnings about an obstacle or a reflector.
+void SceneCollector::tellReal(const HapticInstance& instance, MessageCode code)
+{
+    const auto told = _told.realThings.find(instance.id);
+    if (told != _told.realThings.end()) told->second = _frames.now;
     for (const std::string& warning : _warnings)
     {
-        const Topic topic{MessageCode::OBSTACLE_INVALID, instance.id, warning};
-        _told.obstacles[instance.id] = _frames.now;
+        const Topic topic{code, instance.id, warning};
+        _told.realThings[instance.id] = _frames.now;
         if (_log().begins(topic))
             _log().say(topic, about(topic.code, _visitor.path(instance), warning));
     }
@@ -614,9 +685,10 @@ void SceneCollector::tellMarks(const osg::Node& root)
 void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
 {
     const auto& all = _visitor.instances();
-    const bool isHidden =
-        _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
-        std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
+    const bool isHidden = _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
+                          std::all_of(all.begin(),
+                                      all.end(),
+                                      [](const HapticInstance& one) { return !one.isFelt(); });
     const Topic hidden{MessageCode::OBJECT_HIDDEN};
     if (_log().begins(hidden, isHidden))
         _log().say(hidden,

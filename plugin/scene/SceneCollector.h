@@ -1,14 +1,16 @@
 #pragma once
 
 #include "engine-bridge/HapticObject.h"
+#include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/scene/MeshCache.h"
 #include "engine-bridge/scene/PaintReader.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/surface/FlatFaces.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/PointMeshes.h"
 #include "plugin/scene/SceneMarks.h"
-#include "plugin/scene/TaggedObstacles.h"
+#include "plugin/scene/TaggedShapes.h"
 
 #include <osgMidair/FoundObject>
 #include <osgMidair/HapticProperty>
@@ -51,7 +53,8 @@ struct FeltNode
     std::string path;
 };
 
-/// Collects the active haptic objects and obstacles below its roots, in array coordinates. Checks
+/// Collects the active haptic objects, obstacles and reflectors below its roots, in array
+/// coordinates. Checks
 /// unchanged objects but doesn't rebuild them. Reads new objects, each completely, in frames that
 /// have time for them (MeshCache::isFull()).
 ///
@@ -90,11 +93,9 @@ public:
     /// Makes the next collect() rebuild all objects.
     void forget() { _frames.isKept = false; }
 
-    /// Appends the obstacles of this frame to \a props.
-    void addObstacles(std::vector<midair::bridge::Capsule>& props) const
-    {
-        _obstacles.addTo(props);
-    }
+    /// Obstacles and faces of reflectors of this frame, in the array frame.
+    const std::vector<midair::bridge::Capsule>& obstacles() const { return _real.props; }
+    const std::vector<midair::haptics::FlatFace>& reflectors() const { return _real.faces; }
 
     int instances() const { return _collected.felt; } ///< playable instances
     /// Returns true if the last collect() met an object whose properties silence the whole scene.
@@ -142,8 +143,9 @@ private:
     struct Told
     {
         std::optional<SceneMarks::State> marks;
-        int known = 0;                                   ///< objects in the last frame
-        std::map<std::uint64_t, unsigned int> obstacles; ///< frame in which each was last met
+        int known = 0; ///< objects in the last frame
+        /// frame in which each obstacle and reflector was last met
+        std::map<std::uint64_t, unsigned int> realThings;
     };
     /// Arguments of configure().
     struct Places
@@ -151,6 +153,15 @@ private:
         Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();
         bool shadows = false;
         std::string folder;
+    };
+    /// What sound meets besides the objects; props and faces are those of the newest frame, in the
+    /// array frame.
+    struct RealThings
+    {
+        TaggedShapes<std::vector<midair::bridge::Capsule>> obstacles;
+        TaggedShapes<midair::haptics::FlatFaces> reflectors;
+        std::vector<midair::bridge::Capsule> props;
+        std::vector<midair::haptics::FlatFace> faces;
     };
     /// The newest frame.
     struct Collected
@@ -201,6 +212,8 @@ private:
     void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);
     void tellGeometry(Known& known, bool isBack);
     void fillObstacle(const HapticInstance& instance);
+    void fillReflector(const HapticInstance& instance);
+    void tellReal(const HapticInstance& instance, midair::base::MessageCode code);
     void endGone();
     void forgetUnseen();
 
@@ -213,7 +226,7 @@ private:
     midair::bridge::MeshCache _meshes;
     PointMeshes _points;
     midair::bridge::ExtractOptions _extract;
-    TaggedObstacles _obstacles;
+    RealThings _real;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance being filled in

@@ -279,6 +279,9 @@ void Recomputer::rateChange(Recomputed& result) const
 void Recomputer::rateCap(Recomputed& result) const
 {
     setCount(result, "transducers", _q.front().size());
+    setCount(
+        result, "reflectorCount", static_cast<Eigen::Index>(_recorded.array.reflectors.size()));
+    set(result, "reflectorRms", 0.0); // of fields at rest, and these move
     set(result, "capFactor", _recorded.cap_Pa > 0.0 ? _q.front().cwiseAbs().mean() : 1.0);
 }
 

@@ -130,6 +130,8 @@ whyUnreadable(const std::string& file, const std::string& message, const NoticeK
     return why(keeper);
 }
 
+const std::vector<std::string> kTags = {"haptic", "obstacle", "reflector"};
+
 /// Finds descriptions of nodes that look like tags and are none.
 class FindMisspelt : public osg::NodeVisitor
 {
@@ -143,8 +145,9 @@ public:
              data ? data->getDescriptions() : osg::Node::DescriptionList())
         {
             const std::string tag = text.substr(0, text.find_first_of(" :="));
-            const std::string meant = base::didYouMean(tag, {"haptic", "obstacle"});
-            if (meant.empty() || tag == "haptic" || tag == "obstacle") continue;
+            const std::string meant = base::didYouMean(tag, kTags);
+            if (meant.empty() || std::find(kTags.begin(), kTags.end(), tag) != kTags.end())
+                continue;
             sentences.push_back(fmt::format("{} '{}' has the description \"{}\", which is no tag{}",
                                             node.className(),
                                             node.getName(),

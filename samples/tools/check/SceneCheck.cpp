@@ -203,6 +203,8 @@ public:
                     start + std::chrono::duration<double>((frame + 1) * kFrameTime_s));
             gather();
         }
+        for (const LoadedScene::Scene& scene : _loaded.scenes())
+            waitForReflectors(*scene.node);
         update(frame, frame - 1); // collects the messages of the last field
         return frame;
     }
@@ -245,16 +247,32 @@ private:
         }
     }
 
+    /// Waits until \a isReady(statistics), at most \a limit_s.
+    template<typename IsReady>
+    static void waitUntil(const HapticScene& scene, double limit_s, const IsReady& isReady)
+    {
+        const auto end = Clock::now() + std::chrono::duration<double>(limit_s);
+        while (Clock::now() < end && !isReady(scene.getStatistics()))
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+
     /// Waits until the field of the last frame is solved, at most wait_s.
     void waitFor(const HapticScene& scene) const
     {
-        const auto end = Clock::now() + std::chrono::duration<double>(_options.wait_s);
-        while (Clock::now() < end)
-        {
-            const osgMidair::HapticStatistics s = scene.getStatistics();
-            if (s.processed >= s.snapshots) return;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
+        waitUntil(scene,
+                  _options.wait_s,
+                  [](const osgMidair::HapticStatistics& s) { return s.processed >= s.snapshots; });
+    }
+
+    /// Waits until the field at rest is rated for the accuracy of its reflectors; one that moves on
+    /// its own isn't.
+    void waitForReflectors(const HapticScene& scene) const
+    {
+        constexpr double kMost_s = 2.0;
+        waitUntil(scene,
+                  std::min(_options.wait_s, kMost_s),
+                  [](const osgMidair::HapticStatistics& s)
+                  { return s.reflectorCount == 0 || s.points == 0 || s.reflectorRms > 0.0; });
     }
 
     /// Contacts and sensations follow the wall clock, so frames with hands or sensations run in

@@ -144,6 +144,15 @@ void printScene(Out out, const CheckedScene& scene, int frames)
         s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none",
         scene.granted.earLimit > 0.0 ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
                                      : "");
+    if (s.reflectorCount > 0)
+        fmt::format_to(
+            out,
+            "  mirrors   {} reflector{} in all figures; off by their accuracy they leave "
+            "an rms error of {}\n",
+            s.reflectorCount,
+            s.reflectorCount == 1 ? "" : "s",
+            s.reflectorRms > 0.0 ? fmt::format("{:.3f} %", 100.0 * s.reflectorRms)
+                                 : "unknown size, as the field didn't rest");
     if (s.exposure.places > 0)
         fmt::format_to(out,
                        "  ears      {:.0f} dB at the loudest place around the array, including "
@@ -247,6 +256,8 @@ Json sceneJson(const CheckedScene& scene)
                  {"points", s.points},
                  {"level_Pa", s.level_Pa},
                  {"rms", s.rms},
+                 {"reflectorCount", s.reflectorCount},
+                 {"reflectorRms", s.reflectorRms},
                  {"evened", s.evened},
                  {"maxPressure_Pa", s.maxPressure_Pa},
                  {"capFactor", s.capFactor},

@@ -374,16 +374,19 @@ void solveWithReflectors(const SolveArguments& arguments,
 {
     SolvedReflectors& told = solution.parts.reflectors.emplace();
     told.count = static_cast<int>(task.array.reflectors.size());
-    const auto solve = [&](bool forFreeAir, haptics::ReflectorFigures& figures)
+    haptics::TransducerArray free = task.array;
+    free.reflectors.clear();
+    const auto solve =
+        [&](const haptics::TransducerArray& solvedFor, haptics::ReflectorFigures& figures)
     {
-        task.forFreeAir = forFreeAir;
+        task.solvedFor = &solvedFor;
         bridge::SolvedFields solved = bridge::solveOnce(task);
         figures = haptics::reflectorFigures(
             solved.sequence, task.array, task.medium, arguments.settings.threads);
         return solved;
     };
     bridge::SolvedFields& played = solution;
-    played = solve(true, told.played);
+    played = solve(free, told.played);
     told.hidden = haptics::hiddenTransducers(played.points.positions, task.array, task.medium);
     const std::string why =
         haptics::whyUncorrectable(played.points.positions, task.array, task.medium);
@@ -395,7 +398,7 @@ void solveWithReflectors(const SolveArguments& arguments,
             stderr, "midair-solve: figures with reflectors are rough, as %s\n", why.c_str());
     if (!arguments.noCorrection)
     {
-        bridge::SolvedFields corrected = solve(false, told.other);
+        bridge::SolvedFields corrected = solve(task.array, told.other);
         told.isCorrected = told.other.expectedRms < told.played.expectedRms;
         if (told.isCorrected)
         {
@@ -403,8 +406,8 @@ void solveWithReflectors(const SolveArguments& arguments,
             played = std::move(corrected);
         }
     }
-    haptics::TransducerArray free = task.array;
-    free.reflectors.clear();
+    task.solvedFor = nullptr;
+    solution.sequence.report.reflectorRms = told.played.expectedRms;
     told.freeEars_dB = solution.ears->levelOf_dB(free, task.medium, played.sequence.fields);
 }
 

@@ -57,8 +57,8 @@ protected:
             selectControlPoints(objects, Workspace(array, kWavelength, options), options);
         const SelectionReport& r = selection.report;
         EXPECT_EQ(r.candidates,
-                  r.selected + r.notFinite + r.noTarget + r.tooClose + r.behind + r.outOfReach +
-                      r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped + r.overBudget);
+                  r.selected + r.notFinite + r.noTarget + r.tooClose + r.behind + r.atReflector +
+                      r.outOfReach + r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped + r.overBudget);
         test::expectLeftOutAddsUp(objects, r);
         EXPECT_EQ(r.selected, selection.points.size());
         EXPECT_EQ(std::accumulate(r.perObject.begin(), r.perObject.end(), 0), r.selected);
@@ -143,6 +143,29 @@ TEST_F(ControlPointSelector, LeavesOutTargetsThatArentPositiveNumbers)
         object.target = target;
         EXPECT_EQ(select({object}).report.notFinite, 1);
     }
+}
+
+TEST_F(ControlPointSelector, PointsNearerThanAWavelengthToAReflectorAreLeftOut)
+{
+    Reflector plate;
+    plate.position = {0.0, -0.01, 0.0};
+    plate.normal = Eigen::Vector3d::UnitY();
+    plate.along = Eigen::Vector3d::UnitX();
+    plate.size_m = {0.04, 0.04};
+    array.reflectors = {plate};
+    const Selection selection = select({objectOf(0,
+                                                 0,
+                                                 {{0.0, -0.02, 0.0},
+                                                  {0.0, -0.01 + 1.01 * kWavelength, 0.0},
+                                                  {0.02, -0.01 + 0.99 * kWavelength, 0.0},
+                                                  {0.04, -0.01, 0.0}})});
+    EXPECT_EQ(selection.report.selected, 3);
+    EXPECT_EQ(selection.report.atReflector, 1);
+    EXPECT_NE(selection.report.summary().find("1 nearer than a wavelength to a reflector"),
+              std::string::npos)
+        << selection.report.summary();
+    array.reflectors[0].reflection = 0.0;
+    EXPECT_EQ(select({objectOf(0, 0, {{0.0, -0.01, 0.0}})}).report.selected, 1);
 }
 
 TEST_F(ControlPointSelector, JudgesTheWorkspaceOfAPrismAndABoard)

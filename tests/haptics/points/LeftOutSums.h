@@ -27,7 +27,7 @@ inline void expectLeftOutAddsUp(const std::vector<PosedObject>& objects, const S
     }
     const std::array<int, 5> wanted{r.notFinite,
                                     r.noTarget,
-                                    r.tooClose + r.behind + r.outOfReach,
+                                    r.tooClose + r.behind + r.atReflector + r.outOfReach,
                                     r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped,
                                     r.overBudget};
     EXPECT_EQ(all, wanted);

@@ -30,6 +30,8 @@ public:
         std::string tag;
         bool isObstacle = false;
         if (node.getUserValue("haptic", tag)) all.push_back(node.getName() + ": " + tag);
+        if (node.getUserValue("reflector", tag))
+            all.push_back(node.getName() + ": reflector: " + tag);
         if (node.getUserValue("obstacle", isObstacle) && isObstacle)
             all.push_back(node.getName() + ": obstacle");
         traverse(node);
@@ -70,6 +72,10 @@ TEST(Gltf, ExtrasOfAMeshCountAtEachNodeThatHasIt)
                         "nowhere: false; pressure=\"600 Pa\""}));
 
     EXPECT_EQ(tagsOf(withMeshExtras({{"obstacle", true}})), Messages{"here: obstacle"});
+    for (const Json& extras :
+         {Json{{"reflector", true}, {"accuracy", 0.2}}, Json{{"reflector", {{"accuracy", 0.2}}}}})
+        EXPECT_EQ(tagsOf(withMeshExtras(extras)),
+                  Messages{"here: reflector: true; accuracy=\"0.2\""});
     EXPECT_EQ(tagsOf(withMeshExtras({{"haptic", {{"pressure", "600 Pa"}, {"side", "front"}}}})),
               Messages{"here: true; pressure=\"600 Pa\"; side=\"front\""});
 }
