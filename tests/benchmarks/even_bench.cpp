@@ -296,6 +296,50 @@ void runHeld(const EvenedScene& scene, int passes, double raise, double spacing)
     std::fflush(stdout);
 }
 
+// A held field that goes on from the last one while its surface moves.
+void runMoving(const EvenedScene& sphere, int passes, double step_m)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    midair::base::MessageLog messages;
+    SequenceComposer composer({}, messages);
+    EvenedCycle evened(passes, 0, {});
+    Eigen::VectorXcf lastSolved, last;
+    std::printf("%s, moved by %g mm from field to field: cv and Pa of the solved field and of the "
+                "evened one, mean turn of the phases, s of processor time\n",
+                sphere.name.c_str(),
+                1e3 * step_m);
+    for (int frame = 0; frame < 9; ++frame)
+    {
+        const EvenedScene scene = movedScene(sphere, step_m * frame);
+        const FieldSequence held = composer.compose(0, scene.sets(1).front(), {}, array, medium);
+        const ControlPoints places = placesFor(scene, held.points(), 1, 0.0);
+        const double start_ms = cpu_ms();
+        if (frame == 0)
+            evened.begin(held, places, array, medium);
+        else
+            evened.resume(held, places, array, medium);
+        FieldSequence played = held;
+        while (evened.hasWork())
+            if (auto better = evened.step()) played = std::move(*better);
+        const double passed_ms = cpu_ms() - start_ms;
+        const SurfaceStatistics before = surfaceStatistics(scene.fine, array, medium, held.fields);
+        const SurfaceStatistics now = surfaceStatistics(scene.fine, array, medium, played.fields);
+        std::printf("%2d %6.3f %5.1f %5.2f > %6.3f %5.1f %5.2f %6.2f\n",
+                    frame,
+                    before.coefficientOfVariation,
+                    before.mean_Pa,
+                    frame > 0 ? meanTurn(lastSolved, held.fields.front()) : 0.0,
+                    now.coefficientOfVariation,
+                    now.mean_Pa,
+                    frame > 0 ? meanTurn(last, played.fields.front()) : 0.0,
+                    1e-3 * passed_ms);
+        std::fflush(stdout);
+        lastSolved = held.fields.front();
+        last = played.fields.front();
+    }
+}
+
 // The same in a live pipeline, twice at rest: how long a new snapshot may have to wait.
 void runLive(const EvenedScene& scene, int K, double maxPressure_Pa)
 {
@@ -353,6 +397,8 @@ int run(int argc, char** argv)
     app.add_flag("--live", live, "steps of a live pipeline in place of the time's curve");
     bool held = false;
     app.add_flag("--held", held, "a single field of each of many shapes");
+    std::vector<double> moving_mm;
+    app.add_option("--moving", moving_mm, "a single field of a sphere that moves by so many mm");
     std::string meshes;
     app.add_option(
         "--meshes", meshes, "folder of spot.obj, teapot.obj and fandisk.obj, for --held");
@@ -368,6 +414,12 @@ int run(int argc, char** argv)
         for (const EvenedScene& scene : heldScenes(meshes))
             if (shape.empty() || scene.name == shape)
                 runHeld(scene, EvenedCycle::kFewPasses * passes, raise, spacing);
+        return 0;
+    }
+    if (!moving_mm.empty())
+    {
+        for (const double step_mm : moving_mm)
+            runMoving(evenedSphere(), passes, 1e-3 * step_mm);
         return 0;
     }
     std::printf(

@@ -6,10 +6,10 @@
 #include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/AtRest.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
+#include "tests/haptics/sequence/EvenedScenes.h"
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -59,16 +59,6 @@ felt(const std::vector<Eigen::VectorXcf>& fields,
     return haptics::statisticsOf(
         haptics::meanRadiationPressure(places, array, haptics::Medium(), fields),
         Eigen::VectorXd());
-}
-
-/// Mean angle between \a a and \a b, once turned to be near.
-double turnOf(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
-{
-    const std::complex<float> common = std::polar(1.0f, std::arg(b.dot(a)));
-    double sum = 0.0;
-    for (Eigen::Index i = 0; i < a.size(); ++i)
-        sum += std::fabs(static_cast<double>(std::arg(common * b[i] * std::conj(a[i]))));
-    return sum / static_cast<double>(a.size());
 }
 
 /// Pressures of the played field at its points.
@@ -145,7 +135,7 @@ TEST(EvenedPipeline, AHeldFieldIsWalkedToAnEvenedOne)
         EXPECT_FALSE(result->outline);
         EXPECT_TRUE(result->playing);
         // No step is felt: neither at the points nor on the surface.
-        const double turn_rad = turnOf(last->played(), result->played());
+        const double turn_rad = haptics::meanTurn(last->played(), result->played());
         EXPECT_LE(turn_rad, 1.05 * haptics::PhaseWalk::kMostTurn_rad);
         EXPECT_NEAR(result->report().meanPhaseStep_rad, turn_rad, 0.02);
         EXPECT_LT(result->report().driveChange, 0.1);
@@ -321,7 +311,7 @@ TEST(EvenedPipeline, WithoutATimeToRestEachFieldOfASlowSurfaceIsEvenAtOnce)
         EXPECT_GT(now.mean_Pa, 0.95 * solved.mean_Pa) << frame;
         if (last)
         {
-            EXPECT_LT(turnOf(last->played(), result->played()), 0.6) << frame;
+            EXPECT_LT(haptics::meanTurn(last->played(), result->played()), 0.6) << frame;
         }
         last = result;
     }

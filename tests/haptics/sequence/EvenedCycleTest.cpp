@@ -132,6 +132,51 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
     }
 }
 
+TEST(EvenedCycle, AHeldFieldStaysEvenWhileItsSurfaceMoves)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const EvenedScene sphere = evenedSphere();
+    base::MessageLog messages;
+    SequenceComposer composer({}, messages);
+    EvenedCycle evened(25, 0, {});
+    Eigen::VectorXcf last;
+    for (int frame = 0; frame < 5; ++frame)
+    {
+        const EvenedScene scene = movedScene(sphere, 5e-4 * frame);
+        const FieldSequence held = composer.compose(0, scene.sets(1).front(), {}, array, Medium());
+        const ControlPoints places = scene.places(held.points(), kClosePlaceSpacing);
+        ASSERT_TRUE(frame == 0 ? evened.begin(held, places, array, Medium())
+                               : evened.resume(held, places, array, Medium()));
+        FieldSequence played;
+        int count = 0;
+        while (evened.hasWork())
+            if (auto better = evened.step())
+            {
+                played = std::move(*better);
+                ++count;
+            }
+        ASSERT_TRUE(played.evened && played.isHeld());
+        const SurfaceStatistics before =
+            surfaceStatistics(scene.fine, array, Medium(), held.fields);
+        const SurfaceStatistics now = surfaceStatistics(scene.fine, array, Medium(), played.fields);
+        EXPECT_LE(now.coefficientOfVariation, 0.38) << frame;
+        EXPECT_GE(now.mean_Pa, 0.97 * before.mean_Pa) << frame;
+        if (frame > 0)
+        {
+            EXPECT_EQ(count, 1) << "only the final one";
+            EXPECT_LE(evened.equalizer().passes(), 25);
+            EXPECT_LE(meanTurn(last, played.fields.front()), 0.5) << frame;
+        }
+        last = played.fields.front();
+    }
+    // Another number of transducers is another field.
+    EXPECT_FALSE(evened.resume(cycleOf(sphere, 1, TransducerArray::singleBoard()),
+                               sphere.places(sphere.sets(1).front()),
+                               TransducerArray::singleBoard(),
+                               Medium()));
+    EXPECT_FALSE(evened.hasWork());
+}
+
 // The bars of two and three fields, at places between those that are evened out, at 1000 fields a
 // second, on the device's levels.
 TEST(EvenedCycle, FewFieldsAreEvenAndHardlyVibrate)

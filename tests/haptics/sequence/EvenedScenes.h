@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
+#include <complex>
 #include <string>
 #include <vector>
 
@@ -74,6 +76,24 @@ inline EvenedScene evenedStar(const std::string& root)
                       EvenedScene::wavelength_m(),
                       {}};
     scene.fine = finePlaces(scene.mesh);
+    return scene;
+}
+
+/// Mean angle between the phases of \a a and \a b, once turned to be near, rad.
+inline double meanTurn(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
+{
+    const std::complex<float> common = std::polar(1.0f, std::arg(b.dot(a)));
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+        sum += std::fabs(static_cast<double>(std::arg(common * b[i] * std::conj(a[i]))));
+    return sum / static_cast<double>(a.size());
+}
+
+/// \a scene, moved along x, as seen by a single field.
+inline EvenedScene movedScene(EvenedScene scene, double x_m)
+{
+    scene.mesh.vertices.row(0).array() += x_m;
+    scene.fine = finePlaces(scene.mesh, true);
     return scene;
 }
 
