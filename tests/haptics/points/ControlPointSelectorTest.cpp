@@ -58,7 +58,8 @@ protected:
         const SelectionReport& r = selection.report;
         EXPECT_EQ(r.candidates,
                   r.selected + r.notFinite + r.noTarget + r.tooClose + r.behind + r.atReflector +
-                      r.outOfReach + r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped + r.overBudget);
+                      r.outOfReach + r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped +
+                      r.overBudget);
         test::expectLeftOutAddsUp(objects, r);
         EXPECT_EQ(r.selected, selection.points.size());
         EXPECT_EQ(std::accumulate(r.perObject.begin(), r.perObject.end(), 0), r.selected);
