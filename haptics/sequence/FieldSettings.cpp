@@ -77,6 +77,7 @@ std::vector<Setting<S>> playing()
                &S::cycle,
                "number of fields with shifted points, played in turn to smooth objects at rest")
             .range(1, kMostCycle)
+            .named({{"calm", "calm", 1}, {"balanced", "balanced", 2}, {"smooth", "smooth", 8}})
             .variable("CYCLE")
             .use(Use::STILL),
         Row<S>("cycleSteps",

@@ -22,6 +22,25 @@ std::string SettingFacts::storedName() const
     return capital;
 }
 
+std::string SettingFacts::numbers() const
+{
+    std::string text = range.text() + (unit.empty() ? "" : " " + unit);
+    for (const Word& word : named)
+        text += fmt::format(", {} ({})", word.text, word.value);
+    return text;
+}
+
+const Word* wordFor(const std::vector<Word>& words, const std::string& text)
+{
+    const std::string small = lowerCase(trimmed(text));
+    const auto found =
+        std::find_if(words.begin(),
+                     words.end(),
+                     [&](const Word& word)
+                     { return lowerCase(word.text) == small || lowerCase(word.stored) == small; });
+    return found == words.end() ? nullptr : &*found;
+}
+
 bool Range::holds(double value) const
 {
     return (value >= low && value <= high && std::isfinite(value)) || (orZero && value == 0.0);

@@ -81,6 +81,7 @@ struct SettingFacts
     std::string unit;        ///< for numbers; empty: none
     std::vector<Word> words; ///< for an enum
     std::string zero;        ///< for a double: the word for 0, "none"; empty: none
+    std::vector<Word> named; ///< for an int: words for some values; files store the number
 
     std::string stored;              ///< name in scene files; empty: the name with a capital
     std::string variable;            ///< environment variable without "OSG_MIDAIR_"; empty: none
@@ -95,8 +96,8 @@ struct SettingFacts
 
     /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
-    /// Returns the possible values of a number: "1 .. 40000 Hz".
-    std::string numbers() const { return range.text() + (unit.empty() ? "" : " " + unit); }
+    /// Returns the possible values of a number: "1 .. 40000 Hz", "1 .. 64, calm (1), smooth (8)".
+    std::string numbers() const;
 };
 
 /// Row of a table: all facts about one value of a plain struct \a T. The member's initial value is

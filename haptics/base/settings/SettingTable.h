@@ -38,6 +38,7 @@ public:
     Row& orZero() { return set(_setting.range.orZero, true); }
     Row& zeroIs(const char* word) { return set(_setting.zero, word); }
     Row& words(const std::vector<Word>& words) { return set(_setting.words, words); }
+    Row& named(const std::vector<Word>& words) { return set(_setting.named, words); }
     Row& stored(const char* name) { return set(_setting.stored, name); }
     Row& variable(const char* name) { return set(_setting.variable, name); }
     Row& safety() { return set(_setting.isSafety, true); }

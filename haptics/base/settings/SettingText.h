@@ -73,6 +73,8 @@ constexpr bool kIsNumber = std::is_same_v<M, int T::*> || std::is_same_v<M, doub
 
 /// "surface, edges, vertices".
 std::string listOf(const std::vector<Word>& words);
+/// Returns the one of \a words that \a text means, as users or files write it; null: none.
+const Word* wordFor(const std::vector<Word>& words, const std::string& text);
 
 template<typename T>
 bool Setting<T>::assign(T& object, const std::string& text) const
@@ -83,20 +85,20 @@ bool Setting<T>::assign(T& object, const std::string& text) const
         using M = decltype(kept);
         if constexpr (std::is_same_v<M, Choice<T>>)
         {
-            const std::string small = lowerCase(trimmed(text));
-            const auto found = std::find_if(words.begin(),
-                                            words.end(),
-                                            [&](const Word& word) {
-                                                return lowerCase(word.text) == small ||
-                                                       lowerCase(word.stored) == small;
-                                            });
-            if (found != words.end()) kept.set(object, found->value);
-            return found != words.end();
+            const Word* const word = wordFor(words, text);
+            if (word) kept.set(object, word->value);
+            return word != nullptr;
         }
         else if constexpr (std::is_same_v<M, double T::*>)
         {
             const bool isZero = !zero.empty() && lowerCase(trimmed(text)) == zero;
             return isZero ? (object.*kept = 0.0, true) : parseQuantity(text, unit, object.*kept);
+        }
+        else if constexpr (std::is_same_v<M, int T::*>)
+        {
+            const Word* const word = wordFor(named, text);
+            return word ? (object.*kept = word->value, true)
+                        : ValueText<int>::read(text, object.*kept);
         }
         else
             return ValueText<ValueOf<T, M>>::read(text, object.*kept);

@@ -100,6 +100,24 @@ TEST(SettingTableOfAnyStruct, ReadsEachKindOfValue)
     EXPECT_TRUE(table().repair(kite).empty());
 }
 
+TEST(SettingTableOfAnyStruct, SomeNumbersHaveNames)
+{
+    const Setting<Kite> row = Row<Kite>("tails", &Kite::tails, "how many")
+                                  .range(1, 9)
+                                  .named({{"plain", "plain", 1}, {"festive", "festive", 7}});
+    Kite kite;
+    EXPECT_TRUE(row.assign(kite, " Festive "));
+    EXPECT_EQ(kite.tails, 7);
+    EXPECT_TRUE(row.assign(kite, "3"));
+    EXPECT_EQ(kite.tails, 3);
+    for (const char* text : {"", "fest", "festive plain", "7x"})
+        EXPECT_FALSE(row.assign(kite, text)) << text;
+    EXPECT_EQ(kite.tails, 3);
+    EXPECT_EQ(row.expected(), "a number, 1 .. 9, plain (1), festive (7)");
+    EXPECT_EQ(row.values(), "1 .. 9, plain (1), festive (7)");
+    EXPECT_EQ(row.defaultText(), "2");
+}
+
 TEST(SettingTableOfAnyStruct, SaysWhatItUnderstandsAndLeavesTheRest)
 {
     Kite kite;

@@ -1,0 +1,152 @@
+// The pressure cap holds in each way of playing while a reflector moves: with it where it is now,
+// and, as it may be gone, without it. In double precision, from what the device was told to play.
+#include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/sensation/SensationReader.h"
+#include "tests/engine-bridge/contact/ContactScenes.h"
+#include "tests/haptics/base/threads/SetClock.h"
+
+#include <algorithm>
+#include <complex>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+using namespace midair;
+using namespace midair::bridge;
+
+namespace
+{
+
+constexpr double kCap_Pa = 300.0;
+constexpr double kFrame_s = 1.0 / 60.0;
+
+enum class Way
+{
+    HELD,
+    EVENED,
+    CYCLE,
+    SUBSETS,
+    OUTLINE,
+    MODULATION,
+    CONTACT,
+    SENSATION
+};
+
+haptics::FlatFace faceAt(double y_m)
+{
+    haptics::FlatFace face;
+    face.rectangle.name = "plate";
+    face.rectangle.position = {0.0, y_m, 0.0};
+    face.rectangle.normal = Eigen::Vector3d::UnitY();
+    face.rectangle.along = Eigen::Vector3d::UnitX();
+    face.rectangle.size_m = {0.2, 0.15};
+    face.rectangle.accuracy_mm = 0.2;
+    return face;
+}
+
+HologramOptions optionsFor(Way way, const base::Clock& clock)
+{
+    HologramOptions options;
+    options.clock = &clock;
+    options.array = haptics::TransducerArray::octagonalPrism();
+    options.maxPressure = kCap_Pa;
+    if (way != Way::EVENED) options.even = 0;
+    if (way == Way::CYCLE) options.cycle = 3;
+    if (way == Way::SUBSETS) options.subsets = 3;
+    if (way == Way::MODULATION) options.modulation.amplitudeRate_Hz = 10.0;
+    if (way == Way::CONTACT) options.contacts.shares.render = Render::CONTACT;
+    return options;
+}
+
+SceneSnapshot sceneFor(Way way)
+{
+    SceneSnapshot scene;
+    scene.objects = {bridge::test::object(bridge::test::sheet(way == Way::CONTACT ? 30 : 15))};
+    scene.objects[0].path = "Scene/Sheet";
+    HapticProperties& properties = scene.objects[0].properties;
+    if (way == Way::OUTLINE) properties.sampling = haptics::Sampling::EDGES;
+    if (way == Way::CONTACT) scene.hands = bridge::test::ball({0.0, 0.0, 6.5e-3});
+    if (way != Way::SENSATION) return scene;
+    properties.pressure = 1000.0;
+    properties.pressureInPa = true;
+    properties.sensation.isMeant = true;
+    properties.sensation.pattern =
+        std::make_shared<const haptics::Sensation>(haptics::loadSensation("circle?radius=20mm"));
+    return scene;
+}
+
+/// The loudest of \a fields at \a points, with \a reflectors.
+double loudest_Pa(const std::vector<Eigen::VectorXcf>& fields,
+                  const Eigen::Matrix3Xd& points,
+                  const std::vector<haptics::Reflector>& reflectors)
+{
+    haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
+    array.reflectors = reflectors;
+    const Eigen::MatrixXcd G =
+        haptics::referencePropagationMatrix(points, array, haptics::Medium());
+    double most_Pa = 0.0;
+    for (const Eigen::VectorXcf& q : fields)
+        most_Pa = std::max(most_Pa, (G * q.cast<std::complex<double>>()).cwiseAbs().maxCoeff());
+    return most_Pa;
+}
+
+class ReflectorMatrix : public testing::TestWithParam<Way>
+{
+};
+
+} // namespace
+
+TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
+{
+    midair::test::SetClock clock;
+    HologramPipeline pipeline(optionsFor(GetParam(), clock));
+    SceneSnapshot scene = sceneFor(GetParam());
+    double most_Pa = 0.0;
+    int looks = 0;
+    std::shared_ptr<const HologramResult> last;
+    std::vector<Eigen::VectorXcf> before;
+    const auto look = [&](double y_m)
+    {
+        std::vector<Eigen::VectorXcf> fields = pipeline.device().planned();
+        if (!last || last->points.size() == 0 || fields.empty() || fields == before) return;
+        before = fields;
+        ++looks;
+        const Eigen::Matrix3Xd& points = last->points.positions;
+        const double with_Pa = loudest_Pa(fields, points, {faceAt(y_m).rectangle});
+        EXPECT_LE(with_Pa, 1.0005 * kCap_Pa) << y_m;
+        EXPECT_LE(loudest_Pa(fields, points, {}), 1.0005 * kCap_Pa) << y_m;
+        most_Pa = std::max(most_Pa, with_Pa);
+    };
+    for (int frame = 0; frame < 10; ++frame)
+    {
+        // It moves, rests for long enough that fields at rest come, and moves on.
+        const double y_m = -0.045 - 2e-3 * std::max(0, std::min(frame, 3) + std::max(0, frame - 6));
+        scene.reflectors = {faceAt(y_m)};
+        scene.time_s = clock.now_s();
+        last = pipeline.process(scene);
+        look(y_m);
+        const double until_s = clock.now_s() + (frame == 5 ? 0.4 : kFrame_s);
+        for (int k = 0; clock.now_s() < until_s && k < 3000; ++k)
+        {
+            if (auto next = pipeline.attend()) last = std::move(next);
+            if (k % 20 == 0) look(y_m);
+            clock.jump(std::clamp(pipeline.rest_s(), 1e-4, 1e-3));
+        }
+    }
+    EXPECT_GE(looks, 8);
+    EXPECT_GT(most_Pa, 0.6 * kCap_Pa) << "or this shows nothing";
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways,
+                         ReflectorMatrix,
+                         testing::Values(Way::HELD,
+                                         Way::EVENED,
+                                         Way::CYCLE,
+                                         Way::SUBSETS,
+                                         Way::OUTLINE,
+                                         Way::MODULATION,
+                                         Way::CONTACT,
+                                         Way::SENSATION));
