@@ -481,6 +481,7 @@ void HologramPipeline::tellReflectors(const std::string& about,
                                       const std::vector<std::string>& problems)
 {
     std::vector<base::Message> told;
+    told.reserve(problems.size());
     for (const std::string& problem : problems)
         told.emplace_back(base::MessageCode::REFLECTOR_LIMITED, problem);
     _context.messages.sayNow({base::MessageCode::REFLECTOR_LIMITED, 0, about}, told);
