@@ -20,8 +20,8 @@ using namespace midair::bridge;
 namespace
 {
 
-constexpr double kCap_Pa = 300.0;
-constexpr double kFrame_s = 1.0 / 60.0;
+constexpr double kPlateCap_Pa = 300.0;
+constexpr double kPlateFrame_s = 1.0 / 60.0;
 
 enum class Way
 {
@@ -52,7 +52,7 @@ HologramOptions optionsFor(Way way, const base::Clock& clock)
     HologramOptions options;
     options.clock = &clock;
     options.array = haptics::TransducerArray::octagonalPrism();
-    options.maxPressure = kCap_Pa;
+    options.maxPressure = kPlateCap_Pa;
     if (way != Way::EVENED) options.even = 0;
     if (way == Way::CYCLE) options.cycle = 3;
     if (way == Way::SUBSETS) options.subsets = 3;
@@ -116,8 +116,8 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
         ++looks;
         const Eigen::Matrix3Xd& points = last->points.positions;
         const double with_Pa = loudest_Pa(fields, points, {faceAt(y_m).rectangle});
-        EXPECT_LE(with_Pa, 1.0005 * kCap_Pa) << y_m;
-        EXPECT_LE(loudest_Pa(fields, points, {}), 1.0005 * kCap_Pa) << y_m;
+        EXPECT_LE(with_Pa, 1.0005 * kPlateCap_Pa) << y_m;
+        EXPECT_LE(loudest_Pa(fields, points, {}), 1.0005 * kPlateCap_Pa) << y_m;
         most_Pa = std::max(most_Pa, with_Pa);
     };
     for (int frame = 0; frame < 10; ++frame)
@@ -128,7 +128,7 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
         scene.time_s = clock.now_s();
         last = pipeline.process(scene);
         look(y_m);
-        const double until_s = clock.now_s() + (frame == 5 ? 0.4 : kFrame_s);
+        const double until_s = clock.now_s() + (frame == 5 ? 0.4 : kPlateFrame_s);
         for (int k = 0; clock.now_s() < until_s && k < 3000; ++k)
         {
             if (auto next = pipeline.attend()) last = std::move(next);
@@ -137,7 +137,7 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
         }
     }
     EXPECT_GE(looks, 8);
-    EXPECT_GT(most_Pa, 0.6 * kCap_Pa) << "or this shows nothing";
+    EXPECT_GT(most_Pa, 0.6 * kPlateCap_Pa) << "or this shows nothing";
 }
 
 INSTANTIATE_TEST_SUITE_P(Ways,
