@@ -172,10 +172,10 @@ TEST_F(Collect, ObstaclesAreTaggedLikeObjects)
     scene->addChild(surface);
     ASSERT_EQ(instances().size(), 3u);
     EXPECT_EQ(instances()[0].node, flag);
-    EXPECT_TRUE(instances()[0].obstacle);
+    EXPECT_EQ(instances()[0].kind, HapticInstance::OBSTACLE);
     EXPECT_EQ(instances()[0].world.getTrans().x(), 1.0);
     EXPECT_EQ(instances()[1].node, description);
-    EXPECT_FALSE(instances()[2].obstacle);
+    EXPECT_TRUE(instances()[2].isFelt());
     EXPECT_TRUE(isOwnObject(*flag)) << "no part of an object around it";
     EXPECT_FALSE(isOwnObject(*off));
 }
