@@ -639,6 +639,7 @@ void FieldBaker::Part::fill(const HologramResult& result,
         frame.rms = result.report().rms;
         frame.loudness = result.report().loudness;
         frame.level_Pa = result.report().level_Pa;
+        frame.isEvened = result.sequence.evened;
     }
     if (!frame.fields.empty()) return;
     if (signals.empty())

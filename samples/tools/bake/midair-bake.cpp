@@ -46,7 +46,8 @@ struct Baked
     std::uint64_t fields = 0;
     std::uint64_t silent = 0; ///< frames
     std::uint64_t silenced = 0;
-    double worstRms = 0.0;
+    std::uint64_t evened = 0; ///< frames
+    double worstRms = 0.0;    ///< of the others
     std::uint64_t points = 0; ///< largest number in a frame
 };
 
@@ -73,7 +74,10 @@ bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk,
         baked.fields += frame.fields.size();
         if (frame.fields.front().phase.empty()) ++baked.silent;
         if (frame.isSilenced) ++baked.silenced;
-        baked.worstRms = std::max(baked.worstRms, frame.rms);
+        if (frame.isEvened)
+            ++baked.evened;
+        else
+            baked.worstRms = std::max(baked.worstRms, frame.rms);
         baked.points = std::max<std::uint64_t>(baked.points, frame.points);
     }
     writer->end(arguments.time_ns(end));
@@ -90,11 +94,18 @@ void tellResult(const Baked& baked, const BakeScene& scene)
     for (const std::string& message : scene.messages())
         tell(message);
     if (baked.frames == 0) return;
-    std::printf("%llu frames, %llu fields; at most %llu points, rms error at most %.3f %%\n",
+    std::printf("%llu frames, %llu fields; at most %llu points",
                 static_cast<unsigned long long>(baked.frames),
                 static_cast<unsigned long long>(baked.fields),
-                static_cast<unsigned long long>(baked.points),
-                100.0 * baked.worstRms);
+                static_cast<unsigned long long>(baked.points));
+    if (baked.evened > 0)
+        std::printf("; %llu frames are even over their surfaces",
+                    static_cast<unsigned long long>(baked.evened));
+    if (baked.evened < baked.frames)
+        std::printf("; rms error %sat most %.3f %%",
+                    baked.evened > 0 ? "of the others " : "",
+                    100.0 * baked.worstRms);
+    std::printf("\n");
     if (baked.silent > 0)
         std::printf("%llu of these frames are silent, %llu of them because of caps\n",
                     static_cast<unsigned long long>(baked.silent),

@@ -109,6 +109,7 @@ TEST(FieldBaker, SurfacesThatMoveSlowlyAreEven)
     {
         const BakedFrame &solved = frames[0][k], &evened = frames[1][k];
         EXPECT_LT(solved.rms, 0.01);
+        EXPECT_TRUE(evened.isEvened && !solved.isEvened);
         EXPECT_GT(evened.rms, 0.02) << "it is even over the surface, not at its points";
         EXPECT_GT(evened.level_Pa, 0.5 * solved.level_Pa);
         EXPECT_NE(evened.fields[0].phase, solved.fields[0].phase);
