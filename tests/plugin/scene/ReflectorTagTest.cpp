@@ -20,6 +20,7 @@ struct Mirrored : BoxScene
 
     explicit Mirrored(const std::string& tag, bool isTriangle = false)
     {
+        scene->setEven(0); // figures at its points
         plate->setName("screen");
         plate->setUserValue("reflector", tag);
         osg::ref_ptr<osg::Geometry> sheet =
