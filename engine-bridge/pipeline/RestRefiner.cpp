@@ -167,14 +167,15 @@ haptics::FieldSequence RestRefiner::joinSets()
     return cycle;
 }
 
-// False if a cap lowers the playing field on a board whose levels are coarse: it leaves transducers
-// out, other ones of each field.
+// False if a cap lowers the playing field to so few levels that the next one below is felt, or
+// leaves transducers out, other ones of each field.
 bool RestRefiner::canKeepShare() const
 {
     constexpr std::size_t kFine = 100;
+    constexpr double kLeast = 0.06; // some ten of 256 levels
     const std::size_t levels = _context.options.array.drive.amplitudeLevels.size();
     const double share = _context.last->report().capFactor;
-    return share >= 1.0 || (share > 0.0 && (levels == 0 || levels >= kFine));
+    return share >= 1.0 || (share > kLeast && (levels == 0 || levels >= kFine));
 }
 
 void RestRefiner::beginToEven()
