@@ -48,9 +48,8 @@ PosedObject ball(int id,
     return object;
 }
 
-class ControlPointSelector : public testing::Test
+struct ControlPointSelector : testing::Test
 {
-protected:
     Selection select(const std::vector<PosedObject>& objects)
     {
         const Selection selection =
