@@ -133,6 +133,27 @@ void run(const EvenedScene& scene, int K, int passes, double loudness)
     std::printf("\n");
 }
 
+struct Constants
+{
+    double spacing, raise, calming;
+};
+
+/// Each of them in turn is another one, for \a K fields.
+std::vector<Constants> constantsFor(int K)
+{
+    const CycleEqualizerOptions usual;
+    const double spacing = placeSpacings(K).front();
+    const double raise = K <= kFewFields ? usual.fewRaise : usual.ringingRaise;
+    std::vector<Constants> all;
+    for (const double other : {0.18, 0.22, 0.25, 0.27, 0.33})
+        all.push_back({other, raise, usual.calming});
+    for (const double other : {1.0, 1.1, 1.2, 1.3, 1.4, 1.5})
+        all.push_back({spacing, other, usual.calming});
+    for (const double other : {0.0, 0.1, 0.3, 1.0, 3.0})
+        all.push_back({spacing, raise, other});
+    return all;
+}
+
 // Evens the same cycle out with other constants, to the end.
 void runConstants(const EvenedScene& scene, int K, int passes)
 {
@@ -157,22 +178,8 @@ void runConstants(const EvenedScene& scene, int K, int passes)
                 "1 %",
                 "pressure",
                 "vibrates");
-    const CycleEqualizerOptions usual;
     const bool isFew = K <= kFewFields;
-    const double usualSpacing = placeSpacings(K).front();
-    const double usualRaise = isFew ? usual.fewRaise : usual.ringingRaise;
-    struct Case
-    {
-        double spacing, raise, calming;
-    };
-    std::vector<Case> cases;
-    for (const double spacing : {0.18, 0.22, 0.25, 0.27, 0.33})
-        cases.push_back({spacing, usualRaise, usual.calming});
-    for (const double raise : {1.0, 1.1, 1.2, 1.3, 1.4, 1.5})
-        cases.push_back({usualSpacing, raise, usual.calming});
-    for (const double calming : {0.0, 0.1, 0.3, 1.0, 3.0})
-        cases.push_back({usualSpacing, usualRaise, calming});
-    for (const auto& [spacing, raise, calming] : cases)
+    for (const auto& [spacing, raise, calming] : constantsFor(K))
     {
         CycleEqualizerOptions options;
         options.passes = isFew ? EvenedCycle::kFewPasses * passes / K : passes;

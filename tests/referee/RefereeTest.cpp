@@ -14,8 +14,8 @@ using namespace midair::referee;
 namespace midair::referee
 {
 
-/// For names of tests.
-static void PrintTo(const Scene& scene, std::ostream* out)
+/// For names of tests; GoogleTest calls it so.
+static void PrintTo(const Scene& scene, std::ostream* out) // NOLINT(readability-identifier-naming)
 {
     *out << scene.name;
 }

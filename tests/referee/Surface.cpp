@@ -119,8 +119,8 @@ Rung ringingSquareAt(const Eigen::Vector3d& place,
         for (Eigen::Index k = 0; k < K; ++k)
             arriving(k, static_cast<Eigen::Index>((delay_s[i] - first_s) / kBin_s)) +=
                 G[i] * fields[static_cast<std::size_t>(k)][i];
-    const auto step = static_cast<Eigen::Index>(std::lround(1.0 / recorded.fieldRate_Hz / kBin_s));
-    const Eigen::Index period = K * step;
+    const auto step = std::max<Eigen::Index>(1, std::lround(1.0 / recorded.fieldRate_Hz / kBin_s));
+    const Eigen::Index period = std::max<Eigen::Index>(1, K * step);
     const double left = std::exp(-kBin_s / recorded.array.ringing_s);
     const double half = std::exp(-0.5 * kBin_s / recorded.array.ringing_s);
     std::complex<double> S = 0.0, E = 0.0;
