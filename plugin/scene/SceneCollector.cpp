@@ -336,6 +336,7 @@ void SceneCollector::fillReflector(const HapticInstance& instance)
     else if (tag.enabled)
         _warnings.emplace_back("hangs on a camera, not in the world; it reflects nothing");
     std::vector<midair::base::Message> told;
+    told.reserve(wrong.size());
     for (const std::string& what : wrong)
         told.push_back(about(
             MessageCode::REFLECTOR_INVALID, _visitor.path(instance), "as a reflector: " + what));
