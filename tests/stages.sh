@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=a3d283776df1987e4b2035fc610253126ae11821 # clang-tidy looks at what differs from this commit
+tidied=010dc29bab9a69784b6195ad00f70a1ac606c61c # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
