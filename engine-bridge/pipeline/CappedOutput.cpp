@@ -12,6 +12,17 @@
 namespace midair::bridge
 {
 
+namespace
+{
+
+/// The largest amplitude that \a output plays: by its cap, and by its device's.
+double mostAmplitude(const ArrayOutput& output)
+{
+    return std::min(output.amplitudeCap(), output.ability().maxAmplitude);
+}
+
+} // namespace
+
 PipelineContext::PipelineContext(HologramOptions given) :
     options(std::move(given)),
     clock(*options.clock)
@@ -331,7 +342,7 @@ void CappedOutput::play(const haptics::TransducerArray& solvedFor,
     if (&array != &solvedFor) sequence.achieved_Pa.resize(0);
     // The device lowers each field separately, which changes the ratios of several fields, and
     // clips the peaks of a modulation.
-    const double most = std::min(_output->amplitudeCap(), _output->ability().maxAmplitude);
+    const double most = mostAmplitude(*_output);
     if (sequence.changes() && most > 0.0 && haptics::keepAmplitudes(most, sequence.fields))
         sequence.achieved_Pa.resize(0);
     if (haptics::keepAmplitudes(sequence.most, sequence.fields)) sequence.achieved_Pa.resize(0);
@@ -412,7 +423,7 @@ void CappedOutput::rateFromLast(HologramResult& result) const
     haptics::rateSwitch(
         _context.last->played(), rate_Hz, _context.options.array.ringing_s, result.sequence);
     const bool isLowered = report.capFactor < 1.0 || _context.last->report().capFactor < 1.0 ||
-                           std::min(_output->amplitudeCap(), _output->ability().maxAmplitude) < 1.0;
+                           mostAmplitude(*_output) < 1.0;
     if (isLowered && result.sequence.isHeld() && _context.last->sequence.isHeld())
         haptics::rateStep(_context.last->played(), rate_Hz, result.sequence);
 }

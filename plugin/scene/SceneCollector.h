@@ -54,9 +54,8 @@ struct FeltNode
 };
 
 /// Collects the active haptic objects, obstacles and reflectors below its roots, in array
-/// coordinates. Checks
-/// unchanged objects but doesn't rebuild them. Reads new objects, each completely, in frames that
-/// have time for them (MeshCache::isFull()).
+/// coordinates. Checks unchanged objects but doesn't rebuild them. Reads new objects, each
+/// completely, in frames that have time for them (MeshCache::isFull()).
 ///
 /// For the thread that updates the scene only.
 class SceneCollector

@@ -4,6 +4,7 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/sensation/SensationReader.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
+#include "tests/engine-bridge/pipeline/Plate.h"
 #include "tests/haptics/base/threads/SetClock.h"
 
 #include <algorithm>
@@ -34,18 +35,6 @@ enum class Way
     CONTACT,
     SENSATION
 };
-
-haptics::FlatFace faceAt(double y_m)
-{
-    haptics::FlatFace face;
-    face.rectangle.name = "plate";
-    face.rectangle.position = {0.0, y_m, 0.0};
-    face.rectangle.normal = Eigen::Vector3d::UnitY();
-    face.rectangle.along = Eigen::Vector3d::UnitX();
-    face.rectangle.size_m = {0.2, 0.15};
-    face.rectangle.accuracy_mm = 0.2;
-    return face;
-}
 
 HologramOptions optionsFor(Way way, const base::Clock& clock)
 {
@@ -118,7 +107,7 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
         before = fields;
         ++looks;
         const Eigen::Matrix3Xd& points = last->points.positions;
-        const double with_Pa = loudest_Pa(fields, points, {faceAt(y_m).rectangle});
+        const double with_Pa = loudest_Pa(fields, points, {plateAt(y_m).rectangle});
         EXPECT_LE(with_Pa, 1.0005 * kPlateCap_Pa) << y_m;
         EXPECT_LE(loudest_Pa(fields, points, {}), 1.0005 * kPlateCap_Pa) << y_m;
         most_Pa = std::max(most_Pa, with_Pa);
@@ -127,7 +116,7 @@ TEST_P(ReflectorMatrix, TheCapIsKeptWhileOneMoves)
     {
         // It moves, rests for long enough that fields at rest come, and moves on.
         const double y_m = -0.045 - 2e-3 * std::max(0, std::min(frame, 3) + std::max(0, frame - 6));
-        scene.reflectors = {faceAt(y_m)};
+        scene.reflectors = {plateAt(y_m)};
         scene.time_s = clock.now_s();
         last = pipeline.process(scene);
         look(y_m);

@@ -3,6 +3,7 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "tests/engine-bridge/pipeline/AtRest.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
+#include "tests/engine-bridge/pipeline/Plate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,19 +20,6 @@ using namespace midair::bridge;
 
 namespace
 {
-
-/// A plate below the points, between boards.
-haptics::FlatFace plate(double y_m, double accuracy_mm = 0.2)
-{
-    haptics::FlatFace face;
-    face.rectangle.name = "plate";
-    face.rectangle.position = {0.0, y_m, 0.0};
-    face.rectangle.normal = Eigen::Vector3d::UnitY();
-    face.rectangle.along = Eigen::Vector3d::UnitX();
-    face.rectangle.size_m = {0.2, 0.15};
-    face.rectangle.accuracy_mm = accuracy_mm;
-    return face;
-}
 
 SceneSnapshot above(std::vector<haptics::FlatFace> faces)
 {
@@ -82,11 +70,11 @@ TEST(ReflectorPipeline, AMovingOneIsFollowed)
     HologramPipeline pipeline(octagon());
     for (const double y_m : {-0.05, -0.06, -0.0601, -0.08})
     {
-        const auto result = pipeline.process(above({plate(y_m)}));
+        const auto result = pipeline.process(above({plateAt(y_m)}));
         ASSERT_GT(result->points.size(), 0);
         ASSERT_EQ(result->array->reflectors.size(), 1u);
         EXPECT_EQ(result->array->reflectors[0].position.y(), y_m);
-        const Eigen::VectorXd y = inTruth(*result, {plate(y_m).rectangle});
+        const Eigen::VectorXd y = inTruth(*result, {plateAt(y_m).rectangle});
         EXPECT_LT(rmsOf(y, result->points.targets), 5e-3) << y_m;
         EXPECT_LT((result->achieved_Pa.cast<double>() - y).norm(), 1e-3 * y.norm()) << y_m;
         EXPECT_GT(rmsOf(inTruth(*result, {}), result->points.targets), 0.02)
@@ -95,7 +83,7 @@ TEST(ReflectorPipeline, AMovingOneIsFollowed)
         EXPECT_TRUE(result->messages.empty());
     }
     const std::uint64_t solves = pipeline.counters().solves;
-    pipeline.process(above({plate(-0.08 + 1e-8)}));
+    pipeline.process(above({plateAt(-0.08 + 1e-8)}));
     EXPECT_EQ(pipeline.counters().solves, solves) << "within the tolerance nothing has moved";
 }
 
@@ -103,13 +91,13 @@ TEST(ReflectorPipeline, WithoutOneTheFieldIsFreeToTheBit)
 {
     HologramPipeline free(octagon());
     HologramPipeline silentOne(octagon());
-    haptics::FlatFace none = plate(-0.06);
+    haptics::FlatFace none = plateAt(-0.06);
     none.rectangle.reflection = 0.0;
     const auto expected = free.process(above({}));
     EXPECT_EQ(silentOne.process(above({none}))->played(), expected->played());
     EXPECT_EQ(expected->report().reflectorCount, 0);
     HologramPipeline other(octagon());
-    other.process(above({plate(-0.06)}));
+    other.process(above({plateAt(-0.06)}));
     const auto after = other.process(above({}));
     EXPECT_TRUE(after->array->reflectors.empty()) << "it has gone";
     EXPECT_LT(rmsOf(inTruth(*after, {}), after->points.targets), 5e-3);
@@ -120,15 +108,15 @@ TEST(ReflectorPipeline, OneWhosePlaceIsUncertainIsToldAndNotCorrected)
     HologramPipeline free(octagon());
     HologramPipeline pipeline(octagon());
     const auto expected = free.process(above({}));
-    const auto result = pipeline.process(above({plate(-0.05, 5.0)}));
+    const auto result = pipeline.process(above({plateAt(-0.05, 5.0)}));
     EXPECT_EQ(result->played(), expected->played());
     EXPECT_EQ(told(*result, "aren't corrected for reflector 'plate': its accuracy is 5 mm"), 1);
-    const Eigen::VectorXd y = inTruth(*result, {plate(-0.05).rectangle});
+    const Eigen::VectorXd y = inTruth(*result, {plateAt(-0.05).rectangle});
     EXPECT_LT((result->achieved_Pa.cast<double>() - y).norm(), 1e-3 * y.norm())
         << "figures know it";
     EXPECT_NEAR(result->report().rms, rmsOf(y, result->points.targets), 1e-3);
     EXPECT_GT(result->report().rms, 0.02);
-    const auto better = pipeline.process(above({plate(-0.05, 0.2)}));
+    const auto better = pipeline.process(above({plateAt(-0.05, 0.2)}));
     EXPECT_EQ(told(*better, "aren't corrected"), 0);
     EXPECT_LT(better->report().rms, 5e-3);
 }
@@ -143,9 +131,9 @@ TEST(ReflectorPipeline, TheCapIsKeptWhereverTheyAre)
         HologramPipeline pipeline(options);
         for (const double y_m : {-0.04, -0.05, -0.063, -0.1})
         {
-            const auto result = pipeline.process(above({plate(y_m, accuracy_mm)}));
+            const auto result = pipeline.process(above({plateAt(y_m, accuracy_mm)}));
             EXPECT_EQ(result->maxPressure_Pa, 300.0);
-            EXPECT_LE(inTruth(*result, {plate(y_m).rectangle}).maxCoeff(), 300.0) << y_m;
+            EXPECT_LE(inTruth(*result, {plateAt(y_m).rectangle}).maxCoeff(), 300.0) << y_m;
             EXPECT_LE(inTruth(*result, {}).maxCoeff(), 300.0) << y_m;
             EXPECT_GT(result->report().level_Pa, 100.0) << y_m;
         }
@@ -165,8 +153,8 @@ TEST(ReflectorPipeline, WhatPlaysIsLoweredBeforeTheNextFieldIsSolved)
         free_Pa = inTruth(*result, {}).maxCoeff();
         for (double y_m = -0.03; y_m > -0.05; y_m -= 0.001)
         {
-            const double here_Pa = inTruth(*result, {plate(y_m).rectangle}).maxCoeff();
-            if (here_Pa > with_Pa) loudest = plate(y_m);
+            const double here_Pa = inTruth(*result, {plateAt(y_m).rectangle}).maxCoeff();
+            if (here_Pa > with_Pa) loudest = plateAt(y_m);
             with_Pa = std::max(with_Pa, here_Pa);
         }
     }
@@ -184,7 +172,7 @@ TEST(ReflectorPipeline, PointsBesideOneAreLeftOutAndNamed)
 {
     HologramPipeline pipeline(octagon());
     const int all = pipeline.process(above({}))->points.size();
-    haptics::FlatFace beside = plate(0.0);
+    haptics::FlatFace beside = plateAt(0.0);
     beside.rectangle.position.x() = 0.11; // its edge is 10 mm right of the square's middle
     const auto result = pipeline.process(above({beside}));
     EXPECT_GT(result->points.size(), 0);
@@ -194,7 +182,7 @@ TEST(ReflectorPipeline, PointsBesideOneAreLeftOutAndNamed)
                   pipeline.options().wavelength_m());
     EXPECT_EQ(told(*result, "points nearer than a wavelength to reflector 'plate' are left out"),
               1);
-    EXPECT_EQ(told(*pipeline.process(above({plate(-0.06)})), "left out"), 0);
+    EXPECT_EQ(told(*pipeline.process(above({plateAt(-0.06)})), "left out"), 0);
 }
 
 TEST(ReflectorPipeline, TooManyAndBadOnesAreNamed)
@@ -202,7 +190,7 @@ TEST(ReflectorPipeline, TooManyAndBadOnesAreNamed)
     std::vector<haptics::FlatFace> faces;
     for (int i = 0; i < 9; ++i)
     {
-        faces.push_back(plate(-0.06));
+        faces.push_back(plateAt(-0.06));
         faces.back().rectangle.name = "plate " + std::to_string(i);
         faces.back().rectangle.position.x() = 0.3 * i;
     }
@@ -210,7 +198,7 @@ TEST(ReflectorPipeline, TooManyAndBadOnesAreNamed)
     const auto result = pipeline.process(above(faces));
     EXPECT_EQ(result->array->reflectors.size(), haptics::kMostReflectors);
     EXPECT_EQ(told(*result, "reflector 'plate 8' is left out"), 1);
-    haptics::FlatFace bad = plate(-0.06);
+    haptics::FlatFace bad = plateAt(-0.06);
     bad.rectangle.position.y() = std::nan("");
     const auto second = pipeline.process(above({bad}));
     EXPECT_TRUE(second->array->reflectors.empty());
@@ -222,7 +210,7 @@ TEST(ReflectorPipeline, ABodyCountsByTheFaceThatTheArraySees)
 {
     HologramOptions options;
     options.array = haptics::TransducerArray::singleBoard();
-    haptics::FlatFace top = plate(0.0), bottom = top, side = top;
+    haptics::FlatFace top = plateAt(0.0), bottom = top, side = top;
     top.isOfBody = bottom.isOfBody = side.isOfBody = true;
     top.rectangle.position = {0.0, 0.0, 0.3};
     top.rectangle.normal = -Eigen::Vector3d::UnitZ();
@@ -239,16 +227,16 @@ TEST(ReflectorPipeline, ABodyCountsByTheFaceThatTheArraySees)
 TEST(ReflectorPipeline, TheArraysOwnComeFirst)
 {
     HologramOptions options = octagon();
-    options.array.reflectors = {plate(-0.1).rectangle};
+    options.array.reflectors = {plateAt(-0.1).rectangle};
     HologramPipeline pipeline(options);
     EXPECT_EQ(pipeline.process(above({}))->array->reflectors.size(), 1u);
-    const auto both = pipeline.process(above({plate(-0.06)}));
+    const auto both = pipeline.process(above({plateAt(-0.06)}));
     ASSERT_EQ(both->array->reflectors.size(), 2u);
     EXPECT_EQ(both->array->reflectors[0], options.array.reflectors[0]);
     HologramOptions later = options; // as settings change while it plays
     later.solverOptions.loudness = 1.1;
     pipeline.reconfigure(later);
-    EXPECT_EQ(pipeline.process(above({plate(-0.06)}))->array->reflectors.size(), 2u);
+    EXPECT_EQ(pipeline.process(above({plateAt(-0.06)}))->array->reflectors.size(), 2u);
     EXPECT_EQ(pipeline.process(above({}))->array->reflectors.size(), 1u);
 }
 
@@ -257,7 +245,7 @@ TEST(ReflectorPipeline, EarsHearIt)
 {
     HologramOptions options;
     options.array = haptics::TransducerArray::singleBoard();
-    haptics::FlatFace screen = plate(0.0, 5.0); // the same drive with it and without
+    haptics::FlatFace screen = plateAt(0.0, 5.0); // the same drive with it and without
     screen.rectangle.position = {0.0, 0.0, 0.25};
     screen.rectangle.normal = Eigen::Vector3d::UnitZ();
     screen.rectangle.size_m = {0.5, 0.3};
@@ -285,7 +273,7 @@ TEST(ReflectorPipeline, AtRestItSaysWhatTheAccuracyLeaves)
     for (const double accuracy_mm : {0.2, 1.2})
     {
         AtRest scene([](HologramOptions& options) { options.even = 0; });
-        EXPECT_EQ(scene.show(above({plate(-0.05, accuracy_mm)}))->report().reflectorRms, 0.0);
+        EXPECT_EQ(scene.show(above({plateAt(-0.05, accuracy_mm)}))->report().reflectorRms, 0.0);
         scene.rest(1.0);
         const HologramResult& result = *scene.newest;
         const double expected = result.report().reflectorRms;
@@ -294,11 +282,11 @@ TEST(ReflectorPipeline, AtRestItSaysWhatTheAccuracyLeaves)
         {
             const double y_m = -0.05 + side * 1e-3 * accuracy_mm;
             const double truth =
-                rmsOf(inTruth(result, {plate(y_m).rectangle}), result.points.targets);
+                rmsOf(inTruth(result, {plateAt(y_m).rectangle}), result.points.targets);
             EXPECT_GT(expected, truth / 1.5) << accuracy_mm << " " << side;
             EXPECT_LT(expected, truth * 1.5) << accuracy_mm << " " << side;
         }
-        scene.show(above({plate(-0.06, accuracy_mm)}));
+        scene.show(above({plateAt(-0.06, accuracy_mm)}));
         EXPECT_EQ(scene.newest->report().reflectorRms, 0.0) << "another field";
     }
 }
