@@ -100,8 +100,8 @@ public:
     int m() const { return G.transducers(); }
     int arraySize() const { return G.arraySize(); } ///< all transducers, including dead ones
     const DriveResolution& drive() const { return _drive; }
-    /// Returns true if more than half of the points have a neighbour nearer than \a spacing
-    /// wavelengths.
+    /// Returns true if more than half of the points, or of 256 and more of them that are evenly
+    /// spread over their indices, have a neighbour nearer than \a spacing wavelengths.
     bool crowds(double spacing) const;
     /// Unit of G, p, y and of the row sums, Pa; 1 for usual arrays (PropagationMatrix::unit_Pa()).
     double unit_Pa() const { return G.unit_Pa(); }

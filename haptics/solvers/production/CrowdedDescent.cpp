@@ -288,14 +288,16 @@ void CrowdedDescent::fit(Work& work, int most, float leastLevel)
 
 // A descent from the projection. If it ends with zeros between the points, another from the phases
 // of the most power, then one from smooth phases; then more at lower levels while the error is not
-// small.
+// small. An error that reaches the goal is neither poor nor unfair: with few levels of phase the
+// goal is above both.
 void CrowdedDescent::beginAnew(Work& work)
 {
+    const float poor = std::max(_tuning.poor, work.wish.goal);
     work.level = bestLevel(work.field, work.quiet);
     fit(work, _tuning.coldDamped, _tuning.leastCold * work.level);
-    if (work.error > _tuning.poor && !isOver(work)) beginPowerfully(work);
-    if (work.error > _tuning.poor && !isOver(work)) beginSmoothly(work);
-    for (int k = 0; k < _tuning.lowerings && work.error > _tuning.fair && !isOver(work); ++k)
+    if (work.error > poor && !isOver(work)) beginPowerfully(work);
+    if (work.error > poor && !isOver(work)) beginSmoothly(work);
+    for (int k = 0; k < _tuning.lowerings && work.error > fair(work) && !isOver(work); ++k)
     {
         work.level *= _tuning.lowering;
         fit(work, _tuning.coldDamped / 3, work.level);
@@ -304,26 +306,34 @@ void CrowdedDescent::beginAnew(Work& work)
     _loudness = loudnessAt(work.field, fittedLevel(work.field));
 }
 
-// Raises the level of a fitting field while it still fits.
+float CrowdedDescent::fair(const Work& work) const
+{
+    return std::max(_tuning.fair, work.wish.goal);
+}
+
+// Raises the level of a fitting field while it still fits; after a field that doesn't, by smaller
+// factors.
 void CrowdedDescent::raise(Work& work)
 {
     FieldProblem& field = work.field;
     const auto padded = static_cast<std::size_t>(field.G.paddedTransducers());
     _quieter.reserve(padded);
-    for (int k = 0; k < _tuning.raisings && work.error < _tuning.fair &&
-                    loudnessAt(field, work.level) < _tuning.loud && !isOver(work);
+    float factor = _tuning.raising;
+    for (int k = 0;
+         k < _tuning.raisings && factor > _tuning.leastRaising && work.error <= fair(work) &&
+         loudnessAt(field, work.level) < _tuning.loud && !isOver(work);
          ++k)
     {
         const float level = work.level;
         copy(work.drive.phases(), _quieter, padded);
-        work.level *= _tuning.raising;
+        work.level *= factor;
         fit(work, _tuning.coldDamped / 3, level);
-        if (work.error < _tuning.fair) continue;
+        if (work.error <= fair(work)) continue;
         copy(_quieter, work.drive.phases(), padded);
         work.drive.measure(field);
         work.level = level;
         work.error = errorAt(field, work.quiet, level);
-        return;
+        factor = std::sqrt(factor);
     }
 }
 

@@ -158,6 +158,8 @@ private:
     void beginAnew(Work& work);
     void beginPowerfully(Work& work);
     void beginSmoothly(Work& work);
+    /// Returns the error up to which a field needs no lower level.
+    float fair(const Work& work) const;
     void raise(Work& work);
     void startFrom(Work& work, float level, float leastLevel, int steps);
     bool isOver(const Work& work) const;

@@ -79,8 +79,9 @@ struct GaussNewtonTuning
     float fair = 2e-3f;            ///< error above which the level is lowered
     int lowerings = 4;             ///< maximum number of lowerings
     float lowering = 0.9f;         ///< factor on the level each time
-    int raisings = 8;              ///< maximum number of raisings, while the error is below fair
-    float raising = 1.15f;         ///< factor on the level each time
+    int raisings = 40;             ///< maximum number of raisings, while the error is below fair
+    float raising = 1.15f;         ///< factor on the level; its root after each failure
+    float leastRaising = 1.02f;    ///< smallest factor
     float loud = 1.0f;             ///< loudness from which it is not raised
 
     // "CG tolerance"

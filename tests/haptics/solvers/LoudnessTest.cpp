@@ -1,5 +1,9 @@
+#include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "tests/haptics/solvers/LoudestSearch.h"
 #include "tests/haptics/solvers/ScenePoints.h"
+#include "tests/haptics/solvers/UnequalTargets.h"
 
 #include <gtest/gtest.h>
 
@@ -43,6 +47,27 @@ TEST(Loudness, BeyondOneKeepsItsErrorWhileThingsMove)
     EXPECT_LT(later.rms, 1.5 * first.rms);
     EXPECT_GT(later.rms, 0.5 * first.rms);
     EXPECT_GT(later.loudness, 0.97 * first.loudness);
+}
+
+// A board of 64 transducers, before which points lie in each other's grating lobes: a field is
+// nearly as loud as the loudest exact one that a slow search finds, with many levels of phase and
+// with few.
+TEST(Loudness, NearlyReachesTheLoudestThatASearchFinds)
+{
+    TransducerArray array = TransducerArray::load("ultraino64");
+    const ControlPoints points = tenUnequal(0.03);
+    const Eigen::MatrixXcd G = referencePropagationMatrix(points.positions, array, Medium());
+    const double loudest_Pa = loudestExactLevel(G, points.targets, 20);
+    ASSERT_GT(loudest_Pa, 0.0);
+    for (const auto& [levels, most] : {std::pair(10, 0.045), std::pair(256, 0.01)})
+    {
+        array.drive.phaseLevels = levels;
+        Eigen::VectorXcf q;
+        makeSolver("gauss-newton")->solve(points, array, Medium(), q);
+        const TargetErrors errors = errorsAt(points, G, array, q);
+        EXPECT_GT(errors.level_Pa, 0.85 * loudest_Pa) << levels;
+        EXPECT_LT(errors.rms, most) << levels;
+    }
 }
 
 TEST(Loudness, IsNoMoreThanAskedForInPa)

@@ -112,6 +112,16 @@ inline ControlPoints twoSpheres(int each, double second)
     return points;
 }
 
+/// Ten points \a spacing_m apart, 120 mm before a flat board, with targets of 0.3 to 1.
+inline ControlPoints tenUnequal(double spacing_m)
+{
+    ControlPoints points = gridPoints(5, 2, 1, spacing_m);
+    points.positions.row(2).array() += 0.12;
+    for (int l = 0; l < points.size(); ++l)
+        points.targets[l] = 0.3 + 0.7 * (l * 7 % 10) / 9.0;
+    return points;
+}
+
 /// A sphere of 30 mm whose paint is \a paint of the height, 0 .. 1.
 inline ControlPoints paintedSphere(int n, const std::function<double(double)>& paint)
 {
