@@ -1,6 +1,8 @@
-// midair-tune: finds the phase and gain of each transducer of an array with one microphone.
+// midair-tune: finds the phase and gain of each transducer of an array, and where a plate reflects
+// its sound, with one microphone.
 #include "device/ArrayDevice.h"
 #include "device/autd3/emulator/RehearsedAutd3.h"
+#include "haptics/array/Reflector.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/Units.h"
@@ -8,6 +10,7 @@
 #include "haptics/base/text/Quantity.h"
 #include "haptics/base/text/Words.h"
 #include "haptics/tuning/FocusCheck.h"
+#include "haptics/tuning/ReflectorFit.h"
 #include "haptics/tuning/RehearsedInstrument.h"
 #include "haptics/tuning/TuningFit.h"
 #include "samples/shared/SettingOptions.h"
@@ -54,6 +57,8 @@ struct TuneArguments
     bool serves = false;
     RunOptions run;
     haptics::TuningFitOptions fit;
+    std::string guess;
+    haptics::ReflectorFitOptions reflector;
     haptics::RehearsalOptions rehearsal;
 };
 
@@ -252,6 +257,34 @@ int fitArray(const TuneArguments& arguments)
     return EXIT_DONE;
 }
 
+int fitReflector(const TuneArguments& arguments)
+{
+    const ReadPlan read = readPlan(arguments.plan);
+    const std::vector<haptics::Reflector> guesses =
+        haptics::reflectorsFromJson(textOf(arguments.guess), arguments.guess);
+    if (guesses.size() != 1)
+        throw InputError(fmt::format("\"{}\" has {} reflectors; --guess needs one, and the array's "
+                                     "file has those that are known",
+                                     arguments.guess,
+                                     guesses.size()));
+    haptics::ReflectorFitOptions options = arguments.reflector;
+    options.prior = arguments.fit.prior;
+    options.relativeHumidity = arguments.fit.relativeHumidity;
+    options.clip = arguments.fit.clip;
+    const haptics::ReflectorFit fit =
+        haptics::fitReflector(haptics::TransducerArray::load(arguments.array),
+                              read.plan,
+                              readReadings(arguments.readings, read),
+                              guesses.front(),
+                              options);
+    std::cout << fit.text();
+    if (!fit.usable()) return EXIT_PROBLEM;
+    const std::string out = arguments.out.empty() ? "reflectors.json" : arguments.out;
+    writeFile(out, "{\"reflectors\": " + haptics::reflectorsToJson({fit.reflector}) + "}\n");
+    std::cout << "written to  " << out << "\n";
+    return EXIT_DONE;
+}
+
 int checkArray(const TuneArguments& arguments)
 {
     const ReadPlan read = readPlan(arguments.plan);
@@ -378,17 +411,10 @@ void addRunning(CLI::App& command, TuneArguments& arguments)
     command.add_flag("--quiet", run.isQuiet, "doesn't print progress");
 }
 
-void addFitting(CLI::App& command, TuneArguments& arguments)
+// What the fits of transducers and of a reflector know beforehand.
+void addPriors(CLI::App& command, TuneArguments& arguments)
 {
     haptics::TuningFitOptions& fit = arguments.fit;
-    addPlan(command, arguments);
-    addArray(command, arguments, "as for the plan");
-    command.add_option("--readings", arguments.readings, "the readings")->capture_default_str();
-    command.add_option("--out", arguments.out, "array file to write (tuned.json)");
-    command.add_option(
-        "--picture",
-        arguments.picture,
-        "picture to write: .svg, .png or .pdf (default: beside the array file, .svg)");
     command
         .add_option("--search", fit.prior.search_m, "largest error of the microphone's place, m")
         ->transform(in("m"))
@@ -402,11 +428,60 @@ void addFitting(CLI::App& command, TuneArguments& arguments)
             "--temperature-error", fit.prior.temperatureError_C, "error of that temperature, K")
         ->check(CLI::Range(0.0, 50.0))
         ->capture_default_str();
+    command.add_option("--clip", fit.clip, "level at which the microphone clips; 0: not known")
+        ->check(CLI::NonNegativeNumber);
+}
+
+void addFitting(CLI::App& command, TuneArguments& arguments)
+{
+    haptics::TuningFitOptions& fit = arguments.fit;
+    addPlan(command, arguments);
+    addArray(command, arguments, "as for the plan");
+    command.add_option("--readings", arguments.readings, "the readings")->capture_default_str();
+    command.add_option("--out", arguments.out, "array file to write (tuned.json)");
+    command.add_option(
+        "--picture",
+        arguments.picture,
+        "picture to write: .svg, .png or .pdf (default: beside the array file, .svg)");
+    addPriors(command, arguments);
     command.add_option("--dead", fit.deadGain, "gain below which a transducer counts as dead")
         ->check(CLI::Range(0.01, 0.5))
         ->capture_default_str();
-    command.add_option("--clip", fit.clip, "level at which the microphone clips; 0: not known")
-        ->check(CLI::NonNegativeNumber);
+}
+
+void addReflecting(CLI::App& command, TuneArguments& arguments)
+{
+    addPlan(command, arguments);
+    addArray(command, arguments, "the tuned array");
+    command.add_option("--readings", arguments.readings, "the readings, with the reflector there")
+        ->capture_default_str();
+    command
+        .add_option(
+            "--guess",
+            arguments.guess,
+            "file with one reflector, where it is roughly, as for midair-solve --reflectors")
+        ->required();
+    command.add_option("--out", arguments.out, "file to write (reflectors.json)");
+    command
+        .add_option("--distance",
+                    arguments.reflector.search_m,
+                    "largest error of the guess along its normal, m")
+        ->transform(in("m"))
+        ->check(CLI::Range(0.0, 0.02))
+        ->capture_default_str();
+    command.add_option("--tilt", arguments.reflector.tilt_rad, "largest tilt from the guess, rad")
+        ->transform(in("rad"))
+        ->check(CLI::Range(0.0, 0.1))
+        ->capture_default_str();
+    command
+        .add_option("--phase-error",
+                    arguments.reflector.phaseError_rad,
+                    "error of the guessed reflectionPhase_rad, rad; smooth, hard plates turn "
+                    "the phase little")
+        ->transform(in("rad"))
+        ->check(CLI::Range(0.0, 3.2))
+        ->capture_default_str();
+    addPriors(command, arguments);
 }
 
 void addChecking(CLI::App& command, TuneArguments& arguments)
@@ -454,13 +529,14 @@ int run(int argc, char** argv)
 {
     device::registerRehearsedAutd3();
     TuneArguments arguments;
-    CLI::App app("Finds the phase and gain of each transducer of an array with one microphone.\n"
+    CLI::App app("Finds the phase and gain of each transducer of an array, and where a plate "
+                 "reflects its sound, with one microphone.\n"
                  "Example: midair-tune plan --mic 0 0 0.15; midair-tune run --device usb: "
                  "--readings -; midair-tune fit\n"
                  "Then plan --method focus, run and check test the result. rehearse simulates an "
                  "instrument with hidden errors.\n"
                  "Exit code: 0 done, 1 more to do (run: repeat the command to continue) or refused "
-                 "(fit, check), 2 wrong input, 3 the device failed.",
+                 "(fit, reflector, check), 2 wrong input, 3 the device failed.",
                  "midair-tune");
     app.require_subcommand(1);
     int (*chosen)(const TuneArguments&) = nullptr;
@@ -476,6 +552,10 @@ int run(int argc, char** argv)
     command("plan", "writes the plan of rows to play", addPlanning, planTuning);
     command("run", "plays the plan and takes the readings", addRunning, runTuning);
     command("fit", "computes the array file from the readings", addFitting, fitArray);
+    command("reflector",
+            "finds place and reflection of a flat plate with a tuned array",
+            addReflecting,
+            fitReflector);
     command("check",
             "compares foci of the tuned array with their predicted levels",
             addChecking,

@@ -1,5 +1,6 @@
 // Runs the built program as a user would: plan, run and fit against a rehearsed instrument.
 #include "device/recording/Recording.h"
+#include "haptics/array/Reflector.h"
 #include "haptics/array/TransducerArray.h"
 #include "tests/device/limits/UserCapTexts.h"
 #include "tests/samples/Shell.h"
@@ -164,6 +165,45 @@ TEST_F(MidairTune, checks_foci_afterwards)
         EXPECT_TRUE(says(checked, verdict)) << checked.output;
         fs::remove(folder + "/focus-readings.csv");
     }
+}
+
+// The array is tuned without the plate; the same seed hides the same errors with it.
+TEST_F(MidairTune, finds_a_plate_that_reflects)
+{
+    plan("--mic 0.01 -0.02 0.12 --mic 0.03 0.03 0.13 --mic -0.02 0.01 0.11 --method hadamard");
+    const std::string hidden = "--seed 6 --reflections -30";
+    ASSERT_EQ(tune(run() + instrument(hidden) + " --all-places").code, 0);
+    ASSERT_EQ(tune("fit --array board --out tuned.json").code, 0);
+    fs::remove(folder + "/readings.csv");
+    TransducerArray with = TransducerArray::singleBoard();
+    midair::haptics::Reflector plate;
+    plate.position = {0.0, 0.0, 0.21};
+    plate.reflection = 0.9;
+    plate.accuracy_mm = 1.0;
+    with.reflectors = {plate};
+    with.save(folder + "/with.json");
+    const std::string from = " --readings 'exec:" + kTune +
+                             " rehearse --plan plan.csv --array with.json --serve " + hidden + "'";
+    ASSERT_EQ(tune(run() + from + " --all-places").code, 0);
+    plate.position.z() = 0.2125;
+    plate.reflection = 1.0;
+    const std::string one = midair::haptics::reflectorsToJson({plate});
+    write("guess.json", "{\"reflectors\": " + one + "}");
+    const Outcome fitted = tune("reflector --array tuned.json --guess guess.json --out found.json");
+    ASSERT_EQ(fitted.code, 0) << fitted.output;
+    EXPECT_TRUE(says(fitted, "fields are corrected for it")) << fitted.output;
+    const auto found = midair::haptics::reflectorsFromJson(text("found.json"), "found.json");
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0].position.z(), 0.21, 0.3e-3);
+    EXPECT_NEAR(std::fabs(found[0].normal.z()), 1.0, 2e-6);
+    EXPECT_NEAR(found[0].reflection, 0.9, 0.03);
+
+    write("guess.json",
+          "{\"reflectors\": " +
+              midair::haptics::reflectorsToJson({plate, midair::haptics::Reflector(plate)}) + "}");
+    const Outcome two = tune("reflector --array tuned.json --guess guess.json");
+    EXPECT_EQ(two.code, 2) << two.output;
+    EXPECT_TRUE(says(two, "has 2 reflectors")) << two.output;
 }
 
 TEST_F(MidairTune, goes_on_where_it_was_killed)
