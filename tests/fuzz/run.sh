@@ -11,7 +11,7 @@ seconds=${1:-60}
 command -v clang++ > /dev/null || { echo "tests/fuzz: clang++ is missing (apt install clang): skipped"; exit 0; }
 midair_build build-fuzz midair_fuzz -DMIDAIR_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++
 mkdir -p build-fuzz/found
-# Three times as many runs a second, as readers allocate much: without the stack of each allocation, which a replay of what was found
+# More runs a second, as readers allocate much: without the stack of each allocation, which a replay of what was found
 # shows, with a short quarantine, and without libFuzzer's schedule by rare features.
 export ASAN_OPTIONS=malloc_context_size=0:quarantine_size_mb=1:thread_local_quarantine_size_kb=64${ASAN_OPTIONS:+:$ASAN_OPTIONS}
 export LSAN_OPTIONS=print_suppressions=0:suppressions=$PWD/tests/sanitizers/leaks.txt
