@@ -13,6 +13,7 @@ namespace midair::device
 
 MIDAIR_KERNEL(encodeLevels);
 MIDAIR_KERNEL(allFinite);
+MIDAIR_KERNEL(addDuties);
 
 namespace
 {

@@ -96,4 +96,17 @@ bool allFinite(const float* values, int count)
     return bad == 0;
 }
 
+void addDuties(const std::uint8_t* duty, int m, int* peak, std::uint32_t* sum)
+{
+    std::uint8_t most = 0;
+    std::uint32_t all = 0;
+    for (int i = 0; i < m; ++i)
+    {
+        most = std::max(most, duty[i]);
+        all += duty[i];
+    }
+    *peak = std::max(*peak, static_cast<int>(most));
+    *sum += all;
+}
+
 } // namespace midair::device::MIDAIR_SET

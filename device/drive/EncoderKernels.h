@@ -20,6 +20,10 @@ extern const base::Kernel<void(const float* q, int m, std::uint8_t* phase, std::
 
 /// Returns true if none of \a count values is infinite or NaN.
 extern const base::Kernel<bool(const float* values, int count)> allFinite;
+
+/// Raises \a peak to the largest of \a m duty levels, and adds all of them to \a sum.
+extern const base::Kernel<void(const std::uint8_t* duty, int m, int* peak, std::uint32_t* sum)>
+    addDuties;
 // NOLINTEND(readability-identifier-naming)
 
 } // namespace midair::device

@@ -47,7 +47,7 @@ constexpr double kLineFields = 2.5;
 
 double peakAmplitude(const DriveSignal& signal)
 {
-    return amplitudeLevels()[static_cast<std::size_t>(Loudness::peakOf(signal))];
+    return amplitudeLevels()[static_cast<std::size_t>(Loudness::of(signal).peak)];
 }
 
 double capGain(const DriveSignal& signal, double cap)

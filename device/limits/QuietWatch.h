@@ -1,13 +1,11 @@
 #pragma once
 
 #include "device/drive/DriveSignal.h"
-
-#include <Eigen/Core>
+#include "device/drive/EncoderKernels.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 namespace midair::device
 {
@@ -20,14 +18,9 @@ struct Loudness
 
     static Loudness of(const DriveSignal& signal)
     {
-        return {peakOf(signal),
-                std::accumulate(signal.duty.begin(), signal.duty.end(), std::uint32_t(0))};
-    }
-    static int peakOf(const DriveSignal& signal)
-    {
-        using Levels = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 1>;
-        const auto m = static_cast<Eigen::Index>(signal.duty.size());
-        return m > 0 ? Eigen::Map<const Levels>(signal.duty.data(), m).maxCoeff() : 0;
+        Loudness all;
+        addDuties(signal.duty.data(), static_cast<int>(signal.duty.size()), &all.peak, &all.sum);
+        return all;
     }
     void raiseTo(const Loudness& other)
     {

@@ -196,6 +196,12 @@ extern "C"
     /// midair_register_hands(). "" or "none": from midair_set_hands() again. A recording uses the
     /// times of midair_update(). Messages of the source are in midair_messages().
     MIDAIR_API midair_status midair_open_hands(midair_scene* scene, const char* source);
+    /// Lists the hands of the last midair_update(), predicted to the time of the sound if the scene
+    /// predicts, with their ages; none before it.
+    MIDAIR_API midair_status midair_last_hands(midair_scene* scene,
+                                               midair_hand* hands,
+                                               size_t capacity,
+                                               size_t* count);
     /// Makes the flat open hand of an adult with the tip of its index finger at \a tip. In the
     /// frame turned by \a orientation (x, y, z, w) the fingers point along -z and the back of the
     /// hand along +y.

@@ -77,6 +77,7 @@ void ContactField::mask(const std::vector<ContactFocus>& foci)
         if (places.empty() || places.back().contact != focus.contact)
             places.push_back({focus.contact, focus.centre, focus.normal});
     if (!_options.mask || isMaskOf(places)) return;
+    _isArrayKnown = false;
     _places = std::move(places);
     _masked.gain = _array.gain.size() > 0 ? _array.gain
                                           : Eigen::VectorXd(Eigen::VectorXd::Ones(_array.size()));
@@ -124,7 +125,10 @@ bool ContactField::solveFor(const std::vector<ContactFocus>& foci,
     for (const ContactFocus& focus : foci)
         points.identity.push_back(focus.contact * kContactFoci +
                                   static_cast<std::uint64_t>(focus.index));
-    _report = _solver->solve(points, _options.mask ? _masked : _array, _medium, q);
+    const haptics::TransducerArray* own = _isArrayKnown ? _solver->ownArray() : nullptr;
+    const haptics::TransducerArray& array = _options.mask ? _masked : _array;
+    _report = _solver->solve(points, own ? *own : array, _medium, q);
+    _isArrayKnown = _report.stop != haptics::StopReason::REFUSED;
     if (_report.stop != haptics::StopReason::REFUSED)
     {
         for (int i = 0; i < _array.size() && _options.mask; ++i)

@@ -63,6 +63,7 @@ public:
     void setReflectors(const std::vector<haptics::Reflector>& reflectors)
     {
         _array.reflectors = _masked.reflectors = reflectors;
+        _isArrayKnown = false;
     }
 
 private:
@@ -86,6 +87,7 @@ private:
     std::vector<bool> _isOn;          ///< m
     int _driven = 0;
     std::unique_ptr<haptics::HologramSolver> _solver;
+    bool _isArrayKnown = false; ///< to the solver, as it is now
     haptics::SolveReport _report;
     Eigen::VectorXcf _last; ///< the last field; empty: none
 };

@@ -12,6 +12,9 @@ namespace
 // that rests about a millisecond.
 constexpr int kOfField = 2;
 constexpr int kOfStep = 10;
+// Foci move on with each field, a thousand a second. A figure of them that is this old is as good
+// to read, and looking at each published field would take much of their processor time.
+constexpr double kOfFoci_s = 0.1;
 
 } // namespace
 
@@ -28,12 +31,23 @@ void FingertipStage::know(const haptics::FingertipForce& force)
     _known.threshold_N = _context.options.feelThreshold;
 }
 
+// True if the last search was of foci, too, and not long ago.
+bool FingertipStage::isKnown(const HologramResult& result) const
+{
+    const bool isPlayed = result.achieved_Pa.size() > 0 && result.achieved_Pa.maxCoeff() > 0.0f;
+    return isPlayed && result.foci > 0 && _known.force_N > 0.0 &&
+           _context.clock.now_s() < _ofFociUntil_s;
+}
+
 void FingertipStage::report(HologramResult& result, bool isOtherField)
 {
     if (!isOtherField) return;
     const haptics::PlayedAs asContact = result.fingertip.how; // as ContactStage plays its foci
-    if (result.sequence.fields != _fields)
+    if (isKnown(result))
+        know(_known); // the threshold may be another one
+    else if (result.sequence.fields != _fields)
     {
+        _ofFociUntil_s = result.foci > 0 ? _context.clock.now_s() + kOfFoci_s : 0.0;
         _fields = result.sequence.fields;
         know(_search.begin(result.points,
                            result.achieved_Pa.cast<double>(),
@@ -44,7 +58,7 @@ void FingertipStage::report(HologramResult& result, bool isOtherField)
                            kOfField));
     }
     else
-        know(_known); // the threshold may be another one
+        know(_known);
     result.fingertip = _known;
     if (result.foci > 0) result.fingertip.how = asContact;
 }

@@ -11,8 +11,8 @@
 namespace midair::bridge
 {
 
-/// Finds the force on a fingertip where it is strongest: at a few points of each field, and at all
-/// of one that rests, while nothing makes the next one.
+/// Finds the force on a fingertip where it is strongest: at a few points of each field, at all of
+/// one that rests, while nothing makes the next one, and for foci ten times a second.
 class FingertipStage final : public PipelineStage
 {
 public:
@@ -33,6 +33,7 @@ public:
 
 private:
     bool hasTurn(bool isPlaying) const;
+    bool isKnown(const HologramResult& result) const;
     void know(const haptics::FingertipForce& force);
 
     const PipelineContext& _context;
@@ -41,6 +42,7 @@ private:
     haptics::FingertipSearch _search;
     std::vector<Eigen::VectorXcf> _fields; // those that are searched
     haptics::FingertipForce _known;        // the most that was found in them
+    double _ofFociUntil_s = 0.0;           // steady clock; until then it serves other foci; 0: no
 };
 
 } // namespace midair::bridge

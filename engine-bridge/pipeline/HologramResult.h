@@ -50,7 +50,8 @@ struct HologramResult
     Eigen::Matrix3Xd skipped;
     /// n, |p| at each point in its own field, as played; for an evened cycle as felt
     Eigen::VectorXf achieved_Pa;
-    /// Force on a fingertip at the point with the highest of these; 0 N while none is played.
+    /// Force on a fingertip at the point with the highest of these, for foci up to 0.1 s ago; 0 N
+    /// while none is played.
     haptics::FingertipForce fingertip;
     /// True: one stationary field for dense points along outlines.
     bool outline = false;

@@ -2,6 +2,7 @@
 
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/threads/Punctual.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <utility>
@@ -249,6 +250,7 @@ void HologramThread::publish(std::shared_ptr<const HologramResult> result,
 
 void HologramThread::run()
 {
+    base::wakePunctually();
     std::unique_ptr<HologramPipeline> pipeline;
     SceneSnapshot snapshot;
     Maker maker;

@@ -3,6 +3,7 @@
 #include "device/DeviceLog.h"
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/threads/Punctual.h"
 
 #include <algorithm>
 #include <cmath>
@@ -274,6 +275,7 @@ bool FieldPlayer::sendStep(base::Lock& lock)
 
 void FieldPlayer::run()
 {
+    base::wakePunctually();
     base::Lock lock(_mutex);
     for (;;)
     {

@@ -631,6 +631,11 @@ void addHandsAndState(SceneClass& scene)
             "Takes the hands from a source: \"recorded:FILE\", \"openxr:\", \"osc:\" or "
             "\"NAME:options\" of register_hands(); \"none\": from set_hands() again.")
         .def_property_readonly(
+            "hands",
+            [](const PyScene& s) { return all(s, midair_last_hands); },
+            "Hands of the last update(), predicted if the scene predicts: a copy, an array of "
+            "hand_dtype, shape (n,), in m and in the array's frame.")
+        .def_property_readonly(
             "state",
             &stateOf,
             "State of the array, a dict: state is \"closed\", \"opening\", \"silent\", "

@@ -38,6 +38,7 @@ bool sameEntries(const Matrix& a, const Matrix& b)
 // Returns true if everything that G depends on is equal; name, boards and drive do not matter.
 bool sameField(const TransducerArray& a, const TransducerArray& b)
 {
+    if (&a == &b) return true;
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
            a.sourceAmplitude_Pa_m == b.sourceAmplitude_Pa_m && a.directivity == b.directivity &&
            sameEntries(a.positions, b.positions) && sameEntries(a.normals, b.normals) &&

@@ -60,6 +60,7 @@ public:
     /// Number of columns: transducers with a gain other than 0 (all, if none has), so that dead
     /// ones cost nothing, plus zero columns that fill gaps (isFiller()).
     int transducers() const { return _lanes.count; }
+    const TransducerArray& array() const { return _array; } ///< of bind()
     int arraySize() const { return _array.size(); } ///< all transducers, including dead ones
     int paddedTransducers() const
     {

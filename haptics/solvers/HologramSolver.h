@@ -68,6 +68,12 @@ public:
 
     virtual const SolverOptions& options() const = 0;
 
+    /// Returns the solver's own copy of the array of the last solve(), valid until the next one;
+    /// null (the default): it has none. Passed to the next solve(), it isn't compared with the
+    /// copy, which takes longer than solving for one point. Its drive is that of the first solve()
+    /// for this array.
+    virtual const TransducerArray* ownArray() const { return nullptr; }
+
     /// Returns |p| of the last solve()'s q, Pa (n), within kAchievedError of sqrt(m) |q| P0 g / R,
     /// with the R of the nearest transducer and the largest gain g, and within 0.5 % of itself.
     /// Empty (the default) if not known that accurately for each point.

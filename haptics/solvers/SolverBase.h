@@ -32,6 +32,7 @@ public:
                       Eigen::VectorXcf& q) final;
     /// Returns the given options with loudness limited to 1; this class handles more.
     const SolverOptions& options() const final { return _options; }
+    const TransducerArray* ownArray() const final { return &_field.G.array(); }
     /// Accepts any options with its own pool, or without one.
     bool setOptions(const SolverOptions& options) final;
     const Eigen::VectorXf& achieved_Pa() const final { return _last.achieved_Pa; }

@@ -1,5 +1,6 @@
 // midair-sensation-bench [FILE or CLASSIC]..: processor time of a sample of each, of all classics
-// if none is given, on one core, at 1,000 fields a second; then how circles play in real time.
+// if none is given, on one core, at 1,000 fields a second; then how circles play in real time on a
+// simulated device and on one that does nothing, beside a loop that only wakes as often.
 #include "haptics/sensation/SensationClassics.h"
 #include "haptics/sensation/SensationEvaluator.h"
 #include "haptics/sensation/SensationPlayer.h"
@@ -52,9 +53,28 @@ void printSamples(const std::vector<std::string>& names)
     }
 }
 
+void printRow(const char* name, const midair::bench::PlayedFigures& played)
+{
+    std::printf("%-16s %9.1f %7.2f %% %10.3f (%5.3f) %4.1f %%",
+                name,
+                played.fields_Hz,
+                100.0 * played.skipped,
+                played.late_ms[0],
+                played.late_ms[1],
+                100.0 * played.core);
+    if (played.frequency_Hz > 0.0)
+        std::printf(" %10.3f (%7.3f) %11.4f (%6.4f)",
+                    played.away_mm[0],
+                    played.away_mm[1],
+                    played.frequency_Hz,
+                    played.mostJump_turns);
+    std::printf("\n");
+}
+
 void printPlayed()
 {
-    std::printf("\n%-12s %9s %9s %18s %6s %20s %20s\n",
+    constexpr double kDuration_s = 10.0;
+    std::printf("\n%-16s %9s %9s %18s %6s %20s %20s\n",
                 "circles",
                 "fields/s",
                 "skipped",
@@ -62,21 +82,11 @@ void printPlayed()
                 "core",
                 "focus mm (largest)",
                 "turns Hz (jump)");
-    for (const int count : {1, 10})
-    {
-        const midair::bench::PlayedFigures played = midair::bench::playCircles(count, 10.0);
-        std::printf("%-12d %9.1f %7.2f %% %10.3f (%5.3f) %4.1f %% %10.3f (%7.3f) %11.4f (%6.4f)\n",
-                    count,
-                    played.fields_Hz,
-                    100.0 * played.skipped,
-                    played.late_ms[0],
-                    played.late_ms[1],
-                    100.0 * played.core,
-                    played.away_mm[0],
-                    played.away_mm[1],
-                    played.frequency_Hz,
-                    played.mostJump_turns);
-    }
+    printRow("none: wakes only", midair::bench::wakeOnly(kDuration_s));
+    printRow("1", midair::bench::playCircles(1, "sim:", kDuration_s));
+    printRow("10", midair::bench::playCircles(10, "sim:", kDuration_s));
+    printRow("10 on null:", midair::bench::playCircles(10, "null:", kDuration_s));
+    printRow("none: wakes only", midair::bench::wakeOnly(kDuration_s));
 }
 
 } // namespace

@@ -64,6 +64,25 @@ bridge::Hand handOf(const midair_hand& given, std::size_t index)
     return hand;
 }
 
+/// Converts a hand of the scene.
+midair_hand handForC(const bridge::Hand& from)
+{
+    midair_hand hand{};
+    hand.id = from.id;
+    hand.age_s = from.age_s;
+    for (std::size_t j = 0; j < MIDAIR_JOINTS; ++j)
+    {
+        const bridge::HandJoint& joint = from.joints[j];
+        midair_joint& to = hand.joints[j];
+        Eigen::Vector3d::Map(to.position) = joint.position;
+        Eigen::Vector4d::Map(to.orientation) = joint.orientation.coeffs();
+        to.radius_m = joint.radius_m;
+        to.position_valid = joint.positionValid ? 1 : 0;
+        to.orientation_valid = joint.orientationValid ? 1 : 0;
+    }
+    return hand;
+}
+
 /// A hand source of the application.
 class OwnHands : public bridge::HandSource
 {
@@ -168,20 +187,20 @@ midair_make_hand(int32_t id, const double tip[3], const double orientation[4], m
             if (!(std::abs(turn.norm() - 1.0) < 1e-3))
                 fail(MIDAIR_INVALID,
                      fmt::format("orientation has the length {:g}; it must be 1", turn.norm()));
-            given(hand, "hand") = {};
-            const bridge::Hand open =
-                bridge::openHandWithIndexTipAt(id, Eigen::Vector3d::Map(tip), turn);
-            hand->id = id;
-            for (std::size_t j = 0; j < MIDAIR_JOINTS; ++j)
-            {
-                const bridge::HandJoint& from = open.joints[j];
-                midair_joint& to = hand->joints[j];
-                Eigen::Vector3d::Map(to.position) = from.position;
-                Eigen::Vector4d::Map(to.orientation) = from.orientation.coeffs();
-                to.radius_m = from.radius_m;
-                to.position_valid = from.positionValid ? 1 : 0;
-                to.orientation_valid = from.orientationValid ? 1 : 0;
-            }
+            given(hand, "hand") =
+                handForC(bridge::openHandWithIndexTipAt(id, Eigen::Vector3d::Map(tip), turn));
+        });
+}
+
+midair_status
+midair_last_hands(midair_scene* scene, midair_hand* hands, size_t capacity, size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            return copyAll(of->player.hands().frame().hands, hands, capacity, count, handForC);
         });
 }
 

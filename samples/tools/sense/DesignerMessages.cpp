@@ -32,6 +32,48 @@ std::string messageOf(const char* command, Json data)
     return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+// Joints of SenseHand.
+constexpr int kPalm = 0, kThumb = 2, kIndex = 6, kLittle = 21, kOfFinger = 5;
+
+Json vectorOf(const Eigen::Vector3d& vector)
+{
+    return {{"x", finiteOrZero(vector.x())},
+            {"y", finiteOrZero(vector.y())},
+            {"z", finiteOrZero(vector.z())}};
+}
+
+Json boneOf(const SenseHand& hand, int start, int end)
+{
+    return {{"start", vectorOf(1e3 * hand.joints.col(start))},
+            {"end", vectorOf(1e3 * hand.joints.col(end))},
+            {"width", finiteOrZero(1e3 * (hand.radii_m[start] + hand.radii_m[end]))}};
+}
+
+Json digitsOf(const SenseHand& hand)
+{
+    Json digits = Json::array();
+    Json thumb = Json::array({boneOf(hand, kThumb, kThumb)});
+    for (int bone = 0; bone < 3; ++bone)
+        thumb.push_back(boneOf(hand, kThumb + bone, kThumb + bone + 1));
+    digits.push_back({{"bones", std::move(thumb)}});
+    for (int first = kIndex; first < SenseHand::kJoints; first += kOfFinger)
+    {
+        Json bones = Json::array();
+        for (int bone = first; bone < first + kOfFinger - 1; ++bone)
+            bones.push_back(boneOf(hand, bone, bone + 1));
+        digits.push_back({{"bones", std::move(bones)}});
+    }
+    return digits;
+}
+
+// Over the knuckles.
+double palmWidth_m(const SenseHand& hand)
+{
+    constexpr int kIndexKnuckle = kIndex + 1, kLittleKnuckle = kLittle + 1;
+    return (hand.joints.col(kIndexKnuckle) - hand.joints.col(kLittleKnuckle)).norm() +
+           hand.radii_m[kIndexKnuckle] + hand.radii_m[kLittleKnuckle];
+}
+
 } // namespace
 
 DesignerParameters parametersIn(const base::JsonValue& value)
@@ -115,6 +157,21 @@ std::string playbackUpdate(const std::vector<DesignerSample>& samples)
         evals.push_back(std::move(eval));
     }
     return messageOf("playback_update", Json{{"evals", std::move(evals)}});
+}
+
+std::string trackingData(const std::optional<SenseHand>& hand)
+{
+    Json frame;
+    frame["hand"] = nullptr;
+    if (hand)
+        frame["hand"] = {{"chirality", hand->isLeft ? "Left" : "Right"},
+                         {"palm",
+                          {{"position", vectorOf(1e3 * hand->joints.col(kPalm))},
+                           {"direction", vectorOf(-hand->turn.col(2))},
+                           {"normal", vectorOf(-hand->turn.col(1))},
+                           {"width", finiteOrZero(1e3 * palmWidth_m(*hand))}}},
+                         {"digits", digitsOf(*hand)}};
+    return messageOf("tracking_data", Json{{"tracking_frame", std::move(frame)}});
 }
 
 std::string errorMessage(const std::string& what)

@@ -2,10 +2,12 @@
 
 #include "haptics/base/text/JsonValue.h"
 #include "haptics/sensation/Sensation.h"
+#include "samples/tools/sense/SenseOutput.h"
 
 #include <Eigen/Core>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,11 @@ struct DesignerSample
 
 /// Returns the message playback_update. Numbers that aren't finite become 0.
 std::string playbackUpdate(const std::vector<DesignerSample>& samples);
+
+/// Returns the message tracking_data, as in AdapticsEngine's tracking/mod.rs: a hand's palm and
+/// four bones of each digit, mm, in the pattern's frame; none: there is no hand. The thumb has
+/// three bones and one of length 0, as with Leap Motion.
+std::string trackingData(const std::optional<SenseHand>& hand);
 
 /// Returns a message with what is wrong: {"cmd": "error", "data": {"message": ..}}. AdapTics has no
 /// such message; the Designer writes to its console that it doesn't know it.

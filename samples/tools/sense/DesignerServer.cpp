@@ -272,6 +272,7 @@ private:
             return close(gone, websocketpp::close::status::policy_violation, "no answer to pings");
         }
         send(_session.update(now_s));
+        send(_session.tracking());
         websocketpp::lib::error_code error;
         if (_watch.takePing(now_s)) _server.ping(_client, "", error);
     }

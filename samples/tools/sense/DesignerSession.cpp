@@ -253,6 +253,13 @@ std::string DesignerSession::update(double now_s)
     return message;
 }
 
+std::string DesignerSession::tracking()
+{
+    const std::optional<SenseHand> hand = _output.hand();
+    const bool isNews = std::exchange(_showsHand, hand.has_value()) || hand;
+    return isNews ? trackingData(hand) : std::string();
+}
+
 void DesignerSession::sampleUntil(double now_s)
 {
     const double passed_ms = 1e3 * (now_s - _course.start_s);
@@ -307,7 +314,7 @@ void DesignerSession::reset()
     {
         tell(error.what());
     }
-    _owesStop = false;
+    _owesStop = _showsHand = false;
     _sensation = nullptr;
     _json.clear();
     _sentFrom_ms.reset();

@@ -40,6 +40,9 @@ public:
     /// Returns the playback_update with the samples since the last one, or an empty text while
     /// nothing is played. The one of a pattern that has stopped says so, and is the last.
     std::string update(double now_s);
+    /// Returns the tracking_data with the output's hand, to be sent with each update, or an empty
+    /// text while there is none. That it has gone is told once.
+    std::string tracking();
     bool isPlaying() const { return _player != nullptr; }
     /// The Designer has gone: ends playing, and forgets what it has sent.
     void reset();
@@ -90,6 +93,7 @@ private:
     Course _course;
     std::deque<DesignerSample> _samples; ///< that the Designer isn't told yet
     bool _owesStop = false;              ///< playing has ended, and the Designer doesn't know it
+    bool _showsHand = false;             ///< the Designer
     std::string _lastTold;
     std::set<std::string> _toldOnce;
 };

@@ -5,7 +5,10 @@
 
 #include <osgMidair/ArrayState>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <array>
 #include <set>
 #include <utility>
 #include <vector>
@@ -53,6 +56,28 @@ Eigen::Matrix4d placeOf(const midair_array* array, const std::optional<Eigen::Ve
     Eigen::Matrix4d place = patternPlace(positions, normals);
     if (place_m) place.topRightCorner<3, 1>() = *place_m;
     return place;
+}
+
+static_assert(MIDAIR_JOINTS == SenseHand::kJoints);
+
+/// None if a joint isn't known.
+std::optional<SenseHand> senseHand(const midair_hand& from, const Eigen::Isometry3d& toPattern)
+{
+    constexpr int kLeft = 0;
+    SenseHand hand;
+    hand.isLeft = from.id == kLeft;
+    for (int j = 0; j < SenseHand::kJoints; ++j)
+    {
+        const midair_joint& joint = from.joints[j];
+        if (joint.position_valid == 0) return {};
+        hand.joints.col(j) = toPattern * Eigen::Vector3d::Map(joint.position);
+        hand.radii_m[j] = joint.radius_m;
+    }
+    if (from.joints[0].orientation_valid == 0) return {};
+    const Eigen::Quaterniond turn(
+        Eigen::Vector4d(Eigen::Vector4d::Map(from.joints[0].orientation)));
+    hand.turn = toPattern.linear() * turn.toRotationMatrix();
+    return hand;
 }
 
 } // namespace
@@ -105,11 +130,14 @@ struct SensePlayback::Scene
     {
         require(midair_object_set(scene, object, name, value.c_str()));
     }
+    /// The pattern's frame, in the array's.
+    Eigen::Isometry3d frame() const
+    {
+        return Eigen::Isometry3d(place) * Eigen::Translation3d(0.0, 0.0, -options.height_m);
+    }
     void setPose() const
     {
-        Eigen::Matrix4d own = Eigen::Matrix4d::Identity();
-        own(2, 3) = -options.height_m;
-        const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = place * own * transform;
+        const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = frame() * transform;
         require(midair_set_pose(scene, object, pose.data()));
     }
     void remove()
@@ -225,6 +253,17 @@ void SensePlayback::end()
     if (midair_object_set(_scene->scene, _scene->object, "plays", "0") >= 0) return;
     _scene->tellOnce(midair_last_error());
     _scene->remove(); // silent all the same
+}
+
+std::optional<SenseHand> SensePlayback::hand() const
+{
+    std::array<midair_hand, 8> all{};
+    std::size_t count = 0;
+    midair_last_hands(_scene->scene, all.data(), all.size(), &count);
+    const Eigen::Isometry3d toPattern = _scene->frame().inverse();
+    for (std::size_t k = 0; k < std::min(count, all.size()); ++k)
+        if (const auto hand = senseHand(all[k], toPattern)) return hand;
+    return {};
 }
 
 void SensePlayback::update(double time_s)

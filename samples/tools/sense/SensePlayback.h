@@ -44,6 +44,7 @@ public:
     void setTracking(bool isTracking) override;
     void begin() override;
     void end() override;
+    std::optional<SenseHand> hand() const override;
     void update(double time_s) override;
 
     bool isOpening() const;               ///< array and device are being opened

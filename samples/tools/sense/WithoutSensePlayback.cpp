@@ -27,6 +27,11 @@ void SensePlayback::end() {}
 void SensePlayback::update(double /*time_s*/) {}
 void SensePlayback::mute() {}
 
+std::optional<SenseHand> SensePlayback::hand() const
+{
+    return {};
+}
+
 bool SensePlayback::isOpening() const
 {
     return false;

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/threads/Punctual.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sensation/SensationReader.h"
 #include "tests/benchmarks/Timing.h"
@@ -23,6 +24,7 @@ namespace
 using Eigen::Vector3d;
 
 constexpr double kTurns_Hz = 70.0;
+constexpr double kFields_Hz = 1000.0;
 
 bridge::HapticObject circle(int index, int count)
 {
@@ -133,11 +135,42 @@ void rateFoci(const Notes& notes, const bridge::HologramOptions& options, Played
 
 } // namespace
 
-PlayedFigures playCircles(int sensations, double duration_s)
+PlayedFigures wakeOnly(double duration_s)
 {
+    constexpr double kPeriod_s = 1.0 / kFields_Hz;
+    base::wakePunctually();
+    const double begin_s = base::steadySeconds();
+    const double begin_ms = cpu_ms(CLOCK_PROCESS_CPUTIME_ID);
+    std::vector<double> late_ms;
+    double due_s = begin_s + kPeriod_s;
+    for (double now_s = begin_s; now_s - begin_s < duration_s;)
+    {
+        std::this_thread::sleep_for(
+            std::chrono::duration<double>(std::max(due_s - base::steadySeconds(), 0.0)));
+        now_s = base::steadySeconds();
+        late_ms.push_back(1e3 * (now_s - due_s));
+        // As ContactStage keeps to its clock.
+        const double missed = std::max(std::floor((now_s - due_s) / kPeriod_s), 0.0);
+        due_s += (1.0 + missed) * kPeriod_s;
+    }
+    PlayedFigures figures;
+    const double took_s = base::steadySeconds() - begin_s;
+    figures.fields_Hz = static_cast<double>(late_ms.size()) / took_s;
+    figures.skipped = std::max(1.0 - figures.fields_Hz / kFields_Hz, 0.0);
+    figures.core = 1e-3 * (cpu_ms(CLOCK_PROCESS_CPUTIME_ID) - begin_ms) * kFields_Hz /
+                   static_cast<double>(late_ms.size());
+    figures.late_ms[0] = base::percentile(late_ms, 0.5);
+    figures.late_ms[1] = base::percentile(late_ms, 0.99);
+    return figures;
+}
+
+PlayedFigures playCircles(int sensations, const std::string& device, double duration_s)
+{
+    base::wakePunctually(); // as HologramThread does
     bridge::HologramOptions options;
     options.array = haptics::TransducerArray::octagonalPrism();
-    options.fieldRate = 1000.0;
+    options.fieldRate = kFields_Hz;
+    options.deviceUri = device;
     bridge::HologramPipeline pipeline(options);
     bridge::SceneSnapshot snapshot;
     for (int i = 0; i < sensations; ++i)
@@ -168,7 +201,8 @@ PlayedFigures playCircles(int sensations, double duration_s)
     const auto played = static_cast<double>(fields() - before);
     figures.fields_Hz = played / took_s;
     figures.skipped = std::max(1.0 - figures.fields_Hz / options.fieldRate, 0.0);
-    figures.core = 1e-3 * (cpu_ms(CLOCK_PROCESS_CPUTIME_ID) - begin_ms - measuring_ms) / took_s;
+    figures.core = 1e-3 * (cpu_ms(CLOCK_PROCESS_CPUTIME_ID) - begin_ms - measuring_ms) *
+                   options.fieldRate / std::max(played, 1.0);
     figures.late_ms[0] = base::percentile(notes.late_ms, 0.5);
     figures.late_ms[1] = base::percentile(notes.late_ms, 0.99);
     rateFoci(notes, options, figures);

@@ -78,3 +78,22 @@ TEST_P(EncoderKernels, AllFinite)
             values[at] = before;
         }
 }
+
+TEST_P(EncoderKernels, AddDuties)
+{
+    std::vector<std::uint8_t> duty(1003, 255);
+    duty[1002] = 1;
+    int peak = 0;
+    std::uint32_t sum = 0;
+    addDuties(duty.data(), 1003, &peak, &sum);
+    EXPECT_EQ(peak, 255);
+    EXPECT_EQ(sum, 1002U * 255U + 1U);
+    addDuties(duty.data() + 1002, 1, &peak, &sum);
+    EXPECT_EQ(peak, 255) << "of both calls";
+    EXPECT_EQ(sum, 1002U * 255U + 2U);
+    peak = 0;
+    addDuties(duty.data() + 1002, 1, &peak, &sum);
+    EXPECT_EQ(peak, 1) << "wherever it is";
+    addDuties(duty.data(), 0, &peak, &sum);
+    EXPECT_EQ(peak, 1);
+}

@@ -147,6 +147,38 @@ TEST_F(ContactFieldTest, TheMaskKeepsWhatIsNotBehindTheFinger)
     }
 }
 
+// From the second field on the solver gets its own copy of the array.
+TEST_F(ContactFieldTest, FollowsReflectorsAndRefusalsAsANewOneDoes)
+{
+    haptics::Reflector wall;
+    wall.position = Vector3d(0.2, 0, 0);
+    wall.normal = Vector3d(-1, 0, 0);
+    wall.along = Vector3d(0, 1, 0);
+    wall.accuracy_mm = 0.1;
+    const std::vector<ContactFocus> beside = {focusAt(Vector3d(0, 0, 0.15), 1000.0)};
+    const std::vector<ContactFocus> inWall = {focusAt(Vector3d(0.199, 0, 0.15), 1000.0)};
+    haptics::TransducerArray walled = array;
+    walled.reflectors = {wall};
+    ContactField field(walled, air);
+    EXPECT_FALSE(field.solve(inWall, q, &error)) << "the solver hasn't had an array so far";
+    EXPECT_TRUE(field.solve(beside, q, &error)) << error;
+    for (const bool isWalled : {true, true, false, false, true})
+    {
+        if (!isWalled) walled.reflectors.clear();
+        if (isWalled) walled.reflectors = {wall};
+        field.setReflectors(walled.reflectors);
+        for (int again = 0; again < 2; ++again)
+        {
+            Eigen::VectorXcf fresh;
+            ASSERT_TRUE(field.solve(beside, q, &error)) << error;
+            ASSERT_TRUE(ContactField(walled, air).solve(beside, fresh, &error)) << error;
+            const std::complex<float> product = q.dot(fresh);
+            EXPECT_GT(std::abs(product), 0.999f * q.norm() * fresh.norm())
+                << isWalled << ' ' << again;
+        }
+    }
+}
+
 TEST_F(ContactFieldTest, BadInputIsSilence)
 {
     ContactField field(array, air);

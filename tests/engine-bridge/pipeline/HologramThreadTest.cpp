@@ -4,9 +4,12 @@
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
+#include <atomic>
+#include <memory>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 
 using namespace midair::bridge;
 
@@ -21,6 +24,25 @@ TEST(HologramThread, ASubmittedSnapshotIsPlayed)
     ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
     EXPECT_EQ(thread.latestResult()->frame, 42u);
     EXPECT_GT(thread.latestResult()->latency_ms, 0.0);
+}
+
+// Its solver and its device run on it.
+TEST(HologramThread, ItsWaitsEndWhenTheyAreDue)
+{
+    const int own_ns = prctl(PR_GET_TIMERSLACK);
+    EXPECT_GT(own_ns, 1) << "of this thread, which doesn't play";
+    std::atomic<int> slack_ns{0};
+    HologramThread thread(
+        [&]
+        {
+            slack_ns = prctl(PR_GET_TIMERSLACK);
+            return std::make_unique<HologramPipeline>(fakeOptions(std::make_shared<FakeLog>()));
+        });
+    SceneSnapshot snapshot = squareSnapshot();
+    thread.submit(snapshot);
+    ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
+    EXPECT_EQ(slack_ns, 1);
+    EXPECT_EQ(prctl(PR_GET_TIMERSLACK), own_ns);
 }
 
 TEST(HologramThread, SubmitDoesNotWaitForASolverThatSleeps)

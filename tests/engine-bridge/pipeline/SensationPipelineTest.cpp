@@ -113,6 +113,29 @@ TEST_F(SensationPipeline, FollowsATouchWithItsFrameAndIsWholeAfterItsFade)
     EXPECT_LE(now_s() - touched_s, kFrame_s + 5e-3 + 2 * kField_s);
 }
 
+// Finding it at every published field would take much of the processor time of sensations.
+TEST_F(SensationPipeline, ItsForceOnAFingertipIsKnownToATenthOfASecond)
+{
+    frame();
+    run(0.3);
+    const double quiet_N = frame()->fingertip.force_N;
+    EXPECT_GT(quiet_N, 0.0);
+    scene.objects[0].properties.pressure *= 2.0;
+    const double louder_s = now_s();
+    double force_N = quiet_N;
+    int frames = 0;
+    for (; force_N < 2.0 * quiet_N && now_s() < louder_s + 1.0; ++frames)
+    {
+        run(kFrame_s);
+        force_N = frame()->fingertip.force_N;
+    }
+    EXPECT_LE(now_s() - louder_s, 0.1 + 2 * kFrame_s);
+    EXPECT_GT(frames, 1) << "found anew for every field";
+    EXPECT_NEAR(force_N, 4.0 * quiet_N, 0.4 * quiet_N) << "as the square of the pressure";
+    scene.objects.clear();
+    EXPECT_EQ(frame()->fingertip.force_N, 0.0);
+}
+
 TEST_F(SensationPipeline, EndsWithTheFieldInWhichItsPatternStops)
 {
     sensation().pattern =

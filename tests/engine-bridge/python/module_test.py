@@ -477,6 +477,9 @@ class Extending(unittest.TestCase):
             scene.open_hands("still:here")
             scene.play("pyboard:one")
             self.assertTrue(updates_until(scene, lambda: any(played)), scene.messages)
+            self.assertTrue(updates_until(scene, lambda: len(scene.hands) == 1), scene.messages)
+            self.assertEqual(scene.hands.dtype, midair.hand_dtype)
+            self.assertEqual(scene.hands["id"][0], 0)
         fields = [one for one in played if one]
         self.assertLess(fields[0][0].max(), 32)
         self.assertIsNone(played[-1])  # silent at the end

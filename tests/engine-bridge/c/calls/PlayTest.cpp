@@ -142,6 +142,19 @@ TEST(CHands, ContactsOfAFingerOnThePlate)
     {
         EXPECT_EQ(midair_touches(of.scene, touches.data(), 0, &count), MIDAIR_TOO_SMALL);
     }
+    midair_hand last[2] = {};
+    ASSERT_EQ(midair_last_hands(of.scene, last, 2, &count), MIDAIR_OK) << midair_last_error();
+    ASSERT_EQ(count, 1U);
+    EXPECT_EQ(last[0].id, 1);
+    for (int j = 0; j < MIDAIR_JOINTS; ++j)
+    {
+        EXPECT_EQ(last[0].joints[j].position_valid, 1) << j;
+        for (int axis = 0; axis < 3; ++axis)
+            EXPECT_NEAR(last[0].joints[j].position[axis], hand.joints[j].position[axis], 1e-3) << j;
+        EXPECT_NEAR(last[0].joints[j].radius_m, hand.joints[j].radius_m, 1e-6) << j;
+    }
+    EXPECT_EQ(midair_last_hands(of.scene, last, 0, &count), MIDAIR_TOO_SMALL);
+    EXPECT_EQ(midair_last_hands(nullptr, last, 2, &count), MIDAIR_CLOSED);
     hand.joints[0].position[0] = NAN;
     EXPECT_EQ(midair_set_hands(of.scene, &hand, 1), MIDAIR_INVALID);
     hand.joints[0].position[0] = 0.0;
@@ -155,6 +168,8 @@ TEST(CHands, ContactsOfAFingerOnThePlate)
                                             MIDAIR_OK &&
                                         count == 0;
                              }));
+    ASSERT_EQ(midair_last_hands(of.scene, last, 2, &count), MIDAIR_OK);
+    EXPECT_EQ(count, 0U) << "they have gone";
 }
 
 // As the kit has it, in EarsTest.cpp, and with the same texts.

@@ -69,6 +69,7 @@ TEST(CArguments, ClosedAndNullHandlesAreToldByEachFunction)
         EXPECT_STATUS(midair_newest_field(gone, &field), MIDAIR_CLOSED);
         EXPECT_STATUS(midair_set_hands(gone, &hand, 1), MIDAIR_CLOSED);
         EXPECT_STATUS(midair_open_hands(gone, "none"), MIDAIR_CLOSED);
+        EXPECT_STATUS(midair_last_hands(gone, nullptr, 0, &count), MIDAIR_CLOSED);
         EXPECT_STATUS(midair_contacts(gone, nullptr, 0, &count), MIDAIR_CLOSED);
         EXPECT_STATUS(midair_touches(gone, nullptr, 0, &count), MIDAIR_CLOSED);
         EXPECT_EQ(field, nullptr);
@@ -162,6 +163,7 @@ TEST(CArguments, NullIsToldByItsName)
     EXPECT_STATUS(midair_set_hands(of.scene, nullptr, 1), MIDAIR_INVALID);
     EXPECT_STATUS(midair_open_hands(of.scene, nullptr), MIDAIR_INVALID);
     EXPECT_STATUS(midair_make_hand(0, nullptr, place, nullptr), MIDAIR_INVALID);
+    EXPECT_STATUS(midair_last_hands(of.scene, nullptr, 0, nullptr), MIDAIR_INVALID);
     EXPECT_STATUS(midair_contacts(of.scene, nullptr, 0, nullptr), MIDAIR_INVALID);
     EXPECT_STATUS(midair_register_device("one", nullptr), MIDAIR_INVALID);
     EXPECT_STATUS(midair_register_solver("one", nullptr, nullptr), MIDAIR_INVALID);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -119,6 +120,11 @@ protected:
             isHeard = false;
         }
         void update(double) override { ++updates; }
+        std::optional<SenseHand> hand() const override
+        {
+            return isHandSeen ? std::optional<SenseHand>(handAbove(0.15)) : std::nullopt;
+        }
+        std::atomic<bool> isHandSeen{false};
         std::atomic<bool> isHeard{false};
         std::atomic<int> updates{0};
     };
@@ -211,6 +217,26 @@ TEST_F(DesignerServers, AnswersWithWhatIsPlayed)
         }));
     EXPECT_TRUE(isSilent());
     EXPECT_FALSE(one->isOver) << "a mistake doesn't end the connection";
+}
+
+// Its messages come between those of playing, as the published device sends them.
+TEST_F(DesignerServers, SendsTheHandWhetherOrNotAPatternIsPlayed)
+{
+    const auto one = client("http://localhost:8080");
+    ASSERT_TRUE(one->opens());
+    const auto framesOf = [&](bool withHand)
+    {
+        std::size_t count = 0;
+        for (const std::string& text : one->messages())
+            if (json::parse(text)["cmd"] == "tracking_data")
+                count += trackingFrameIn(text)["hand"].is_object() == withHand ? 1 : 0;
+        return count;
+    };
+    _output.isHandSeen = true;
+    EXPECT_TRUE(eventually([&] { return framesOf(true) > 3; }));
+    EXPECT_EQ(framesOf(false), 0U);
+    _output.isHandSeen = false;
+    EXPECT_TRUE(eventually([&] { return framesOf(false) == 1; }));
 }
 
 TEST_F(DesignerServers, IsSilentWhenItsClientHasGone)

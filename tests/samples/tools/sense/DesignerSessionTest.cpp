@@ -197,6 +197,52 @@ TEST_F(DesignerSessions, FollowsTransformAndTracking)
     EXPECT_TRUE(_output.transform.isIdentity());
 }
 
+TEST_F(DesignerSessions, TellsTheHandAsLongAsThereIsOne)
+{
+    EXPECT_EQ(_session.tracking(), "");
+    _output.shownHand = handAbove(0.15);
+    for (int update = 0; update < 2; ++update)
+    {
+        const json frame = trackingFrameIn(_session.tracking());
+        ASSERT_TRUE(frame["hand"].is_object());
+        EXPECT_EQ(frame["hand"]["chirality"], "Right");
+    }
+    _output.shownHand.reset();
+    EXPECT_TRUE(trackingFrameIn(_session.tracking())["hand"].is_null());
+    EXPECT_EQ(_session.tracking(), "") << "once";
+    _output.shownHand = handAbove(0.15);
+    EXPECT_NE(_session.tracking(), "");
+    _session.reset();
+    _output.shownHand.reset();
+    EXPECT_EQ(_session.tracking(), "") << "another client was told of no hand";
+}
+
+TEST_F(DesignerSessions, AHandHasAPalmAndTheBonesOfItsDigits)
+{
+    SenseHand hand = handAbove(0.15);
+    const json right = trackingFrameIn(trackingData(hand))["hand"];
+    const json& palm = right["palm"];
+    EXPECT_EQ(numbersOf(palm["position"]), (std::vector<double>{0.0, 0.0, 150.0}));
+    EXPECT_EQ(numbersOf(palm["direction"]), (std::vector<double>{0.0, 1.0, 0.0}));
+    EXPECT_EQ(numbersOf(palm["normal"]), (std::vector<double>{0.0, 0.0, -1.0}))
+        << "the palm looks at the array";
+    EXPECT_NEAR(palm["width"].get<double>(), 60.0 + 2 * 8.0, 1e-9) << "over four knuckles";
+    // Each bone begins where the one before it ends.
+    for (std::size_t digit = 0; digit < 5; ++digit)
+    {
+        const json& bones = right["digits"][digit]["bones"];
+        for (std::size_t bone = 0; bone + 1 < 4; ++bone)
+            EXPECT_EQ(bones[bone]["end"], bones[bone + 1]["start"]) << digit << ' ' << bone;
+        EXPECT_NEAR(numbersOf(bones[3]["end"])[0], -40.0 + 20.0 * static_cast<double>(digit), 1e-9)
+            << "the tip of digit " << digit;
+        EXPECT_NEAR(bones[1]["width"].get<double>(), 16.0, 1e-9);
+    }
+    EXPECT_EQ(right["digits"][0]["bones"][0]["start"], right["digits"][0]["bones"][0]["end"])
+        << "a thumb has no bone in the palm";
+    hand.isLeft = true;
+    EXPECT_EQ(trackingFrameIn(trackingData(hand))["hand"]["chirality"], "Left");
+}
+
 TEST_F(DesignerSessions, RefusesABrokenPatternAndIsSilent)
 {
     play();

@@ -3,10 +3,12 @@
 #include "haptics/base/InputError.h"
 #include "samples/tools/sense/SenseOutput.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 /// Keeps what it is asked for, in place of an array.
@@ -37,12 +39,14 @@ struct FakeOutput : midair::samples::SenseOutput
         isPlaying = false;
         calls.emplace_back("end");
     }
+    std::optional<midair::samples::SenseHand> hand() const override { return shownHand; }
     void update(double) override {}
 
     std::string refusal; ///< of the next pattern
     std::string sensation;
     std::string parameters;
     Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
+    std::optional<midair::samples::SenseHand> shownHand;
     bool isTracking = false;
     bool isPlaying = false;
     std::vector<std::string> calls;
@@ -115,4 +119,57 @@ inline std::string updateParameters(const nlohmann::json& user, double time_ms =
         "update_parameters",
         {{"evaluator_params",
           {{"time", time_ms}, {"user_parameters", user}, {"geometric_transform", identity}}}});
+}
+
+/// A flat right hand over an array that looks up, its palm at \a height_m; its fingers point along
+/// y, 20 mm apart, and all joints are 8 mm thick.
+inline midair::samples::SenseHand handAbove(double height_m)
+{
+    midair::samples::SenseHand hand;
+    hand.radii_m.setConstant(0.008);
+    hand.turn.col(0) = Eigen::Vector3d::UnitX();
+    hand.turn.col(1) = Eigen::Vector3d::UnitZ();
+    hand.turn.col(2) = -Eigen::Vector3d::UnitY();
+    hand.joints.row(2).setConstant(height_m);
+    int joint = 2;
+    for (int digit = 0; digit < 5; ++digit)
+        for (int along = digit == 0 ? 1 : 0; along < 5; ++along, ++joint)
+        {
+            hand.joints(0, joint) = 0.02 * (digit - 2);
+            hand.joints(1, joint) = 0.03 * along - 0.02;
+        }
+    return hand;
+}
+
+inline std::vector<double> numbersOf(const nlohmann::json& xyz)
+{
+    EXPECT_EQ(xyz.size(), 3U);
+    return {xyz.at("x").get<double>(), xyz.at("y").get<double>(), xyz.at("z").get<double>()};
+}
+
+/// Reads tracking_data as AdapTics publishes its format (AdapticsWSServerMessage.json): fails for
+/// what a reader of that would refuse. Returns the tracking frame.
+inline nlohmann::json trackingFrameIn(const std::string& text)
+{
+    const nlohmann::json message = nlohmann::json::parse(text);
+    EXPECT_EQ(message.at("cmd"), "tracking_data");
+    const nlohmann::json frame = message.at("data").at("tracking_frame");
+    if (!frame.contains("hand") || frame.at("hand").is_null()) return frame;
+    const nlohmann::json& hand = frame.at("hand");
+    EXPECT_TRUE(hand.at("chirality") == "Left" || hand.at("chirality") == "Right");
+    for (const char* vector : {"position", "direction", "normal"})
+        numbersOf(hand.at("palm").at(vector));
+    EXPECT_TRUE(hand.at("palm").at("width").is_number());
+    EXPECT_EQ(hand.at("digits").size(), 5U);
+    for (const nlohmann::json& digit : hand.at("digits"))
+    {
+        EXPECT_EQ(digit.at("bones").size(), 4U);
+        for (const nlohmann::json& bone : digit.at("bones"))
+        {
+            numbersOf(bone.at("start"));
+            numbersOf(bone.at("end"));
+            EXPECT_TRUE(bone.at("width").is_number());
+        }
+    }
+    return frame;
 }
