@@ -649,10 +649,18 @@ Solution solveAll(const SolveArguments& arguments)
         arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
         arguments.settings.earLimit);
     task.ears = solution.ears->bound();
+    loadScatterer(arguments, solution);
+    if (solution.truth)
+        task.outside_Pa = [&solution](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
+        {
+            solution.truth->setDrive(q);
+            return solution.truth->beyond_Pa(places, solution.scene.array);
+        };
     if (solution.scene.array.reflectors.empty())
         static_cast<bridge::SolvedFields&>(solution) = bridge::solveOnce(task);
     else
         solveWithReflectors(arguments, task, solution);
+    if (solution.truth) correctForScatterer(arguments, task, solution);
     const haptics::SolveReport& report = solution.sequence.report;
     solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
     solution.parts.fingertip = haptics::strongestForce(solution.points,
@@ -673,9 +681,6 @@ Solution solveAll(const SolveArguments& arguments)
                                probePlaces(arguments, solution.points.positions, solution.scene),
                                solution.sequence,
                                solution.scene);
-    if (!arguments.scattererFile.empty())
-        solution.scattering =
-            scatteredBy(arguments.scattererFile, solution, arguments.settings.threads);
     if (arguments.hasTolerance)
         solution.tolerance = haptics::toleranceOf(
             solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);
