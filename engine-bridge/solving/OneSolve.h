@@ -47,8 +47,8 @@ struct SolveTask
     double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of the whole output
     const EarBound* ears = nullptr; ///< null: no ear limit
     /// Returns the complex pressures, Pa, that something outside the array's model adds to those of
-    /// activations (m) at places (3 x n); empty: nothing. Measured pressures and the pressure cap
-    /// include them, ears don't.
+    /// activations (m) at places (3 x n); empty: nothing. Measured pressures
+    /// include them, the pressure cap holds with and without them, ears don't know them.
     std::function<Eigen::VectorXcd(const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)>
         outside_Pa = {};
     SilenceRemedy remedy = {}; ///< names of the settings in messages

@@ -108,9 +108,9 @@ bridge::SolvedFields corrected(bridge::SolveTask task,
         const auto told = [](int round, double rms)
         {
             std::fprintf(stderr,
-                         "midair-solve: %d corrections for the scatterer: rms %.3f %%\n",
-                         round,
-                         100.0 * rms);
+                         "midair-solve: rms %.3f %% with the scatterer, corrected %d times\n",
+                         100.0 * rms,
+                         round);
         };
         return std::make_unique<haptics::ScatteringSolver>(
             haptics::makeSolver(name, options), truth, told);

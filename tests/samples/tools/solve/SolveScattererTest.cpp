@@ -141,6 +141,22 @@ TEST_F(SolveScatterer, CorrectsTheField)
     EXPECT_NEAR(100.0 * summary.at("report").at("rms").get<double>(), rms, 0.001);
 }
 
+TEST_F(SolveScatterer, CertifiesWithTheBody)
+{
+    const auto gap = [&](const std::string& options)
+    {
+        const Outcome made = solve(box(0.01, 0.17), "--certify " + options);
+        EXPECT_EQ(made.code, 0) << made.output;
+        const nlohmann::json certificate = readSummary(out()).at("certificate");
+        return certificate.at("field").get<double>() / certificate.at("bound").get<double>() - 1.0;
+    };
+    EXPECT_GE(gap(""), 0.0);
+    EXPECT_GT(gap("--no-correction"), gap("")) << "it isn't solved for the pressures with the body";
+    const Outcome refused = solve(box(0.01, 0.17), "--tolerance");
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.output.find("--tolerance doesn't know what scatters"), std::string::npos);
+}
+
 TEST_F(SolveScatterer, KeepsTheCapWithTheBody)
 {
     ASSERT_EQ(solve(box(0.01, 0.17), "--no-correction").code, 0);
