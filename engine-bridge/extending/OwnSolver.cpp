@@ -106,6 +106,7 @@ private:
         if (points.targets.size() != points.size() || !points.positions.allFinite() ||
             !points.targets.allFinite())
             return "the control points are not finite";
+        if (points.outside_Pa.size() > 0) return "outside pressures need a solver of the kit";
         return {};
     }
     void keepWanted(const ControlPoints& points)

@@ -24,6 +24,9 @@ namespace midair::bridge
 namespace
 {
 
+/// A cap halves in most of them, down to silence.
+constexpr int kMostCapPasses = 60;
+
 haptics::ComposerOptions composerOptions(const SolveTask& task)
 {
     haptics::ComposerOptions options;
@@ -70,14 +73,14 @@ haptics::FieldSequence compose(const SolveTask& task, const haptics::TransducerA
     return composer.composeCycle(task.sets, task.places, array, task.medium);
 }
 
-/// Returns the cap of the task; without one, a cap at the highest possible pressure.
-PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& drive)
+/// Returns the cap of the task times \a share; without one, a cap at the highest possible pressure.
+PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& drive, double share)
 {
     device::DriveAbility ability;
     ability.phaseLevels = drive.phaseLevels;
     ability.amplitudes = drive.amplitudeLevels;
     const double max_Pa = task.settings.maxPressure;
-    return {max_Pa > 0.0 ? max_Pa : base::kMostPressure_Pa,
+    return {max_Pa > 0.0 ? share * max_Pa : base::kMostPressure_Pa,
             [&drive](const device::DriveSignal& signal) { return playedBy(drive, signal); },
             std::move(ability)};
 }
@@ -108,24 +111,39 @@ Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask
     for (const Eigen::VectorXcf& q : sequence.fields)
         fields.emplace_back(q.cast<std::complex<double>>());
     Eigen::VectorXd achieved_Pa = Eigen::VectorXd::Zero(sequence.points().size());
+    const auto outsideAt = [&](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
+    {
+        return task.outside_Pa && places.cols() > 0 ? task.outside_Pa(places, q)
+                                                    : Eigen::VectorXcd::Zero(places.cols()).eval();
+    };
     const auto rowAt = [&](const Eigen::Vector3d& place) -> Eigen::RowVectorXcd
     { return haptics::referencePropagationMatrix(place, task.array, task.medium); };
     if (sequence.evened)
     {
+        const Eigen::Matrix3Xd places = sequence.points().positions;
+        Eigen::MatrixXcd outside_Pa(places.cols(), static_cast<Eigen::Index>(fields.size()));
+        for (std::size_t k = 0; k < fields.size(); ++k)
+            outside_Pa.col(static_cast<Eigen::Index>(k)) = outsideAt(places, sequence.fields[k]);
         for (Eigen::Index l = 0; l < achieved_Pa.size(); ++l)
         {
-            const Eigen::RowVectorXcd row = rowAt(sequence.points().positions.col(l));
+            const Eigen::RowVectorXcd row = rowAt(places.col(l));
             double square = 0.0;
-            for (const Eigen::VectorXcd& q : fields)
-                square += std::norm((row * q).value());
+            for (std::size_t k = 0; k < fields.size(); ++k)
+                square += std::norm((row * fields[k]).value() +
+                                    outside_Pa(l, static_cast<Eigen::Index>(k)));
             achieved_Pa[l] = std::sqrt(square / static_cast<double>(fields.size()));
         }
         return achieved_Pa;
     }
     Eigen::Index done = 0;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), fields.size()); ++k)
-        for (const auto& place : sequence.parts[k].positions.colwise())
-            achieved_Pa[done++] = std::abs((rowAt(place) * fields[k]).value());
+    {
+        const Eigen::Matrix3Xd& places = sequence.parts[k].positions;
+        const Eigen::VectorXcd outside_Pa = outsideAt(places, sequence.fields[k]);
+        for (Eigen::Index l = 0; l < places.cols(); ++l)
+            achieved_Pa[done++] =
+                std::abs((rowAt(places.col(l)) * fields[k]).value() + outside_Pa[l]);
+    }
     return achieved_Pa;
 }
 
@@ -156,13 +174,17 @@ void tellOfCap(const std::string& cap,
     report.message += (report.message.empty() ? "" : "; ") + told;
 }
 
-/// Applies the cap, encodes, measures and rates, so that all figures belong to the written drives.
-void finish(const SolveTask& task, SolvedFields& solved)
+/// Applies the cap times \a share to the fields \a before it, encodes, measures and rates, so that
+/// all figures belong to the written drives. Returns false if something outside raises a point
+/// above the cap.
+bool capAndRate(const SolveTask& task,
+                const haptics::FieldSequence& before,
+                double share,
+                SolvedFields& solved)
 {
+    solved.sequence = before;
     haptics::SolveReport& report = solved.sequence.report;
-    report.reflectorCount = static_cast<int>(task.array.reflectors.size());
-    const haptics::FieldSequence before = solved.sequence;
-    const PressureCap cap = pressureCap(task, task.array.drive);
+    const PressureCap cap = pressureCap(task, task.array.drive, share);
     const PressureCap::Where where{solved.points.positions,
                                    {&task.array},
                                    task.medium,
@@ -190,6 +212,26 @@ void finish(const SolveTask& task, SolvedFields& solved)
                   task,
                   before,
                   solved);
+    return !task.outside_Pa || !(task.settings.maxPressure > 0.0) || solved.points.size() == 0 ||
+           solved.achieved_Pa.maxCoeff() <= task.settings.maxPressure;
+}
+
+/// Lowers the fields until their pressures meet the cap.
+void finish(const SolveTask& task, SolvedFields& solved)
+{
+    solved.sequence.report.reflectorCount = static_cast<int>(task.array.reflectors.size());
+    const haptics::FieldSequence before = solved.sequence;
+    // A cap knows the array's own pressures. What something outside adds follows the drive, so a
+    // lower cap leaves no more than asked for; one of nothing is silence.
+    double share = 1.0;
+    for (int pass = 0; !capAndRate(task, before, share, solved); ++pass)
+    {
+        if (pass == kMostCapPasses)
+            throw base::InputError(
+                fmt::format("what stands in the field leaves no field below the cap of {:g} Pa",
+                            task.settings.maxPressure));
+        share *= pass < 4 ? 0.999 * task.settings.maxPressure / solved.achieved_Pa.maxCoeff() : 0.5;
+    }
 }
 
 /// Computes targets in Pa; relative ones at the level that was reached.

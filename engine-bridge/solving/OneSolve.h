@@ -46,7 +46,12 @@ struct SolveTask
     bool absolute = false;          ///< the outlines' targets are in Pa
     double modulation_Hz = 0.0;     ///< 0 .. 500; amplitude modulation of the whole output
     const EarBound* ears = nullptr; ///< null: no ear limit
-    SilenceRemedy remedy = {};      ///< names of the settings in messages
+    /// Returns the complex pressures, Pa, that something outside the array's model adds to those of
+    /// activations (m) at places (3 x n); empty: nothing. Measured pressures
+    /// include them, the pressure cap holds with and without them, ears don't know them.
+    std::function<Eigen::VectorXcd(const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)>
+        outside_Pa = {};
+    SilenceRemedy remedy = {}; ///< names of the settings in messages
     /// The array with the reflectors that fields are solved for; null: with all. Caps and figures
     /// know all.
     const haptics::TransducerArray* solvedFor = nullptr;

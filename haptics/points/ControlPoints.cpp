@@ -1,5 +1,7 @@
 #include "haptics/points/ControlPoints.h"
 
+#include <utility>
+
 namespace midair::haptics
 {
 
@@ -26,6 +28,7 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
     result.positions.resize(3, n);
     result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
     result.targets.resize(n);
+    result.outside_Pa.resize(points.outside_Pa.size() > 0 ? n : 0);
     for (Eigen::Index l = 0; l < n; ++l)
     {
         const int from = chosen[static_cast<std::size_t>(l)];
@@ -33,6 +36,7 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
         result.positions.col(l) = points.positions.col(from);
         if (points.normals.cols() > 0) result.normals.col(l) = points.normals.col(from);
         result.targets[l] = points.targets[from];
+        if (points.outside_Pa.size() > 0) result.outside_Pa[l] = points.outside_Pa[from];
         if (!points.object.empty()) result.object.push_back(points.object[index]);
         if (!points.identity.empty()) result.identity.push_back(points.identity[index]);
     }
@@ -55,6 +59,13 @@ void append(ControlPoints& to, const ControlPoints& more)
         to.normals.rightCols(m).setZero();
     to.targets.conservativeResize(n + m);
     to.targets.tail(m) = more.targets;
+    if (to.outside_Pa.size() > 0 || more.outside_Pa.size() > 0)
+    {
+        Eigen::VectorXcd outside_Pa = Eigen::VectorXcd::Zero(n + m);
+        if (to.outside_Pa.size() == n) outside_Pa.head(n) = to.outside_Pa;
+        if (more.outside_Pa.size() == m) outside_Pa.tail(m) = more.outside_Pa;
+        to.outside_Pa = std::move(outside_Pa);
+    }
     const auto first = static_cast<std::size_t>(n), second = static_cast<std::size_t>(m);
     appendIfComplete(to.object, first, more.object, second);
     appendIfComplete(to.identity, first, more.identity, second);

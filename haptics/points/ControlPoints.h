@@ -25,6 +25,13 @@ struct ControlPoints
     /// n or empty: stable number of a place on an object, so that a solver can continue when points
     /// come and go.
     std::vector<std::uint64_t> identity;
+    /// n or empty: complex peak pressure, Pa, that things outside the model of the array add to the
+    /// field of the drive q0 which a solver is passed as q (m, not silent): of an application's own
+    /// scattering model S, o = S q0. Fields q are then solved for
+    ///     p = G q + o (q0* q) / |q0|^2,
+    /// which is G q0 + o for q0, and follows the level and the common phase of q, as what scatters
+    /// does. Calls in turn, each with o of the last q, end at |G q + S q| = s a.
+    Eigen::VectorXcd outside_Pa;
 
     int size() const { return static_cast<int>(positions.cols()); }
 };
@@ -33,7 +40,7 @@ struct ControlPoints
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen);
 
 /// Appends \a more to \a to. Missing normals become zeros; objects and identities are kept only if
-/// both have them. `absolute` comes from the one that has points.
+/// both have them. Missing outside pressures are 0. `absolute` comes from the one that has points.
 void append(ControlPoints& to, const ControlPoints& more);
 
 /// Spacings, in wavelengths, of surface samples for evening out: the first that gives at most

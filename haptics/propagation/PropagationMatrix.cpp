@@ -257,7 +257,8 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
     // A lone plane without end has a kernel of its own, for points on the side of all transducers
     // of the block.
     const Reflector* mirror = _storage == Storage::FIXED ? loneMirror(_array.reflectors) : nullptr;
-    if (_sheets.size() > 0 && !mirror) return buildReflectedRows(block, rows, count, sums);
+    if ((_sheets.size() > 0 && !mirror) || hasOutside())
+        return buildSummedRows(block, rows, count, sums);
     MirroredRows mirrored{};
     bool hasFront = false, hasBack = false; // transducers
     if (mirror)
@@ -296,7 +297,7 @@ void PropagationMatrix::buildRows(int block, const int* rows, int count, double*
             if ((isFront ? hasBack : hasFront) || !isInFloat(l, 0, block) ||
                 !isInFloat(l, 1, block))
             {
-                buildReflectedRows(block, &l, 1, sums);
+                buildSummedRows(block, &l, 1, sums);
                 continue;
             }
             append(_sheets.mirrored(0, x), l, images);
@@ -337,7 +338,7 @@ void PropagationMatrix::freeWaves(
     buildBatch(block, batch, kernels::FloatRows{waves}, sums);
 }
 
-void PropagationMatrix::buildReflectedRows(int block, const int* rows, int count, double* sums)
+void PropagationMatrix::buildSummedRows(int block, const int* rows, int count, double* sums)
 {
     constexpr int kAtOnce = 8; // points whose waves stay in a level-2 cache
     constexpr std::size_t kRow = std::size_t(2) * kBlockWidth;
@@ -374,10 +375,69 @@ void PropagationMatrix::buildReflectedRows(int block, const int* rows, int count
         for (int l = 0; l < points; ++l)
         {
             float *own = direct + l * row, *other = reflected + l * row;
+            if (hasOutside()) addOutside(block, now[l], other, other + columns);
             sums[now[l]] += static_cast<double>(
                 kernels::joinWaves(columns, other, other + columns, own, own + columns));
             keepRow(block, now[l], own, own + columns);
         }
+    }
+}
+
+bool PropagationMatrix::setOutside(const Eigen::VectorXcd& outside_Pa,
+                                   const Eigen::VectorXcf& drive)
+{
+    const bool isStale = outside_Pa.size() > 0 || hasOutside();
+    _outside.pressures_Pa = outside_Pa;
+    if (outside_Pa.size() == 0) return isStale;
+    for (base::AlignedBuffer<float>* part : {&_outside.re, &_outside.im})
+    {
+        part->reserve(static_cast<std::size_t>(_lanes.padded));
+        std::fill_n(part->data(), _lanes.padded, 0.0f);
+    }
+    const auto at = [&](int lane)
+    { return std::complex<double>(drive[_lanes.order[static_cast<std::size_t>(lane)]]); };
+    double power = 0.0;
+    for (int lane = 0; lane < _lanes.count; ++lane)
+        if (!isSilent(lane)) power += std::norm(at(lane));
+    for (int lane = 0; lane < _lanes.count && power > 0.0; ++lane)
+    {
+        if (isSilent(lane)) continue;
+        _outside.re[static_cast<std::size_t>(lane)] = static_cast<float>(at(lane).real() / power);
+        _outside.im[static_cast<std::size_t>(lane)] = static_cast<float>(-at(lane).imag() / power);
+    }
+    return isStale;
+}
+
+void PropagationMatrix::outsidePhases(float* re, float* im) const
+{
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(_lanes.padded); ++lane)
+    {
+        const float size = std::hypot(_outside.re[lane], _outside.im[lane]);
+        re[lane] = size > 0.0f ? _outside.re[lane] / size : 1.0f;
+        im[lane] = size > 0.0f ? -_outside.im[lane] / size : 0.0f;
+    }
+}
+
+std::complex<double>
+PropagationMatrix::outsideAt_Pa(int l, const float* qRe, const float* qIm) const
+{
+    if (!hasOutside()) return 0.0;
+    std::complex<double> share = 0.0;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(_lanes.padded); ++lane)
+        share += std::complex<double>(_outside.re[lane], _outside.im[lane]) *
+                 std::complex<double>(qRe[lane], qIm[lane]);
+    return share * _outside.pressures_Pa[l];
+}
+
+void PropagationMatrix::addOutside(int block, int l, float* re, float* im) const
+{
+    const std::complex<double> o = _outside.pressures_Pa[l] / _unit_Pa;
+    const auto a = static_cast<float>(o.real()), b = static_cast<float>(o.imag());
+    const float *c = _outside.re.data() + offset(block), *d = _outside.im.data() + offset(block);
+    for (int i = 0; i < width(block); ++i)
+    {
+        re[i] += a * c[i] - b * d[i];
+        im[i] += a * d[i] + b * c[i];
     }
 }
 

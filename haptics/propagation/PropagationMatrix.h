@@ -74,6 +74,18 @@ public:
                                                            : kBlockWidth;
     }
 
+    /// Makes the matrix from now on G + o q0* / |q0|^2: the array's field, and the pressures \a
+    /// outside_Pa (o, points() or empty: none) that something else adds to that of \a drive (q0,
+    /// arraySize()). Call after bind() and resize(). Returns true if existing rows became stale.
+    bool setOutside(const Eigen::VectorXcd& outside_Pa, const Eigen::VectorXcf& drive);
+    bool hasOutside() const { return _outside.pressures_Pa.size() > 0; }
+    /// Sets \a re, \a im (paddedTransducers()) to the phases of the outside pressures' drive, with
+    /// amplitudes of 1.
+    void outsidePhases(float* re, float* im) const;
+    /// Returns what of outside_Pa row \a l has for the drive \a qRe, \a qIm (paddedTransducers()),
+    /// Pa; 0 without outside pressures.
+    std::complex<double> outsideAt_Pa(int l, const float* qRe, const float* qIm) const;
+
     /// Assigns the control point at \a r (m) to row \a l, whose entries are stale until buildRows()
     /// has been called for every block.
     void setPoint(int l, const Eigen::Vector3d& r);
@@ -178,6 +190,13 @@ private:
         base::AlignedBuffer<float> scale; // of the rows in fixed, block by block
     };
 
+    // What something outside adds, as products of a row and a column.
+    struct Outside
+    {
+        Eigen::VectorXcd pressures_Pa;     // for each row; empty: nothing
+        base::AlignedBuffer<float> re, im; // q0* / |q0|^2
+    };
+
     void bindOrder();
     void bindGeometry();
     kernels::GroupGeometry bindGroup(int first, int count);
@@ -193,7 +212,8 @@ private:
     buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums) const;
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
     void freeWaves(int block, int image, const int* rows, int count, float* waves) const;
-    void buildReflectedRows(int block, const int* rows, int count, double* sums);
+    void buildSummedRows(int block, const int* rows, int count, double* sums);
+    void addOutside(int block, int l, float* re, float* im) const;
     void keepRow(int block, int l, const float* re, const float* im);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
@@ -209,6 +229,7 @@ private:
     SheetGeometry _sheets;
     Rows _rows;
     Entries _entries;
+    Outside _outside;
 };
 
 } // namespace midair::haptics

@@ -43,6 +43,7 @@ public:
     Eigen::VectorXcd scattered(const Eigen::Matrix3Xd& points,
                                const Eigen::VectorXcd& strength,
                                int threads = 1) const override;
+    bool isInside(const Eigen::Vector3d& place) const override { return _body.isInside(place); }
 
 private:
     void makeMatrix(int threads, const base::StopToken& stop);

@@ -48,6 +48,8 @@ public:
     virtual Eigen::VectorXcd scattered(const Eigen::Matrix3Xd& points,
                                        const Eigen::VectorXcd& strength,
                                        int threads = 1) const = 0;
+    /// Returns true for a place (metres) inside, where there is no field.
+    virtual bool isInside(const Eigen::Vector3d& /*place*/) const { return false; }
 };
 
 } // namespace midair::haptics

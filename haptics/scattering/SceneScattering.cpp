@@ -1,65 +1,31 @@
 #include "haptics/scattering/SceneScattering.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/propagation/PressureField.h"
-#include "haptics/scattering/RigidBody.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 namespace midair::haptics
 {
 
-namespace
-{
-
-void requireOutside(const ClosedBody& body, const Eigen::Matrix3Xd& places, const char* what)
-{
-    for (Eigen::Index i = 0; i < places.cols(); ++i)
-        if (body.isInside(places.col(i)))
-            throw base::InputError(
-                fmt::format("{} {} at ({:.4f}, {:.4f}, {:.4f}) m is inside the body",
-                            what,
-                            i,
-                            places(0, i),
-                            places(1, i),
-                            places(2, i)));
-}
-
-} // namespace
-
-ScatteringFigures scatteringOf(const ClosedBody& body,
+ScatteringFigures scatteringOf(ScatteredField& truth,
                                const std::vector<Eigen::Matrix3Xd>& points,
-                               const std::vector<Eigen::VectorXcf>& fields,
-                               const TransducerArray& array,
-                               const Medium& medium,
-                               int threads,
-                               const base::StopToken& stop)
+                               const std::vector<Eigen::VectorXcf>& fields)
 {
-    requireOutside(body, array.positions, "transducer");
     for (const Eigen::Matrix3Xd& of : points)
-        requireOutside(body, of, "point");
-    const RigidBody rigid(body, medium.wavelength(array.frequency_Hz), threads, stop);
+        if (const std::string why = truth.whyImpossible(of); !why.empty())
+            throw base::InputError(why);
     ScatteringFigures figures;
-    figures.elements = rigid.body().size();
     double off2 = 0.0, free2 = 0.0, with2 = 0.0, count = 0.0;
     for (std::size_t k = 0; k < fields.size(); ++k)
     {
-        const IncidentField incident =
-            incidentField(rigid.places(), rigid.normals(), array, medium, fields[k], threads, stop);
-        Eigen::VectorXcd onBody;
-        const GmresReport report = rigid.solve(incident, onBody, stop);
-        figures.iterations = std::max(figures.iterations, report.iterations);
-        figures.residual = std::max(figures.residual, report.residual);
-        const Eigen::VectorXcd alone =
-            pressureAt(points[k], array, medium, fields[k], threads, stop)
-                .cast<std::complex<double>>();
-        figures.withBody_Pa.emplace_back(alone + rigid.scattered(points[k], onBody, threads));
+        truth.setDrive(fields[k]);
+        figures.free_Pa.emplace_back(truth.free_Pa(points[k]));
+        const Eigen::VectorXcd& alone = figures.free_Pa.back();
+        figures.with_Pa.emplace_back(alone + truth.scattered_Pa(points[k]));
         for (Eigen::Index l = 0; l < alone.size(); ++l)
         {
-            const double was = std::abs(alone[l]), is = std::abs(figures.withBody_Pa.back()[l]);
+            const double was = std::abs(alone[l]), is = std::abs(figures.with_Pa.back()[l]);
             if (!(was > 0.0)) continue;
             off2 += (is / was - 1.0) * (is / was - 1.0);
             figures.worst = std::max(figures.worst, std::abs(is / was - 1.0));
@@ -68,6 +34,9 @@ ScatteringFigures scatteringOf(const ClosedBody& body,
             count += 1.0;
         }
     }
+    figures.elements = truth.elements();
+    figures.iterations = truth.worst().iterations;
+    figures.residual = truth.worst().residual;
     if (count == 0.0) return figures;
     figures.rms = std::sqrt(off2 / count);
     figures.level = std::sqrt(with2 / free2);

@@ -176,6 +176,14 @@ private:
     Eigen::FFT<double> _transform;
 };
 
+std::optional<ScreenPlate> plateOf(const Reflector& reflector)
+{
+    if (reflector.reflection != 1.0 || reflector.reflectionPhase_rad != 0.0 ||
+        !reflector.size_m.allFinite())
+        return std::nullopt;
+    return ScreenPlate{reflector.position, reflector.normal, reflector.along, reflector.size_m};
+}
+
 ThinScreen::ThinScreen(const ScreenPlate& plate, double wavelength_m, double cellsPerWavelength) :
     _plate(plate),
     _k(base::kTwoPi / wavelength_m)

@@ -1,8 +1,10 @@
 #pragma once
 
+#include "haptics/array/Reflector.h"
 #include "haptics/scattering/Scatterer.h"
 
 #include <memory>
+#include <optional>
 
 namespace midair::haptics
 {
@@ -15,6 +17,9 @@ struct ScreenPlate
     Eigen::Vector3d along = Eigen::Vector3d::UnitX();  ///< unit length, in the plate
     Eigen::Vector2d size_m = Eigen::Vector2d::Zero();  ///< along it, and across
 };
+
+/// Returns the plate of \a reflector, if that is rigid and has ends.
+std::optional<ScreenPlate> plateOf(const Reflector& reflector);
 
 /// The field of a rigid plate: the jump of the pressure across it, constant on each cell, such that
 /// no air moves through the cells' centres (Maue 1949, 10.1007/BF01328780). The matrix of a regular

@@ -99,14 +99,17 @@ int FieldProblem::assign(const ControlPoints& points,
                          const TransducerArray& array,
                          const Medium& medium,
                          double tolerance_m,
-                         bool isBound)
+                         bool isBound,
+                         const Eigen::VectorXcf& drive)
 {
     const int n = static_cast<int>(active.size());
     const int before = G.points();
     const bool rebound = !isBound && G.bind(array, medium);
     const bool otherSize = G.resize(n);
     _drive = array.drive;
-    if (rebound || otherSize) forget();
+    const Eigen::VectorXcd none, &given = points.outside_Pa;
+    const bool otherOutside = G.setOutside(given.size() > 0 ? given(active).eval() : none, drive);
+    if (rebound || otherSize || otherOutside) forget();
     reserve();
     if (n != before) _fresh.assign(_fresh.size(), 0);
 

@@ -78,14 +78,16 @@ public:
         return G.isBoundTo(array, medium);
     }
     /// Assigns a valid problem. \a active: indices of the points to solve for. Rows of points that
-    /// moved by at most \a tolerance_m are kept. \a isBound: result of isBoundTo(). Returns the
-    /// number of stale rows, which build() computes.
+    /// moved by at most \a tolerance_m are kept. \a isBound: result of isBoundTo(). \a drive
+    /// (arraySize()): that of points.outside_Pa, if it has those. Returns the number of stale rows,
+    /// which build() computes.
     int assign(const ControlPoints& points,
                const std::vector<int>& active,
                const TransducerArray& array,
                const Medium& medium,
                double tolerance_m,
-               bool isBound = false);
+               bool isBound = false,
+               const Eigen::VectorXcf& drive = {});
     void build(); ///< computes the stale rows of G
     int staleRows() const { return static_cast<int>(_stale.size()); } ///< of the last assign()
     /// build() and projectRound() in one pass, which uses each block of G while it is cached.

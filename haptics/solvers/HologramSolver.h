@@ -58,7 +58,8 @@ public:
     virtual ~HologramSolver() = default;
 
     /// Solves for \a points and sets \a q to m activations, |q_i| <= 1, on the levels of
-    /// array.drive. They are never NaN: problems that can't be solved, or that exceed Limits.h, are
+    /// array.drive. With points.outside_Pa, \a q is also an input: the drive that these belong to.
+    /// They are never NaN: problems that can't be solved, or that exceed Limits.h, are
     /// REFUSED with zero activations. Doesn't throw by itself. One call at a time; another thread
     /// can end it through SolverOptions::stop.
     virtual SolveReport solve(const ControlPoints& points,

@@ -25,6 +25,8 @@ constexpr double kProgress = 0.99; // ratio of errors below which an unfinished 
 constexpr int kMisses = 3;         // in a row, before a report
 constexpr float kLeastShare = 1e-3f; // smallest assumed share of its target that a point has
 
+constexpr double kMostOutside_Pa = 1e12; // as for targets
+
 std::string pointRefusal(const ControlPoints& points)
 {
     for (int l = 0; l < points.size(); ++l)
@@ -42,6 +44,32 @@ std::string pointRefusal(const ControlPoints& points)
             return fmt::format(
                 "control point {} has the target {:g}; targets are 0 .. 1e12", l, target);
     }
+    return {};
+}
+
+std::string
+outsideRefusal(const ControlPoints& points, const TransducerArray& array, const Eigen::VectorXcf& q)
+{
+    const Eigen::VectorXcd& o = points.outside_Pa;
+    if (o.size() == 0) return {};
+    if (o.size() != points.size())
+        return fmt::format(
+            "there are {} control points and {} outside pressures", points.size(), o.size());
+    for (Eigen::Index l = 0; l < o.size(); ++l)
+        if (!(std::abs(o[l]) <= kMostOutside_Pa))
+            return fmt::format("control point {} has the outside pressure ({:g}, {:g}) Pa; it must "
+                               "be at most {:g}",
+                               l,
+                               o[l].real(),
+                               o[l].imag(),
+                               kMostOutside_Pa);
+    double power = 0.0; // of transducers that sound
+    for (int i = 0; q.size() == array.size() && i < array.size(); ++i)
+        if (array.gain.size() == 0 || array.gain[i] != 0.0) power += std::norm(q[i]);
+    if (!(power > 0.0) || !q.allFinite())
+        return fmt::format("outside pressures belong to the drive that is passed, which must be "
+                           "{} finite activations, not all 0",
+                           array.size());
     return {};
 }
 
@@ -144,6 +172,7 @@ std::string SolverBase::tooLarge(int points, int transducers) const
 std::string SolverBase::refusal(const ControlPoints& points,
                                 const TransducerArray& array,
                                 const Medium& medium,
+                                const Eigen::VectorXcf& q,
                                 bool isKnown) const
 {
     std::string why;
@@ -155,6 +184,7 @@ std::string SolverBase::refusal(const ControlPoints& points,
             "there are {} control points and {} targets", points.size(), points.targets.size());
     if (!isKnown) why = arrayRefusal(array);
     if (why.empty()) why = pointRefusal(points);
+    if (why.empty()) why = outsideRefusal(points, array, q);
     if (why.empty()) why = reflectorRefusal(points, array, medium.wavelength(array.frequency_Hz));
     return why;
 }
@@ -239,7 +269,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     result.points = points.size();
     result.transducers = array.size();
     const bool isKnown = _field.isBoundTo(array, medium);
-    const std::string why = refusal(points, array, medium, isKnown);
+    const std::string why = refusal(points, array, medium, q, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
     // A field for targets of the other kind is no warm start: its level has another meaning.
     if (points.size() > 0 && points.absolute != _targets.isAbsolute) _last.good = false;
@@ -254,7 +284,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
                       q);
 
     const int stale = _field.assign(
-        points, _points.active, array, medium, skipTolerance_m(array, medium), isKnown);
+        points, _points.active, array, medium, skipTolerance_m(array, medium), isKnown, q);
     _targets.raised = raiseTargets(_field.a);
     if (!isKnown && _last.q.size() == array.size()) _field.toLanes(_last.q, _last.lanes);
     if (isSkippable(stale, q))
@@ -295,7 +325,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
                           array.size(),
                           q);
         stale += _field.assign(
-            points, _points.active, array, medium, skipTolerance_m(array, medium), true);
+            points, _points.active, array, medium, skipTolerance_m(array, medium), true, q);
         _targets.raised = raiseTargets(_field.a);
         _field.build();
         result.matrix_ms += _field.build_ms();

@@ -163,6 +163,7 @@ private:
     std::string refusal(const ControlPoints& points,
                         const TransducerArray& array,
                         const Medium& medium,
+                        const Eigen::VectorXcf& q,
                         bool isKnown) const;
     void chooseActive(const ControlPoints& points);
     bool areLastPoints() const;

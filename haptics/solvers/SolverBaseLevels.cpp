@@ -310,8 +310,13 @@ void SolverBase::measure(const Outcome& outcome,
     const Eigen::VectorXcf p =
         pressureAt(places, array, medium, q, _options.threads, _options.stop);
     for (Eigen::Index k = 0; k < places.cols(); ++k)
-        _field.y[quiet[static_cast<std::size_t>(k)]] =
-            std::abs(p[k]) / static_cast<float>(_field.unit_Pa());
+    {
+        const int l = quiet[static_cast<std::size_t>(k)];
+        const std::complex<double> outside_Pa =
+            _field.G.outsideAt_Pa(l, _field.q.re.data(), _field.q.im.data());
+        _field.y[l] =
+            std::abs(p[k] + std::complex<float>(outside_Pa)) / static_cast<float>(_field.unit_Pa());
+    }
 }
 
 void SolverBase::report(const Outcome& outcome, SolveReport& result)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # samples/pictures/make.sh [PART..]: makes the pictures of README.md and of the guides anew, from a build in build/ (samples/run.sh and
-# ninja -C build midair_samples make one). Parts: demo, start (of the tutorial), features (of the samples), installations, paper, tuning,
-# monitor; all of them unless some are named. Needs imagemagick, xvfb, xdotool and fonts-dejavu-core; monitor needs a browser, by the
+# ninja -C build midair_samples make one). Parts: demo, start (of the tutorial), features (of the samples), scattering, installations, paper,
+# tuning, monitor; all of them unless some are named. Needs imagemagick, xvfb, xdotool and fonts-dejavu-core; monitor needs a browser, by the
 # packages of tests/run.sh --browser. imagemagick writes fields with 192 colours: no difference to be seen (PSNR over 45 dB) at a
 # third of the size. The views hold more hues than that and are dithered. concepts.svg is drawn by hand.
 set -euo pipefail
@@ -163,6 +163,42 @@ part_features()
     thumbnail samples/pictures/mirror.png 27 # what an eye sees of such a display: the part installations
 }
 
+# What stands in a field: samples/guides/ARRAYS.md.
+part_scattering()
+{
+    {
+        echo x_m,y_m,z_m,nx,ny,nz,target
+        printf '%s,0,0.15,0,0,-1,1\n' -0.024 -0.012 0 0.012 0.024
+    } >"$out/line.csv"
+    echo '{"reflectors": [{"position_m": [0, 0, 0.19], "normal": [0, 0, -1], "along": [1, 0, 0], "size_m": [0.06, 0.06], "accuracy_mm": 0.1}]}' \
+        >"$out/plate.json"
+    python3 - >"$out/ball.obj" <<'PYTHON'
+from math import cos, pi, sin
+rings, sides = 16, 32
+for i in range(1, rings):
+    for j in range(sides):
+        a, b = pi * i / rings, 2 * pi * j / sides
+        print("v", 0.01 * sin(a) * cos(b) + 0.006, 0.01 * sin(a) * sin(b), 0.175 + 0.01 * cos(a))
+print("v 0.006 0 0.185\nv 0.006 0 0.165")
+top, bottom = (rings - 1) * sides + 1, (rings - 1) * sides + 2
+for j in range(sides):
+    k = (j + 1) % sides
+    print("f", top, j + 1, k + 1)
+    print("f", bottom, (rings - 2) * sides + k + 1, (rings - 2) * sides + j + 1)
+    for i in range(rings - 2):
+        a, b, c, d = i * sides + j + 1, i * sides + k + 1, (i + 1) * sides + j + 1, (i + 1) * sides + k + 1
+        print("f", a, c, d, "\nf", a, d, b)
+PYTHON
+    scattered() # NAME [option..]
+    {
+        build/bin/midair-solve --array board --points-file "$out/line.csv" --out "$out/$1" "${@:2}" >/dev/null
+        small "$out/$1/field.png" "$1"
+    }
+    scattered scattering-free
+    scattered scattering-plate --scatterer reflectors --reflectors "$out/plate.json"
+    scattered scattering-ball --scatterer "$out/ball.obj"
+}
+
 # installation NAME FRAMES [option]..: the last frame of a run, with the program's own visitor.
 installation()
 {
@@ -220,6 +256,6 @@ part_monitor()
     convert "$out/monitor.png" -colors 256 PNG8:samples/pictures/monitor.png
 }
 
-[ $# -gt 0 ] || set -- demo start features installations paper tuning monitor
+[ $# -gt 0 ] || set -- demo start features scattering installations paper tuning monitor
 for part in "$@"; do "part_$part"; done
 ls -l samples/pictures/*.png samples/pictures/*.svg samples/pictures/*/*.png

@@ -3,7 +3,9 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/propagation/Exposure.h"
+#include "haptics/propagation/PressureField.h"
 #include "haptics/scattering/RigidBody.h"
+#include "haptics/scattering/ScatteringSolver.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/haptics/scattering/Plates.h"
@@ -14,6 +16,8 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -109,20 +113,21 @@ void printPlates(int threads)
     {
         haptics::TransducerArray array = free;
         array.reflectors = {midair::test::plateBehind(centre, side_m, behind_m)};
-        midair::test::TruePlate plate(array.reflectors.front(), free, threads);
-        plate.setDrive(alone);
-        const double before = midair::test::rmsError(plate.at(points.positions));
+        haptics::ScatteredField truth =
+            midair::test::truthOf(array.reflectors.front(), free, threads);
+        const auto errorOf = [&](const Eigen::VectorXcf& q)
+        { return midair::test::rmsError(midair::test::pressuresOf(q, points.positions, truth)); };
+        const double before = errorOf(alone);
         const Eigen::Matrix3Xd ears = earsBefore(0.15 + behind_m - 0.02);
         const auto told_Pa2 = [&](const haptics::TransducerArray& of)
         { return haptics::Exposure(of, haptics::Medium(), ears).heard_Pa2({alone}).maxCoeff(); };
         const double told_dB = 10.0 * std::log10(told_Pa2(array) / told_Pa2(free));
         const double true_dB =
-            20.0 * std::log10(plate.at(ears).cwiseAbs().maxCoeff() /
+            20.0 * std::log10(midair::test::pressuresOf(alone, ears, truth).cwiseAbs().maxCoeff() /
                               haptics::pressureAt(ears, free, haptics::Medium(), alone, threads)
                                   .cwiseAbs()
                                   .maxCoeff());
-        plate.setDrive(midair::test::driveFor(points, array));
-        const double after = midair::test::rmsError(plate.at(points.positions));
+        const double after = errorOf(midair::test::driveFor(points, array));
         std::printf("%3.0f mm at %3.0f mm: %5.2f %%, %4.2f %%; %+.1f dB, %+.1f dB\n",
                     1e3 * side_m,
                     1e3 * behind_m,
@@ -131,6 +136,63 @@ void printPlates(int threads)
                     told_dB,
                     true_dB);
     }
+}
+
+/// Prints the true rms after each correction.
+void printRounds(const char* what,
+                 const haptics::ControlPoints& points,
+                 const haptics::TransducerArray& rows,
+                 haptics::ScatteredField truth,
+                 int threads)
+{
+    std::printf("%s:", what);
+    haptics::SolverOptions options;
+    options.threads = threads;
+    haptics::ScatteringSolver solver(haptics::makeSolver("gauss-newton", options),
+                                     std::make_shared<haptics::ScatteredField>(std::move(truth)),
+                                     [](int, double rms) { std::printf(" %.3f", 100.0 * rms); });
+    Eigen::VectorXcf q;
+    const double begin_s = processor_s();
+    solver.solve(points, rows, haptics::Medium(), q);
+    std::printf(" %%; %.1f s of processor time\n", processor_s() - begin_s);
+}
+
+void printCorrections(int threads)
+{
+    std::printf("100 points on a ball of 30 mm, corrected for what stands beside them: true rms "
+                "without, and after each correction\n");
+    const Eigen::Vector3d centre(0.0, 0.0, 0.15);
+    const haptics::TransducerArray free = midair::test::fourUnits();
+    for (const auto& [side_m, behind_m] : {std::pair{0.2, 0.1}, std::pair{0.1, 0.04}})
+    {
+        haptics::TransducerArray array = free;
+        array.reflectors = {midair::test::plateBehind(centre, side_m, behind_m)};
+        const haptics::Reflector& plate = array.reflectors.front();
+        std::printf(
+            "%3.0f mm at %3.0f mm behind, four AUTD3 units\n", 1e3 * side_m, 1e3 * behind_m);
+        const haptics::ControlPoints points = haptics::spherePoints(100, 0.03, centre);
+        printRounds("  images in the rows",
+                    points,
+                    array,
+                    midair::test::truthOf(plate, free, threads),
+                    threads);
+        printRounds(
+            "  free rows", points, free, midair::test::truthOf(plate, free, threads), threads);
+    }
+    const haptics::TransducerArray octagon = haptics::TransducerArray::octagonalPrism();
+    const haptics::ControlPoints points = haptics::spherePoints(100, 0.03);
+    haptics::TriangleMesh finger =
+        midair::test::ballOf(8e-3, kWavelength_m / haptics::RigidBody::kElements);
+    finger.vertices.colwise() += Eigen::Vector3d(0.039 * points.normals.col(50));
+    printRounds("a ball of 8 mm, 1 mm off the points, octagon",
+                points,
+                octagon,
+                {{std::make_shared<haptics::RigidBody>(
+                     haptics::RigidBody::divided(finger, kWavelength_m), kWavelength_m, threads)},
+                 octagon,
+                 haptics::Medium(),
+                 threads},
+                threads);
 }
 
 int run(int argc, char** argv)
@@ -144,6 +206,7 @@ int run(int argc, char** argv)
     app.add_option("--threads", threads)->check(CLI::Range(1, 64))->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     printPlates(threads);
+    printCorrections(threads);
     printScreens(sides_m);
     printBalls(radii_m, threads);
     return 0;

@@ -93,6 +93,13 @@ struct Products
     double sums = 0.0;    // bound of |K - G G*| in Frobenius' norm
 };
 
+// Returns 1 for silent arrays.
+double largestGain(const TransducerArray& array)
+{
+    const double largest = array.gain.size() > 0 ? array.gain.cwiseAbs().maxCoeff() : 1.0;
+    return largest > 0.0 ? largest : 1.0;
+}
+
 // Returns transducers first .. first + count - 1 as an array with source amplitude 1 and gains of
 // at most 1: a certificate depends only on ratios, and neither K nor its trace may leave the range
 // of a double.
@@ -104,9 +111,7 @@ TransducerArray partOf(const TransducerArray& array, Eigen::Index first, Eigen::
     part.normals = array.normals.middleCols(first, count);
     if (array.phaseOffset_rad.size() > 0)
         part.phaseOffset_rad = array.phaseOffset_rad.segment(first, count);
-    const double largest = array.gain.size() > 0 ? array.gain.cwiseAbs().maxCoeff() : 0.0;
-    if (array.gain.size() > 0)
-        part.gain = array.gain.segment(first, count) / (largest > 0.0 ? largest : 1.0);
+    if (array.gain.size() > 0) part.gain = array.gain.segment(first, count) / largestGain(array);
     return part;
 }
 
@@ -171,6 +176,21 @@ Products productsOf(const Eigen::Matrix3Xd& points,
     // |error of K_kl| <= gamma |g_k| |g_l| with the gamma of a sum of m complex products.
     products.sums = 8.0 * (static_cast<double>(m) + 4.0) * kEpsilon * products.K.trace().real();
     return products;
+}
+
+// Makes products of G those of G + o q* / |q|^2 (ControlPoints::outside_Pa).
+void addOutside(const Eigen::VectorXcd& outside_Pa,
+                const TransducerArray& array,
+                const Eigen::VectorXcf& q,
+                Products& products)
+{
+    const Eigen::VectorXcd o = outside_Pa / (array.sourceAmplitude_Pa_m * largestGain(array));
+    const double power = q.cast<std::complex<double>>().squaredNorm();
+    const Eigen::MatrixXcd mixed = products.p * o.adjoint() / power;
+    products.K += mixed + mixed.adjoint() + o * o.adjoint() / power;
+    products.K.diagonal() = products.K.diagonal().real().cast<std::complex<double>>();
+    products.K.triangularView<Eigen::StrictlyUpper>() = products.K.adjoint();
+    products.p += o;
 }
 
 // Returns a computed bound minus the effect of rounding in K: see Certificate.h, "Rounding".
@@ -483,7 +503,15 @@ Certificate Certifier::certify(const ControlPoints& points,
         throw base::InputError(fmt::format(
             "certificate: the activations must be finite, one for each of the {} transducers",
             array.size()));
-    const Products products = productsOf(points.positions, array, medium, q, _options.stop);
+    if (points.outside_Pa.size() != 0 &&
+        (points.outside_Pa.size() != points.size() || !points.outside_Pa.allFinite() ||
+         !(q.squaredNorm() > 0.0f)))
+        throw base::InputError(fmt::format("certificate: outside pressures must be finite, one for "
+                                           "each of the {} control points, and need activations "
+                                           "that are not all 0",
+                                           points.size()));
+    Products products = productsOf(points.positions, array, medium, q, _options.stop);
+    if (points.outside_Pa.size() != 0) addOutside(points.outside_Pa, array, q, products);
     const PhaseObjective objective(products.K, points.targets, _options.lambdaRel, _options.stop);
     const double matrix_ms = since_ms(start);
 

@@ -182,7 +182,8 @@ public:
     Certificate certify(const PhaseObjective& objective, const Eigen::VectorXcd& givenPhases = {});
 
     /// Computes G, K and M, in double and for a source amplitude of 1 because only ratios count,
-    /// and certifies. \a q (m or empty): activations of a field to compare. Throws InputError for
+    /// and certifies. \a q (m or empty): activations of a field to compare, and the drive of
+    /// points.outside_Pa. Throws InputError for
     /// points, targets or an array without a finite G, and for more than kMostCertifiedPoints.
     Certificate certify(const ControlPoints& points,
                         const TransducerArray& array,

@@ -191,7 +191,12 @@ int CrowdedDescent::descend(FieldProblem& field,
 {
     Work work{field, quiet, drive, step, pace, wish, begin};
     _beganAnew = !takeKept(work);
-    if (!_beganAnew)
+    if (field.G.hasOutside())
+    {
+        work.level = bestLevel(field, work.quiet);
+        fit(work, _tuning.coldDamped, _tuning.leastCold * work.level);
+    }
+    else if (!_beganAnew)
     {
         work.level = _tuning.recovery * bestLevel(field, work.quiet);
         fit(work, _tuning.damped, _tuning.yield * work.level);
@@ -209,6 +214,14 @@ bool CrowdedDescent::takeKept(Work& work)
 {
     FieldProblem& field = work.field;
     const int m = field.m();
+    if (field.G.hasOutside())
+    {
+        // Outside pressures are true of their drive, so the nearest field that fits is the best.
+        SplitVector& given = work.drive.phases();
+        field.G.outsidePhases(given.re.data(), given.im.data());
+        work.drive.measure(field);
+        return true;
+    }
     if (!_hasKept || _lanes != m) return false;
     const float projected = fittedError(field, work.quiet);
     const int point = field.n() / 2;

@@ -100,7 +100,7 @@ private:
             outcome.stop = verdict(field, rounding(field));
         else if (_pace.fits(Pace::STEP, 1) == 0)
             finish(field, nullptr, outcome);
-        else if (_isCrowded || needsDescent(field, error))
+        else if (_isCrowded || needsDescent(field, error) || field.G.hasOutside())
             descend(field, left, outcome);
         else
             correct(field, left, outcome);
@@ -168,7 +168,7 @@ private:
     bool isLost(const FieldProblem& field, int limit, const Outcome& outcome) const
     {
         if (_search.wasCold() || outcome.stop != StopReason::MAX_ITERATIONS || _isCrowded ||
-            limit - outcome.iterations < kFromNothing)
+            field.G.hasOutside() || limit - outcome.iterations < kFromNothing)
             return false;
         return playedError(field) > std::max({_tuning.poorUpdate,
                                               _tuning.roundingMargin * rounding(field),

@@ -453,7 +453,8 @@ void rateRinging(const SolveArguments& arguments, Solution& solution)
 void rateKelvin(const SolveArguments& arguments, Solution& solution)
 {
     const haptics::FieldSequence& sequence = solution.sequence;
-    if (sequence.evened) return;
+    // What scatters isn't known at another temperature.
+    if (sequence.evened || solution.truth) return;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
         if (sequence.parts[k].size() == 0) continue;
@@ -485,8 +486,14 @@ void certify(const SolveArguments& arguments, Solution& solution)
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
         if (sequence.parts[k].size() == 0 || sequence.fields[k].isZero(0.0f)) continue;
+        haptics::ControlPoints points = sequence.parts[k];
+        if (solution.truth)
+        {
+            solution.truth->setDrive(sequence.fields[k]);
+            points.outside_Pa = solution.truth->beyond_Pa(points.positions, solution.scene.array);
+        }
         solution.parts.certificate = certifierOf(arguments).certify(
-            sequence.parts[k], solution.scene.array, solution.scene.medium, sequence.fields[k]);
+            points, solution.scene.array, solution.scene.medium, sequence.fields[k]);
         return;
     }
 }
@@ -641,6 +648,8 @@ Solution solveAll(const SolveArguments& arguments)
 {
     Solution solution;
     if (arguments.certify) certifierOf(arguments); // fail now rather than after a long solve
+    if (arguments.hasTolerance && !arguments.scattererFile.empty())
+        throw base::InputError("--tolerance doesn't know what scatters; leave out --scatterer");
     solution.scene = loadScene(arguments);
     bridge::SolveTask task = taskOf(arguments, solution.scene);
     solution.ears = std::make_shared<SolveEars>(
@@ -649,10 +658,18 @@ Solution solveAll(const SolveArguments& arguments)
         arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
         arguments.settings.earLimit);
     task.ears = solution.ears->bound();
+    loadScatterer(arguments, solution);
+    if (solution.truth)
+        task.outside_Pa = [&solution](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
+        {
+            solution.truth->setDrive(q);
+            return solution.truth->beyond_Pa(places, solution.scene.array);
+        };
     if (solution.scene.array.reflectors.empty())
         static_cast<bridge::SolvedFields&>(solution) = bridge::solveOnce(task);
     else
         solveWithReflectors(arguments, task, solution);
+    if (solution.truth) correctForScatterer(arguments, task, solution);
     const haptics::SolveReport& report = solution.sequence.report;
     solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
     solution.parts.fingertip = haptics::strongestForce(solution.points,
@@ -673,9 +690,6 @@ Solution solveAll(const SolveArguments& arguments)
                                probePlaces(arguments, solution.points.positions, solution.scene),
                                solution.sequence,
                                solution.scene);
-    if (!arguments.scattererFile.empty())
-        solution.scattering =
-            scatteredBy(arguments.scattererFile, solution, arguments.settings.threads);
     if (arguments.hasTolerance)
         solution.tolerance = haptics::toleranceOf(
             solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);

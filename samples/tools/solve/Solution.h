@@ -6,7 +6,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/propagation/Exposure.h"
-#include "haptics/scattering/SceneScattering.h"
+#include "haptics/scattering/ScatteredField.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/surface/Outline.h"
 #include "haptics/surface/TriangleMesh.h"
@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -98,9 +99,14 @@ struct Solution : bridge::SolvedFields
 {
     SolveScene scene;
     SummaryParts parts;
-    std::optional<ProbeTraces> probe;                     ///< if requested
-    std::optional<haptics::ToleranceStudy> tolerance;     ///< if requested
-    std::optional<haptics::ScatteringFigures> scattering; ///< if requested
+    std::optional<ProbeTraces> probe;                 ///< if requested
+    std::optional<haptics::ToleranceStudy> tolerance; ///< if requested
+    std::shared_ptr<haptics::ScatteredField> truth;   ///< with what scatters; null: nothing does
+    haptics::TriangleMesh scatterer;                  ///< its shape, array frame, metres
+    /// Returns |p| of activations (m) at places (3 x n), Pa, with what scatters, and 0 inside it;
+    /// empty: nothing does.
+    std::function<Eigen::VectorXf(const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)>
+        scattered_Pa;
     std::shared_ptr<const SolveEars> ears;
 };
 

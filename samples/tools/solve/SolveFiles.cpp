@@ -239,6 +239,16 @@ void writeSummary(const std::string& path,
     // Fields that are played without end have no averaging time.
     json["exposure"].erase("time_s");
     if (parts.reflectors) json["reflectors"] = jsonOf(*parts.reflectors);
+    if (parts.scatterer)
+        json["scatterer"] = {{"corrected", parts.scatterer->whyUncorrected.empty()},
+                             {"rms", parts.scatterer->rms},
+                             {"level_Pa", parts.scatterer->level_Pa},
+                             {"uncorrectedRms", parts.scatterer->uncorrectedRms},
+                             {"uncorrectedLevel_Pa", parts.scatterer->uncorrectedLevel_Pa},
+                             {"change", parts.scatterer->change.rms},
+                             {"largestChange", parts.scatterer->change.worst},
+                             {"levelChange", parts.scatterer->change.level},
+                             {"elements", parts.scatterer->change.elements}};
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

@@ -5,6 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/probe/FingertipForce.h"
+#include "haptics/scattering/SceneScattering.h"
 #include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
@@ -86,6 +87,17 @@ struct SolvedReflectors
     double freeEars_dB = 0.0;         ///< level at the ears without them
 };
 
+/// What a thing in the field does to the drives, whose report includes it.
+struct SolvedScatterer
+{
+    std::string whyUncorrected;        ///< empty: the drives are solved for it
+    double rms = 0.0;                  ///< of the drives, as in the report
+    double level_Pa = 0.0;             ///< FieldFigures::level_Pa, the same
+    double uncorrectedRms = 0.0;       ///< of the drives that aren't solved for it
+    double uncorrectedLevel_Pa = 0.0;  ///< of these
+    haptics::ScatteringFigures change; ///< by the thing, of the pressures of the drives
+};
+
 /// Values of a summary besides the report; missing ones are omitted.
 struct SummaryParts
 {
@@ -99,6 +111,7 @@ struct SummaryParts
     std::optional<haptics::SolveReport> ringing;
     haptics::ExposureFigures exposure;          ///< while these fields play without end
     std::optional<SolvedReflectors> reflectors; ///< if there are any
+    std::optional<SolvedScatterer> scatterer;   ///< if there is one
 };
 
 /// Writes what is needed to recompute the field, the SolveReport under "report", and \a parts.

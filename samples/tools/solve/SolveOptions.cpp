@@ -172,15 +172,18 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
     app.add_option(
         "--scatterer",
         arguments.scattererFile,
-        "OBJ file of a closed, rigid body (metres, array frame): tell what it does to the "
-        "field; at 40 kHz at most some 40 cm^2");
+        "OBJ file of a closed, rigid body (metres, array frame; at 40 kHz at most some 40 cm^2), "
+        "or "
+        "\"reflectors\" for rigid rectangles by their full waves: tell what it does to the field, "
+        "and correct points at rest for it");
     app.add_option("--reflectors",
                    arguments.reflectorsFile,
                    "JSON file of up to 8 flat reflectors (ARRAYS.md), besides the array's own: the "
                    "field is solved for their reflections where that pays");
-    app.add_flag("--no-correction",
-                 arguments.noCorrection,
-                 "Solve for free air, and only tell what reflectors do to the field");
+    app.add_flag(
+        "--no-correction",
+        arguments.noCorrection,
+        "Solve for free air, and only tell what reflectors and the scatterer do to the field");
     app.add_option("--spacing",
                    arguments.spacing_m,
                    "Distance between control points, metres (default: one wavelength)")

@@ -33,8 +33,8 @@ struct SolveArguments
     std::string earsFile; ///< listening places; empty: only those around the array
     std::string array = "octagon";
     std::string reflectorsFile; ///< reflectors besides those of the array; empty: none
-    std::string scattererFile;  ///< OBJ file of a rigid body; empty: none
-    bool noCorrection = false;  ///< solve for free air, and only tell what reflectors do
+    std::string scattererFile;  ///< OBJ file of a rigid body, or "reflectors"; empty: none
+    bool noCorrection = false;  ///< solve for free air, and only tell what is in it
     std::string directivity;
     std::string out = "out";
     std::vector<double> position{0.0, 0.0, 0.0};

@@ -2,11 +2,15 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/scattering/RigidBody.h"
+#include "haptics/scattering/ScatteringSolver.h"
+#include "haptics/scattering/ThinScreen.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/surface/ObjReader.h"
 #include "samples/tools/solve/SolveFiles.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 namespace midair::samples
@@ -14,6 +18,10 @@ namespace midair::samples
 
 namespace
 {
+
+constexpr const char* kReflectors = "reflectors";
+
+using Things = std::vector<std::shared_ptr<const haptics::Scatterer>>;
 
 /// The fields that have points, and these.
 struct Played
@@ -34,61 +42,212 @@ struct Played
     std::vector<Eigen::VectorXcf> fields;
 };
 
-} // namespace
-
-haptics::ScatteringFigures
-scatteredBy(const std::string& file, const Solution& solution, int threads)
+void addRectangle(const haptics::Reflector& one, haptics::TriangleMesh& shape)
 {
-    const haptics::TransducerArray& array = solution.scene.array;
-    const haptics::Medium& medium = solution.scene.medium;
+    const auto first = static_cast<int>(shape.vertices.cols());
+    shape.vertices.conservativeResize(3, first + 4);
+    for (int k = 0; k < 4; ++k)
+        shape.vertices.col(first + k) = one.position +
+                                        ((k & 1) - 0.5) * one.size_m.x() * one.along +
+                                        ((k >> 1) - 0.5) * one.size_m.y() * one.across();
+    const Eigen::Index last = shape.triangles.cols();
+    shape.triangles.conservativeResize(3, last + 2);
+    shape.triangles.col(last) = Eigen::Vector3i(first, first + 1, first + 3);
+    shape.triangles.col(last + 1) = Eigen::Vector3i(first, first + 3, first + 2);
+}
+
+/// Returns the screens, and takes them from the reflectors of \a array.
+Things screensOf(haptics::TransducerArray& array, double wavelength_m, haptics::TriangleMesh& shape)
+{
+    Things screens;
+    std::vector<haptics::Reflector> others;
+    for (const haptics::Reflector& one : array.reflectors)
+        if (const auto plate = haptics::plateOf(one))
+        {
+            screens.push_back(std::make_shared<haptics::ThinScreen>(*plate, wavelength_m));
+            addRectangle(one, shape);
+        }
+        else
+            others.push_back(one);
+    if (screens.empty())
+        throw base::InputError("no reflector has ends, a reflection of 1 and no phase of its own");
+    array.reflectors = std::move(others);
+    return screens;
+}
+
+Things
+bodyOf(const std::string& file, double wavelength_m, int threads, haptics::TriangleMesh& shape)
+{
+    shape = haptics::readObj(file);
+    haptics::ClosedBody body = haptics::RigidBody::divided(shape, wavelength_m);
+    std::fprintf(stderr,
+                 "midair-solve: \"%s\" has %ld triangles and takes %.0f MB\n",
+                 file.c_str(),
+                 static_cast<long>(body.size()),
+                 1e-6 * haptics::RigidBody::bytesFor(body.size()));
+    return {std::make_shared<haptics::RigidBody>(std::move(body), wavelength_m, threads)};
+}
+
+/// Returns why \a solution can't be corrected for what stands in it; empty: it can.
+std::string whyUncorrectable(const SolveArguments& arguments, const Solution& solution)
+{
+    if (arguments.noCorrection) return "--no-correction";
+    if (arguments.outline) return "outlines are solved for the array alone";
+    if (solution.sequence.evened) return "evened fields are made for the surface, not for points";
+    if (solution.parts.reflectors && !solution.parts.reflectors->isCorrected)
+        return "a correction for the reflectors would not gain";
+    if (!(solution.sequence.report.level_Pa > 0.0)) return "the field is silent";
+    return {};
+}
+
+bridge::SolvedFields corrected(bridge::SolveTask task,
+                               const std::shared_ptr<haptics::ScatteredField>& truth)
+{
+    task.makeSolver = [truth](const std::string& name, const haptics::SolverOptions& options)
+    {
+        const auto told = [](int round, double rms)
+        {
+            std::fprintf(stderr,
+                         "midair-solve: rms %.3f %% with the scatterer, corrected %d times\n",
+                         100.0 * rms,
+                         round);
+        };
+        return std::make_unique<haptics::ScatteringSolver>(
+            haptics::makeSolver(name, options), truth, told);
+    };
+    return bridge::solveOnce(task);
+}
+
+void take(bridge::SolvedFields other,
+          const SolveArguments& arguments,
+          const bridge::SolveTask& task,
+          Solution& solution)
+{
+    static_cast<bridge::SolvedFields&>(solution) = std::move(other);
+    if (!solution.parts.reflectors) return;
+    SolvedReflectors& reflectors = *solution.parts.reflectors;
+    reflectors.played = haptics::reflectorFigures(
+        solution.sequence, task.array, task.medium, arguments.settings.threads);
+    solution.sequence.report.reflectorRms = reflectors.played.expectedRms;
+    haptics::TransducerArray free = task.array;
+    free.reflectors.clear();
+    reflectors.freeEars_dB = solution.ears->levelOf_dB(free, task.medium, solution.sequence.fields);
+}
+
+/// Throws what \a does throws, with the name of the file.
+template<typename Does>
+auto named(const SolveArguments& arguments, const Does& does)
+{
     try
     {
-        const haptics::ClosedBody body = haptics::RigidBody::divided(
-            haptics::readObj(file), medium.wavelength(array.frequency_Hz));
-        std::fprintf(stderr,
-                     "midair-solve: \"%s\" has %ld triangles and takes %.0f MB\n",
-                     file.c_str(),
-                     static_cast<long>(body.size()),
-                     1e-6 * haptics::RigidBody::bytesFor(body.size()));
-        const Played played(solution.sequence);
-        return haptics::scatteringOf(body, played.points, played.fields, array, medium, threads);
+        return does();
     }
     catch (const base::InputError& error)
     {
-        throw base::InputError("--scatterer " + file + ": " + error.what());
+        throw base::InputError("--scatterer " + arguments.scattererFile + ": " + error.what());
     }
 }
 
-void writeScattering(const std::string& path,
-                     const haptics::ScatteringFigures& figures,
-                     const Solution& solution)
+} // namespace
+
+void loadScatterer(const SolveArguments& arguments, Solution& solution)
+{
+    const std::string& file = arguments.scattererFile;
+    if (file.empty()) return;
+    const SolveScene& scene = solution.scene;
+    const int threads = arguments.settings.threads;
+    named(arguments,
+          [&]
+          {
+              haptics::TransducerArray array = scene.array;
+              Things things = file == kReflectors
+                                  ? screensOf(array, scene.wavelength_m(), solution.scatterer)
+                                  : bodyOf(file, scene.wavelength_m(), threads, solution.scatterer);
+              solution.truth = std::make_shared<haptics::ScatteredField>(
+                  std::move(things), std::move(array), scene.medium, threads);
+          });
+    solution.scattered_Pa =
+        [truth = solution.truth](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
+    {
+        truth->setDrive(q);
+        Eigen::VectorXf p_Pa =
+            (truth->free_Pa(places) + truth->scattered_Pa(places)).cwiseAbs().cast<float>();
+        for (Eigen::Index l = 0; l < places.cols(); ++l)
+            if (truth->isInside(places.col(l))) p_Pa[l] = 0.0f;
+        return p_Pa;
+    };
+}
+
+void correctForScatterer(const SolveArguments& arguments,
+                         const bridge::SolveTask& task,
+                         Solution& solution)
+{
+    SolvedScatterer& told = solution.parts.scatterer.emplace();
+    told.uncorrectedRms = solution.sequence.report.rms;
+    told.uncorrectedLevel_Pa = solution.sequence.report.level_Pa;
+    told.whyUncorrected = whyUncorrectable(arguments, solution);
+    if (told.whyUncorrected.empty())
+    {
+        bridge::SolvedFields other = corrected(task, solution.truth);
+        const double rms = other.sequence.report.rms;
+        if (other.sequence.report.level_Pa > 0.0 && rms < told.uncorrectedRms)
+            take(std::move(other), arguments, task, solution);
+        else
+            told.whyUncorrected = "a correction doesn't gain";
+    }
+    told.rms = solution.sequence.report.rms;
+    told.level_Pa = solution.sequence.report.level_Pa;
+    const Played played(solution.sequence);
+    told.change =
+        named(arguments,
+              [&] { return haptics::scatteringOf(*solution.truth, played.points, played.fields); });
+}
+
+void writeScattering(const std::string& path, const Solution& solution)
 {
     TextFile file(path);
-    file.line("field,x_m,y_m,z_m,with_re_Pa,with_im_Pa");
+    file.line("field,x_m,y_m,z_m,with_re_Pa,with_im_Pa,free_re_Pa,free_im_Pa");
     const Played played(solution.sequence);
-    for (std::size_t k = 0; k < figures.withBody_Pa.size(); ++k)
-        for (Eigen::Index l = 0; l < figures.withBody_Pa[k].size(); ++l)
-            file.line("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
+    const haptics::ScatteringFigures& change = solution.parts.scatterer->change;
+    for (std::size_t k = 0; k < change.with_Pa.size(); ++k)
+        for (Eigen::Index l = 0; l < change.with_Pa[k].size(); ++l)
+            file.line("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}",
                       k + 1,
                       played.points[k](0, l),
                       played.points[k](1, l),
                       played.points[k](2, l),
-                      figures.withBody_Pa[k][l].real(),
-                      figures.withBody_Pa[k][l].imag());
+                      change.with_Pa[k][l].real(),
+                      change.with_Pa[k][l].imag(),
+                      change.free_Pa[k][l].real(),
+                      change.free_Pa[k][l].imag());
     file.finish();
 }
 
-void printScattering(const haptics::ScatteringFigures& figures)
+void printScattering(const SolvedScatterer& some)
 {
+    const haptics::ScatteringFigures& change = some.change;
     std::printf("scatterer   the points change by %.2f %% rms, at most %.2f %%; level %.1f %% (%ld "
-                "triangles, %d iterations)\n",
-                100.0 * figures.rms,
-                100.0 * figures.worst,
-                100.0 * figures.level,
-                static_cast<long>(figures.elements),
-                figures.iterations);
-    if (figures.residual > haptics::RigidBody::kResidual)
-        std::printf("note        the body's equations are solved to %.2g only\n", figures.residual);
+                "elements, %d iterations)\n",
+                100.0 * change.rms,
+                100.0 * change.worst,
+                100.0 * change.level,
+                static_cast<long>(change.elements),
+                change.iterations);
+    if (some.whyUncorrected.empty())
+        std::printf(
+            "            solved for: rms %.3f %%, level %.0f Pa; rms %.3f %%, level %.0f Pa "
+            "without a correction\n",
+            100.0 * some.rms,
+            some.level_Pa,
+            100.0 * some.uncorrectedRms,
+            some.uncorrectedLevel_Pa);
+    else
+        std::printf("            not solved for (%s): rms %.3f %%\n",
+                    some.whyUncorrected.c_str(),
+                    100.0 * some.rms);
+    if (change.residual > haptics::RigidBody::kResidual)
+        std::printf("note        the scatterer's equations are solved to %.2g only\n",
+                    change.residual);
 }
 
 } // namespace midair::samples

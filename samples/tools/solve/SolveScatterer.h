@@ -7,19 +7,23 @@
 namespace midair::samples
 {
 
-/// Returns what the rigid body of the OBJ file \a file (metres, array frame) does to the fields of
-/// \a solution. Says on stderr what it takes before it begins. Throws base::InputError, which names
-/// the file.
-haptics::ScatteringFigures
-scatteredBy(const std::string& file, const Solution& solution, int threads);
+/// Sets the true field of \a solution, whose scene is loaded, with the thing of --scatterer: the
+/// rigid body of an OBJ file (metres, array frame), or the rigid rectangles among the reflectors,
+/// as screens. Does nothing without one. Says on stderr what it takes before it begins. Throws
+/// base::InputError, which names the file.
+void loadScatterer(const SolveArguments& arguments, Solution& solution);
 
-/// Writes field,x_m,y_m,z_m,with_re_Pa,with_im_Pa, the pressures with the body, to \a path. Throws
-/// base::InputError.
-void writeScattering(const std::string& path,
-                     const haptics::ScatteringFigures& figures,
-                     const Solution& solution);
+/// Corrects the fields of \a solution, made for \a task, for its truth, keeps them if they err
+/// less, and sets its figures of the scatterer. Throws base::InputError for points inside.
+void correctForScatterer(const SolveArguments& arguments,
+                         const bridge::SolveTask& task,
+                         Solution& solution);
+
+/// Writes field,x_m,y_m,z_m,with_re_Pa,with_im_Pa,free_re_Pa,free_im_Pa, the pressures with the
+/// thing and without it, to \a path. Throws base::InputError.
+void writeScattering(const std::string& path, const Solution& solution);
 
 /// Prints the line "scatterer".
-void printScattering(const haptics::ScatteringFigures& figures);
+void printScattering(const SolvedScatterer& some);
 
 } // namespace midair::samples

@@ -45,8 +45,7 @@ void writeAll(const Solution& solution,
                  solution.scene.medium,
                  solution.sequence.report,
                  solution.parts);
-    if (solution.scattering)
-        writeScattering(folder + "/scatterer.csv", *solution.scattering, solution);
+    if (solution.parts.scatterer) writeScattering(folder + "/scatterer.csv", solution);
     if (solution.tolerance) writeTolerance(folder + "/tolerance.csv", *solution.tolerance);
     if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
     if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
@@ -211,7 +210,7 @@ void printSummary(const Solution& solution, const std::string& folder)
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
     printReflectors(solution);
-    if (solution.scattering) printScattering(*solution.scattering);
+    if (solution.parts.scatterer) printScattering(*solution.parts.scatterer);
     printEarsAndCertificate(solution);
     if (solution.tolerance) printTolerance(*solution.tolerance);
     if (solution.probe) printProbes(*solution.probe, solution.scene.medium);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/propagation/PressureField.h"
+#include "haptics/scattering/ScatteredField.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "haptics/solvers/Solvers.h"
 
@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <complex>
+#include <memory>
 
 namespace midair::test
 {
@@ -46,41 +47,26 @@ inline haptics::Reflector plateBehind(const Eigen::Vector3d& centre, double side
     return plate;
 }
 
-/// The true field of a rigid plate, as far as a thin screen of 8 cells a wavelength is true.
-class TruePlate
+/// The true field of an array with a rigid plate, as far as a thin screen of 8 cells a wavelength
+/// is true.
+inline haptics::ScatteredField
+truthOf(const haptics::Reflector& plate, const haptics::TransducerArray& free, int threads)
 {
-public:
-    TruePlate(const haptics::Reflector& plate, const haptics::TransducerArray& free, int threads) :
-        _free(free),
-        _screen({plate.position, plate.normal, plate.along, plate.size_m},
-                haptics::Medium().wavelength(free.frequency_Hz)),
-        _threads(threads)
-    {
-    }
-    /// To be called before at().
-    void setDrive(const Eigen::VectorXcf& q)
-    {
-        _q = q;
-        _screen.solve(
-            haptics::incidentField(
-                _screen.places(), _screen.normals(), _free, haptics::Medium(), q, _threads),
-            _jump);
-    }
-    /// Returns the pressures at \a places, Pa.
-    Eigen::VectorXcd at(const Eigen::Matrix3Xd& places) const
-    {
-        return haptics::pressureAt(places, _free, haptics::Medium(), _q, _threads)
-                   .cast<std::complex<double>>() +
-               _screen.scattered(places, _jump, _threads);
-    }
+    return {{std::make_shared<haptics::ThinScreen>(
+                *haptics::plateOf(plate), haptics::Medium().wavelength(free.frequency_Hz))},
+            free,
+            haptics::Medium(),
+            threads};
+}
 
-private:
-    const haptics::TransducerArray _free;
-    const haptics::ThinScreen _screen;
-    const int _threads;
-    Eigen::VectorXcf _q;
-    Eigen::VectorXcd _jump;
-};
+/// Returns the pressures of \a q at \a points, Pa.
+inline Eigen::VectorXcd pressuresOf(const Eigen::VectorXcf& q,
+                                    const Eigen::Matrix3Xd& points,
+                                    haptics::ScatteredField& truth)
+{
+    truth.setDrive(q);
+    return truth.free_Pa(points) + truth.scattered_Pa(points);
+}
 
 /// Of \a p over its mean magnitude, minus 1: the error at points of equal targets.
 inline double rmsError(const Eigen::VectorXcd& p)

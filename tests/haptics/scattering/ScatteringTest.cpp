@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <complex>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -248,11 +249,13 @@ TEST(ThinScreen, SaysThatFieldsCorrectedByImagesAreNearTheTruth)
     {
         haptics::TransducerArray array = free;
         array.reflectors = {midair::test::plateBehind(centre, one.side_m, one.behind_m)};
-        midair::test::TruePlate plate(array.reflectors.front(), free, 1);
-        plate.setDrive(midair::test::driveFor(points, free));
-        const double before = midair::test::rmsError(plate.at(points.positions));
-        plate.setDrive(midair::test::driveFor(points, array));
-        const double after = midair::test::rmsError(plate.at(points.positions));
+        haptics::ScatteredField truth = midair::test::truthOf(array.reflectors.front(), free, 1);
+        const auto errorFor = [&](const haptics::TransducerArray& rows)
+        {
+            return midair::test::rmsError(midair::test::pressuresOf(
+                midair::test::driveFor(points, rows), points.positions, truth));
+        };
+        const double before = errorFor(free), after = errorFor(array);
         EXPECT_LT(after, one.most) << one.side_m;
         EXPECT_GT(before, 4.0 * after) << one.side_m;
     }
@@ -285,6 +288,22 @@ TEST(Gmres, SolvesWhatAnEliminationSolves)
     EXPECT_FALSE(haptics::gmres(apply, b, x, 1e-10, 3).isConverged);
 }
 
+namespace
+{
+
+haptics::ScatteredField fieldWith(const haptics::TriangleMesh& body,
+                                  const haptics::TransducerArray& array)
+{
+    const double wavelength_m = haptics::Medium().wavelength(array.frequency_Hz);
+    return {{std::make_shared<haptics::RigidBody>(
+                haptics::RigidBody::divided(body, wavelength_m), wavelength_m, 2)},
+            array,
+            haptics::Medium(),
+            2};
+}
+
+} // namespace
+
 // Points on the axis of a ball in a field of an array; the array's own sum, apart from the product.
 TEST(SceneScattering, TellsWhatABallDoesToAFocus)
 {
@@ -306,8 +325,8 @@ TEST(SceneScattering, TellsWhatABallDoesToAFocus)
     points.col(0) = centre + Eigen::Vector3d(0.0, 0.0, -5e-3);
     points.col(1) = centre + Eigen::Vector3d(8e-3, 0.0, 0.0);
     const Eigen::VectorXcf q = Eigen::VectorXcf::Ones(25);
-    const auto figures = haptics::scatteringOf(
-        haptics::RigidBody::divided(ball, base::kTwoPi / k), {points}, {q}, array, medium, 2);
+    haptics::ScatteredField truth = fieldWith(ball, array);
+    const auto figures = haptics::scatteringOf(truth, {points}, {q});
     EXPECT_LT(figures.residual, haptics::RigidBody::kResidual);
     double off2 = 0.0, worst = 0.0;
     for (int l = 0; l < 2; ++l)
@@ -353,8 +372,8 @@ TEST(SceneScattering, RefusesPointsAndTransducersInside)
     {
         try
         {
-            haptics::scatteringOf(
-                haptics::RigidBody::divided(body, kWavelength_m), {point}, {q}, array, {}, 2);
+            haptics::ScatteredField truth = fieldWith(body, array);
+            haptics::scatteringOf(truth, {point}, {q});
         }
         catch (const base::InputError& error)
         {

@@ -3,11 +3,13 @@
 #include "tests/samples/Shell.h"
 #include "tests/samples/tools/solve/SolveOutput.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -52,13 +54,29 @@ protected:
         return path;
     }
 
-    Outcome solve(const std::string& body) const
+    Outcome solve(const std::string& body, const std::string& options = {}) const
     {
         const std::string points = _folder + "/points.csv";
         std::ofstream(points) << "x_m,y_m,z_m,nx,ny,nz,target\n0.01,0,0.15,0,0,-1,1\n"
                                  "-0.01,0,0.15,0,0,-1,0.5\n";
         return shell(MIDAIR_BIN "/midair-solve --array board --points-file " + points +
-                     " --scatterer " + body + " --out " + out());
+                     " --scatterer " + body + " --out " + out() + " " + options);
+    }
+
+    /// The pressures with the thing at the points, from what is written.
+    std::vector<double> pressures() const
+    {
+        std::vector<double> all;
+        for (const std::vector<double>& row : readCsv(out() + "/scatterer.csv"))
+            all.push_back(std::hypot(row[4], row[5]));
+        return all;
+    }
+    /// Their rms error, for the targets of solve().
+    static double errorOf(const std::vector<double>& p)
+    {
+        const double s = (p[0] + 0.5 * p[1]) / 1.25;
+        const double first = p[0] / s - 1.0, second = p[1] / (0.5 * s) - 1.0;
+        return std::sqrt(0.5 * (first * first + second * second));
     }
 
 private:
@@ -69,8 +87,9 @@ private:
 
 TEST_F(SolveScatterer, PrintsWhatItWrites)
 {
-    const Outcome made = solve(box(0.01, 0.17));
+    const Outcome made = solve(box(0.01, 0.17), "--no-correction");
     ASSERT_EQ(made.code, 0) << made.output;
+    EXPECT_NE(made.output.find("not solved for (--no-correction): rms "), std::string::npos);
     const std::size_t at = made.output.find("scatterer   the points change by ");
     ASSERT_NE(at, std::string::npos) << made.output;
     double rms = 0.0, worst = 0.0;
@@ -79,19 +98,102 @@ TEST_F(SolveScatterer, PrintsWhatItWrites)
                           &rms,
                           &worst),
               2);
-    const auto with = readCsv(out() + "/scatterer.csv"),
-               alone = readCsv(out() + "/control_points.csv");
+    const auto with = readCsv(out() + "/scatterer.csv");
     ASSERT_EQ(with.size(), 2U);
     double square = 0.0, most = 0.0;
     for (std::size_t l = 0; l < 2; ++l)
     {
-        const double off = std::hypot(with[l][4], with[l][5]) / alone[l][7] - 1.0;
+        const double off =
+            std::hypot(with[l][4], with[l][5]) / std::hypot(with[l][6], with[l][7]) - 1.0;
         square += 0.5 * off * off;
         most = std::max(most, std::abs(off));
     }
     EXPECT_GT(rms, 0.5) << "a box behind the points does something";
     EXPECT_NEAR(rms, 100.0 * std::sqrt(square), 0.02);
     EXPECT_NEAR(worst, 100.0 * most, 0.02);
+}
+
+TEST_F(SolveScatterer, CorrectsTheField)
+{
+    const Outcome made = solve(box(0.01, 0.17));
+    ASSERT_EQ(made.code, 0) << made.output;
+    const std::size_t at = made.output.find("solved for: rms ");
+    ASSERT_NE(at, std::string::npos) << made.output;
+    double rms = 0.0, level_Pa = 0.0, without = 0.0, before_Pa = 0.0;
+    ASSERT_EQ(std::sscanf(made.output.c_str() + at,
+                          "solved for: rms %lf %%, level %lf Pa; rms %lf %%, level %lf Pa without",
+                          &rms,
+                          &level_Pa,
+                          &without,
+                          &before_Pa),
+              4);
+    EXPECT_GT(level_Pa, 0.9 * before_Pa);
+    const std::vector<double> with = pressures();
+    EXPECT_NEAR(rms, 100.0 * errorOf(with), 0.005);
+    EXPECT_LT(rms, 0.2);
+    EXPECT_GT(without, 3.0 * rms);
+    const auto points = readCsv(out() + "/control_points.csv");
+    for (std::size_t l = 0; l < 2; ++l)
+        EXPECT_NEAR(points[l][7], with[l], 1e-4 * with[l]) << "files agree on what is felt";
+    const nlohmann::json summary = readSummary(out());
+    EXPECT_TRUE(summary.at("scatterer").at("corrected").get<bool>());
+    EXPECT_NEAR(100.0 * summary.at("scatterer").at("uncorrectedRms").get<double>(), without, 0.001);
+    EXPECT_NEAR(100.0 * summary.at("report").at("rms").get<double>(), rms, 0.001);
+}
+
+TEST_F(SolveScatterer, CertifiesWithTheBody)
+{
+    const auto gap = [&](const std::string& options)
+    {
+        const Outcome made = solve(box(0.01, 0.17), "--certify " + options);
+        EXPECT_EQ(made.code, 0) << made.output;
+        const nlohmann::json certificate = readSummary(out()).at("certificate");
+        return certificate.at("field").get<double>() / certificate.at("bound").get<double>() - 1.0;
+    };
+    EXPECT_GE(gap(""), 0.0);
+    EXPECT_GT(gap("--no-correction"), gap("")) << "it isn't solved for the pressures with the body";
+    const Outcome refused = solve(box(0.01, 0.17), "--tolerance");
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.output.find("--tolerance doesn't know what scatters"), std::string::npos);
+}
+
+TEST_F(SolveScatterer, KeepsTheCapWithTheBody)
+{
+    ASSERT_EQ(solve(box(0.01, 0.17), "--no-correction").code, 0);
+    const std::vector<double> loud = pressures();
+    const double cap = 0.6 * std::max(loud[0], loud[1]);
+    for (const char* how : {"", " --no-correction"})
+    {
+        const Outcome made = solve(box(0.01, 0.17), "--max-pressure " + std::to_string(cap) + how);
+        ASSERT_EQ(made.code, 0) << made.output;
+        const std::vector<double> with = pressures();
+        EXPECT_LE(std::max(with[0], with[1]), 1.0001 * cap) << how;
+        EXPECT_GE(std::max(with[0], with[1]), 0.95 * cap) << how;
+    }
+}
+
+TEST_F(SolveScatterer, TakesPlatesByTheirFullWaves)
+{
+    const auto file = [&](const std::string& more)
+    {
+        std::ofstream(out() + ".json")
+            << R"({"reflectors": [{"position_m": [0, 0, 0.19], "normal": [0, 0, -1],)"
+            << R"("along": [1, 0, 0], "size_m": [0.05, 0.04], "accuracy_mm": 0.01)" << more
+            << "}]}";
+        return "--reflectors " + out() + ".json";
+    };
+    const Outcome images = solve("reflectors", file("") + " --no-correction");
+    ASSERT_EQ(images.code, 0) << images.output;
+    const double before = errorOf(pressures());
+    const Outcome made = solve("reflectors", file(""));
+    ASSERT_EQ(made.code, 0) << made.output;
+    EXPECT_NE(made.output.find("            solved for: rms "), std::string::npos) << made.output;
+    EXPECT_LT(errorOf(pressures()), 0.002);
+    EXPECT_GT(before, 0.01);
+    const Outcome soft = solve("reflectors", file(R"(, "reflection": 0.5)"));
+    EXPECT_EQ(soft.code, 2);
+    EXPECT_NE(soft.output.find("--scatterer reflectors: no reflector has ends"), std::string::npos)
+        << soft.output;
 }
 
 TEST_F(SolveScatterer, RefusesByName)
