@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=010dc29bab9a69784b6195ad00f70a1ac606c61c # clang-tidy looks at what differs from this commit
+tidied=75c9653025f779bac6faef3c736e9c84b5f0abf3 # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
