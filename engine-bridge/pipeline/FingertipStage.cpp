@@ -43,9 +43,9 @@ void FingertipStage::report(HologramResult& result, bool isOtherField)
 {
     if (!isOtherField) return;
     const haptics::PlayedAs asContact = result.fingertip.how; // as ContactStage plays its foci
-    if (isKnown(result))
+    if (isKnown(result) || result.sequence.fields == _fields)
         know(_known); // the threshold may be another one
-    else if (result.sequence.fields != _fields)
+    else
     {
         _ofFociUntil_s = result.foci > 0 ? _context.clock.now_s() + kOfFoci_s : 0.0;
         _fields = result.sequence.fields;
@@ -57,8 +57,6 @@ void FingertipStage::report(HologramResult& result, bool isOtherField)
                            result.foci > 0,
                            kOfField));
     }
-    else
-        know(_known);
     result.fingertip = _known;
     if (result.foci > 0) result.fingertip.how = asContact;
 }

@@ -79,7 +79,7 @@ Eigen::VectorXcd ScatteredField::scattered_Pa(const Eigen::Matrix3Xd& points) co
 Eigen::VectorXcd ScatteredField::beyond_Pa(const Eigen::Matrix3Xd& points,
                                            const TransducerArray& array) const
 {
-    const Eigen::VectorXcd scattered = scattered_Pa(points);
+    Eigen::VectorXcd scattered = scattered_Pa(points);
     if (array.reflectors == _array.reflectors) return scattered;
     return scattered + free_Pa(points) -
            pressureAt(points, array, _medium, _q, _threads, _stop).cast<std::complex<double>>();
