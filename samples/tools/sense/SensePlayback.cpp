@@ -262,7 +262,7 @@ std::optional<SenseHand> SensePlayback::hand() const
     midair_last_hands(_scene->scene, all.data(), all.size(), &count);
     const Eigen::Isometry3d toPattern = _scene->frame().inverse();
     for (std::size_t k = 0; k < std::min(count, all.size()); ++k)
-        if (const auto hand = senseHand(all[k], toPattern)) return hand;
+        if (auto hand = senseHand(all[k], toPattern)) return hand;
     return {};
 }
 

@@ -113,6 +113,30 @@ nlohmann::ordered_json jsonOf(const SolvedReflectors& some)
     return json;
 }
 
+/// Returns what a thing in the field does to the drives.
+nlohmann::ordered_json jsonOf(const SolvedScatterer& some)
+{
+    return {{"corrected", some.whyUncorrected.empty()},
+            {"rms", some.rms},
+            {"level_Pa", some.level_Pa},
+            {"uncorrectedRms", some.uncorrectedRms},
+            {"uncorrectedLevel_Pa", some.uncorrectedLevel_Pa},
+            {"change", some.change.rms},
+            {"largestChange", some.change.worst},
+            {"levelChange", some.change.level},
+            {"elements", some.change.elements}};
+}
+
+nlohmann::ordered_json jsonOf(const haptics::Certificate& certificate)
+{
+    return {{"bound", certificate.bound},
+            {"best", certificate.best},
+            {"phases", certificate.givenPhases},
+            {"field", certificate.givenField},
+            {"tight", certificate.tight},
+            {"total_ms", certificate.total_ms}};
+}
+
 } // namespace
 
 std::string textOf(const std::string& path)
@@ -239,23 +263,8 @@ void writeSummary(const std::string& path,
     // Fields that are played without end have no averaging time.
     json["exposure"].erase("time_s");
     if (parts.reflectors) json["reflectors"] = jsonOf(*parts.reflectors);
-    if (parts.scatterer)
-        json["scatterer"] = {{"corrected", parts.scatterer->whyUncorrected.empty()},
-                             {"rms", parts.scatterer->rms},
-                             {"level_Pa", parts.scatterer->level_Pa},
-                             {"uncorrectedRms", parts.scatterer->uncorrectedRms},
-                             {"uncorrectedLevel_Pa", parts.scatterer->uncorrectedLevel_Pa},
-                             {"change", parts.scatterer->change.rms},
-                             {"largestChange", parts.scatterer->change.worst},
-                             {"levelChange", parts.scatterer->change.level},
-                             {"elements", parts.scatterer->change.elements}};
-    if (parts.certificate)
-        json["certificate"] = {{"bound", parts.certificate->bound},
-                               {"best", parts.certificate->best},
-                               {"phases", parts.certificate->givenPhases},
-                               {"field", parts.certificate->givenField},
-                               {"tight", parts.certificate->tight},
-                               {"total_ms", parts.certificate->total_ms}};
+    if (parts.scatterer) json["scatterer"] = jsonOf(*parts.scatterer);
+    if (parts.certificate) json["certificate"] = jsonOf(*parts.certificate);
     TextFile file(path);
     file.line("{}", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     file.finish();

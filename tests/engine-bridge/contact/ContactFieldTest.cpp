@@ -45,7 +45,7 @@ std::vector<ContactFocus> circle(int count, double radius_m, double turn_rad, do
 
 class ContactFieldTest : public testing::Test
 {
-protected:
+public:
     double pressureAt(const Vector3d& place, const Eigen::VectorXcf& q) const
     {
         const Eigen::MatrixXcd G =
