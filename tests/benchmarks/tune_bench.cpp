@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -262,9 +263,7 @@ void printPlates(int seeds)
     }
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
     int seeds = 5;
     std::string only;
@@ -278,4 +277,19 @@ int main(int argc, char** argv)
         if (only.empty() || only == array) printAll(array, seeds);
     if (only.empty() || only == "plate") printPlates(seeds);
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-tune-bench: %s\n", error.what());
+        return 1;
+    }
 }
