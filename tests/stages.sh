@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=75c9653025f779bac6faef3c736e9c84b5f0abf3 # clang-tidy looks at what differs from this commit
+tidied=bb11d940823a44ca6194019c5da4d39e74691b09 # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
