@@ -185,10 +185,27 @@ private:
         }
     }
 
-    double gainOf(int i) const
+    double gainOf(int i) const { return _array.gain.size() > 0 ? _array.gain[i] : 1.0; }
+
+    Medium airAt(double temperature_C) const
     {
-        const bool isDead = std::binary_search(_array.dead.begin(), _array.dead.end(), i);
-        return isDead ? 0.0 : _array.gain.size() > 0 ? _array.gain[i] : 1.0;
+        Medium medium;
+        medium.temperature_C = temperature_C;
+        medium.relativeHumidity = _options.relativeHumidity;
+        return medium;
+    }
+
+    double wavelengthAt(double temperature_C) const
+    {
+        return airAt(temperature_C).wavelength(_array.frequency_Hz);
+    }
+
+    // Moves a place of the microphone away from the array, by eighths of a wavelength.
+    void slip(PlateUnknowns& at, std::size_t p, int eighths) const
+    {
+        const Eigen::Vector3d ahead = _array.normals.rowwise().mean().normalized();
+        at.places.col(static_cast<Eigen::Index>(p)) +=
+            eighths * wavelengthAt(at.temperature_C) / 8.0 * ahead;
     }
 
     // The microphone's places from the direct sound alone, whose errors the reflected one blurs.
@@ -233,10 +250,8 @@ private:
             part.phaseOffset_rad[k] =
                 _array.phaseOffset_rad.size() > 0 ? _array.phaseOffset_rad[i] : 0.0;
         }
-        Medium medium;
-        medium.temperature_C = at.temperature_C;
-        medium.relativeHumidity = _options.relativeHumidity;
-        return referencePropagationMatrix(at.places.col(static_cast<Eigen::Index>(p)), part, medium)
+        return referencePropagationMatrix(
+                   at.places.col(static_cast<Eigen::Index>(p)), part, airAt(at.temperature_C))
             .row(0)
             .transpose();
     }
@@ -390,26 +405,23 @@ private:
     // reflected sound blurs its distance; the best are refined.
     PlateUnknowns foundAtFirstPlace(const PlateUnknowns& start) const
     {
-        Medium medium;
-        medium.temperature_C = start.temperature_C;
-        const double wave_m = medium.wavelength(_array.frequency_Hz);
+        const double wave_m = wavelengthAt(start.temperature_C);
         const auto stepsFor = [](double range, double step)
         { return std::min(kPlateStarts, static_cast<int>(std::ceil(range / step))); };
         const int shifts = stepsFor(_options.search_m, wave_m / 16.0);
         const int tilts = stepsFor(_options.tilt_rad, kPlateTiltStep * wave_m / (4.0 * _half_m));
-        const Eigen::Vector3d ahead = _array.normals.rowwise().mean().normalized();
         const auto part = [](int k, int of, double range) { return of > 0 ? k * range / of : 0.0; };
         std::vector<std::pair<double, PlateUnknowns>> starts;
         for (int a = -tilts; a <= tilts; ++a)
             for (int b = -tilts; b <= tilts; ++b)
-                for (int slip = -kPlateSlips; slip <= kPlateSlips; ++slip)
+                for (int eighths = -kPlateSlips; eighths <= kPlateSlips; ++eighths)
                     for (int k = -shifts; k <= shifts; ++k)
                     {
                         PlateUnknowns at = start;
                         at.shift_m = part(k, shifts, _options.search_m);
                         at.tiltAlong = part(a, tilts, _options.tilt_rad);
                         at.tiltAcross = part(b, tilts, _options.tilt_rad);
-                        at.places.col(0) += slip * wave_m / 8.0 * ahead;
+                        slip(at, 0, eighths);
                         const double sum = coarse(at);
                         starts.emplace_back(sum, at);
                     }
@@ -419,16 +431,12 @@ private:
     // Finds another place of the microphone with the reflector that the ones before found.
     void findPlace(PlateUnknowns& at, std::size_t p) const
     {
-        Medium medium;
-        medium.temperature_C = at.temperature_C;
-        const double wave_m = medium.wavelength(_array.frequency_Hz);
-        const Eigen::Vector3d ahead = _array.normals.rowwise().mean().normalized();
         const PlateScope scope{{p}, false, false};
         std::vector<std::pair<double, PlateUnknowns>> starts;
-        for (int slip = -2 * kPlateSlips; slip <= 2 * kPlateSlips; ++slip)
+        for (int eighths = -2 * kPlateSlips; eighths <= 2 * kPlateSlips; ++eighths)
         {
             PlateUnknowns moved = at;
-            moved.places.col(static_cast<Eigen::Index>(p)) += slip * wave_m / 8.0 * ahead;
+            slip(moved, p, eighths);
             const double sum = squareOf(moved, scope);
             starts.emplace_back(sum, moved);
         }
@@ -438,32 +446,27 @@ private:
     PlateUnknowns bestRefined(std::vector<std::pair<double, PlateUnknowns>> starts,
                               const PlateScope& scope) const
     {
+        const auto isLess = [](const auto& one, const auto& other)
+        { return one.first < other.first; };
         const auto few = std::min<std::size_t>(kPlateRefined, starts.size());
         std::partial_sort(starts.begin(),
                           starts.begin() + static_cast<std::ptrdiff_t>(few),
                           starts.end(),
-                          [](const auto& one, const auto& other)
-                          { return one.first < other.first; });
+                          isLess);
         starts.resize(few);
         for (auto& [sum, at] : starts)
         {
             refine(at, scope);
             sum = squareOf(at, scope);
         }
-        return std::min_element(starts.begin(),
-                                starts.end(),
-                                [](const auto& one, const auto& other)
-                                { return one.first < other.first; })
-            ->second;
+        return std::min_element(starts.begin(), starts.end(), isLess)->second;
     }
 
     void tell(const PlateUnknowns& best, const PlateScope& scope, ReflectorFit& fit) const
     {
         fit.reflector = movedPlate(_guess, best);
         fit.places = best.places;
-        Medium medium;
-        medium.temperature_C = best.temperature_C;
-        fit.soundSpeed_m_s = medium.soundSpeed();
+        fit.soundSpeed_m_s = airAt(best.temperature_C).soundSpeed();
         const PlateSums normal = normalAt(best, scope);
         // What is wrong about a transducer is wrong at each place, so places don't average it.
         const double variance =
@@ -472,7 +475,7 @@ private:
         const Eigen::MatrixXd covariance =
             variance *
             normal.JJ.ldlt().solve(Eigen::MatrixXd::Identity(best.count(), best.count()));
-        const auto error = [&](int k) { return std::sqrt(std::max(0.0, covariance(k, k))); };
+        const auto error = [&](int k) { return std::sqrt(covariance(k, k)); };
         fit.placeError_m = error(0);
         fit.tiltErrors_rad = {error(1), error(2)};
         fit.reflectionError = error(3);
@@ -481,6 +484,8 @@ private:
         fit.reflector.accuracy_mm =
             1e3 * std::sqrt(std::pow(fit.placeError_m, 2.0) +
                             fit.tiltErrors_rad.squaredNorm() * _half_m * _half_m / 3.0);
+        // Errors that can't be told are NaN, and must not look like those of a sure fit.
+        areValid({fit.reflector}, &fit.refusal);
     }
 
     TransducerArray _array; // with the reflector at last

@@ -2,6 +2,7 @@
 
 #include "haptics/array/Reflector.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/tuning/MicrophoneFit.h"
 #include "haptics/tuning/TuningReadings.h"
 
@@ -44,10 +45,8 @@ struct ReflectorFit
     double reflectionError = 0.0, reflectionPhaseError_rad = 0.0;
 
     bool usable() const { return refusal.empty(); }
-    /// Returns true if fields corrected for it are nearer to the truth than uncorrected ones: up to
-    /// kMostUseful_mm.
-    bool isUseful() const { return reflector.accuracy_mm <= kMostUseful_mm; }
-    static constexpr double kMostUseful_mm = 1.0;
+    /// Returns true if fields are corrected for a reflector of this accuracy.
+    bool isUseful() const { return reflector.accuracy_mm <= kMostCorrectedAccuracy_mm; }
     /// The report, several lines.
     std::string text() const;
 };
