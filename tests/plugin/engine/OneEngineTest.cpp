@@ -152,13 +152,19 @@ struct Seen
 
 /// What is left of \a seen while a device is lost and after it: whether something sounds, who
 /// touches, and what is told without its numbers. A field that isn't taken is solved again and
-/// again by the clock, each time from the last one.
+/// again by the clock, each time from the last one. Whether a field was refused before the loss was
+/// seen is a matter of the clock, too.
 Seen roughly(Seen seen)
 {
     seen.field.resize(std::min<std::size_t>(seen.field.size(), 1), 0);
     std::fill(seen.field.begin(), seen.field.end(), 0);
     for (std::string& touch : seen.touches)
         touch.resize(3);
+    seen.messages.erase(std::remove_if(seen.messages.begin(),
+                                       seen.messages.end(),
+                                       [](const std::string& message)
+                                       { return message.rfind("device refused a field", 0) == 0; }),
+                        seen.messages.end());
     for (std::string& message : seen.messages)
         message = midair::base::withoutNumbers(message);
     std::sort(seen.messages.begin(), seen.messages.end());
