@@ -45,8 +45,7 @@ SceneReflectors reflectorsBeside(const haptics::TransducerArray& array,
             problem = fmt::format("{} is left out, as transducers are on both sides of a face of "
                                   "its body; make it a sheet",
                                   one.called(beside.all.size()));
-        else if (haptics::areValid({one}, &problem) &&
-                 beside.all.size() >= haptics::kMostReflectors)
+        else if (haptics::areValid({one}, &problem) && !haptics::isRoomIn(beside.all))
             problem = fmt::format("{} is left out: there are more than {} reflectors, those of the "
                                   "array included",
                                   one.called(beside.all.size()),

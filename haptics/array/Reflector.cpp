@@ -24,6 +24,8 @@ constexpr double kShortestSide_m = 1e-3;
 constexpr double kMostPhase_rad = 1000.0;
 constexpr double kMostAccuracy_mm = 1000.0;
 constexpr double kLeastAccuracy_mm = 1e-6;
+// A transducer beside another board, at the edge between both, must not seem to stand on it.
+constexpr double kMostBoardAccuracy_mm = 3.0;
 
 // Returns a direction across  normal, for planes without end.
 Eigen::Vector3d anyAcross(const Eigen::Vector3d& normal)
@@ -63,6 +65,7 @@ Reflector readReflector(const JsonValue& item)
                  "reflection",
                  "reflectionPhase_rad",
                  "accuracy_mm",
+                 "isBoard",
                  "comment"});
     Reflector one;
     if (const auto name = item.find("name")) one.name = name->string();
@@ -78,12 +81,29 @@ Reflector readReflector(const JsonValue& item)
     if (const auto found = item.find("reflectionPhase_rad"))
         one.reflectionPhase_rad = found->number(
             -kMostPhase_rad, kMostPhase_rad, "an angle in radians, within -1000 .. 1000");
+    if (const auto board = item.find("isBoard"))
+    {
+        if (!board->json().is_boolean()) board->wrong("true or false");
+        one.isBoard = board->json().get<bool>();
+    }
     one.accuracy_mm =
-        item.number("accuracy_mm",
-                    kLeastAccuracy_mm,
-                    kMostAccuracy_mm,
-                    "the rms error of its place along its normal in mm, within 1e-6 .. 1000");
+        one.isBoard
+            ? item.number("accuracy_mm",
+                          kLeastAccuracy_mm,
+                          kMostBoardAccuracy_mm,
+                          "the rms error of a board's plane along its normal in mm, within 1e-6 "
+                          ".. 3")
+            : item.number("accuracy_mm",
+                          kLeastAccuracy_mm,
+                          kMostAccuracy_mm,
+                          "the rms error of its place along its normal in mm, within 1e-6 .. 1000");
     return one;
+}
+
+std::size_t boardsIn(const std::vector<Reflector>& reflectors)
+{
+    return static_cast<std::size_t>(std::count_if(
+        reflectors.begin(), reflectors.end(), [](const Reflector& one) { return one.isBoard; }));
 }
 
 } // namespace
@@ -110,15 +130,25 @@ bool Reflector::operator==(const Reflector& other) const
 {
     return name == other.name && position == other.position && normal == other.normal &&
            along == other.along && size_m == other.size_m && reflection == other.reflection &&
-           reflectionPhase_rad == other.reflectionPhase_rad && accuracy_mm == other.accuracy_mm;
+           reflectionPhase_rad == other.reflectionPhase_rad && accuracy_mm == other.accuracy_mm &&
+           isBoard == other.isBoard;
+}
+
+bool isRoomIn(const std::vector<Reflector>& reflectors)
+{
+    return boardsIn(reflectors) + kMostReflectors > reflectors.size();
 }
 
 bool areValid(const std::vector<Reflector>& reflectors, std::string* error)
 {
     std::string text;
-    if (reflectors.size() > kMostReflectors)
-        text = fmt::format(
-            "reflectors are {}; at most {} are possible", reflectors.size(), kMostReflectors);
+    const std::size_t boards = boardsIn(reflectors), others = reflectors.size() - boards;
+    if (others > kMostReflectors)
+        text = fmt::format("reflectors are {}; at most {} are possible", others, kMostReflectors);
+    else if (boards > kMostReflectingBoards)
+        text = fmt::format("boards that reflect are in {} planes; at most {} are possible",
+                           boards,
+                           kMostReflectingBoards);
     for (std::size_t k = 0; k < reflectors.size() && text.empty(); ++k)
     {
         const Reflector& one = reflectors[k];
@@ -141,9 +171,10 @@ bool areValid(const std::vector<Reflector>& reflectors, std::string* error)
         else if (!(std::abs(one.reflectionPhase_rad) <= kMostPhase_rad))
             text = fmt::format("reflectionPhase is {:g} rad; it must be within -1000 .. 1000",
                                one.reflectionPhase_rad);
-        else if (!(one.accuracy_mm >= kLeastAccuracy_mm && one.accuracy_mm <= kMostAccuracy_mm))
-            text =
-                fmt::format("accuracy is {:g} mm; it must be within 1e-6 .. 1000", one.accuracy_mm);
+        else if (const double most_mm = one.isBoard ? kMostBoardAccuracy_mm : kMostAccuracy_mm;
+                 !(one.accuracy_mm >= kLeastAccuracy_mm && one.accuracy_mm <= most_mm))
+            text = fmt::format(
+                "accuracy is {:g} mm; it must be within 1e-6 .. {:g}", one.accuracy_mm, most_mm);
         if (!text.empty()) text = fmt::format("{}: its {}", one.called(k), text);
     }
     if (error != nullptr) *error = text;
@@ -152,10 +183,12 @@ bool areValid(const std::vector<Reflector>& reflectors, std::string* error)
 
 std::vector<Reflector> readReflectors(const JsonValue& list)
 {
-    list.list("a list of reflectors", kMostReflectors);
+    list.list("a list of reflectors", kMostReflectors + kMostReflectingBoards);
     std::vector<Reflector> reflectors;
     for (std::size_t k = 0; k < list.size(); ++k)
         reflectors.push_back(readReflector(list[k]));
+    std::string why;
+    if (!areValid(reflectors, &why)) list.fail(why);
     return reflectors;
 }
 
@@ -185,6 +218,7 @@ std::string reflectorsToJson(const std::vector<Reflector>& reflectors)
         item["reflection"] = one.reflection;
         item["reflectionPhase_rad"] = one.reflectionPhase_rad;
         item["accuracy_mm"] = one.accuracy_mm;
+        if (one.isBoard) item["isBoard"] = true;
         list.push_back(item);
     }
     return list.dump(-1, ' ', false, JsonValue::Json::error_handler_t::replace);

@@ -1,4 +1,5 @@
 #include "haptics/array/BoardGrid.h"
+#include "haptics/array/BoardReflectors.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/JsonValue.h"
@@ -290,6 +291,41 @@ void readBoards(const JsonValue& list, TransducerArray& array, Trimming& trimmin
     }
 }
 
+// How well the plane that a board reflects at is known, as long as nobody measured it: its
+// transducers stand some millimetres above it. Beyond 1 mm it is told, not corrected.
+constexpr double kBoardAccuracy_mm = 2.0;
+
+void readBoardReflection(const JsonValue& root, TransducerArray& array)
+{
+    const auto reflection = root.find("boardReflection");
+    if (!reflection)
+    {
+        for (const char* key : {"boardReflectionPhase_rad", "boardAccuracy_mm"})
+            if (root.find(key))
+                root.fail(std::string("has '") + key + "' but no 'boardReflection'");
+        return;
+    }
+    const double part = reflection->number(
+        0.0, 1.0, "the amplitude that boards reflect over that of the incident wave, 0 .. 1");
+    const auto phase = root.find("boardReflectionPhase_rad");
+    const auto accuracy = root.find("boardAccuracy_mm");
+    const double phase_rad = phase ? phaseOffset(*phase) : 0.0;
+    const double accuracy_mm =
+        accuracy ? accuracy->number(
+                       1e-6, 3.0, "the rms error of the boards' planes in mm, within 1e-6 .. 3")
+                 : kBoardAccuracy_mm;
+    if (part == 0.0) return;
+    try
+    {
+        const auto boards = boardReflectors(array, part, phase_rad, accuracy_mm);
+        array.reflectors.insert(array.reflectors.end(), boards.begin(), boards.end());
+    }
+    catch (const base::InputError& error)
+    {
+        reflection->fail(std::string("can't be used: ") + error.what());
+    }
+}
+
 } // namespace
 
 TransducerArray TransducerArray::fromJson(const std::string& json, const std::string& source)
@@ -309,7 +345,10 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                  "boards",
                  "dead",
                  "weak",
-                 "reflectors"});
+                 "reflectors",
+                 "boardReflection",
+                 "boardReflectionPhase_rad",
+                 "boardAccuracy_mm"});
     TransducerArray array;
     if (const auto name = root.find("name")) array.name = name->string();
     array.frequency_Hz = root.number("frequency_Hz", kAboveZero, 1e7, "Hz, above 0, at most 1e7");
@@ -345,6 +384,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
     if (const auto list = root.find("dead")) readDead(*list, array);
     if (const auto list = root.find("weak")) readWeak(*list, array);
     if (const auto list = root.find("reflectors")) array.reflectors = readReflectors(*list);
+    readBoardReflection(root, array);
     return array;
 }
 

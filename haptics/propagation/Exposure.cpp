@@ -193,9 +193,7 @@ double heardSquare(const TransducerArray& array,
     for (const Reflector& one : array.reflectors)
     {
         const Eigen::Vector3d from = array.positions.col(i), image = one.mirrored(place);
-        if (one.reflection == 0.0 || !areOnOneSide(one, from, place) ||
-            !lines.isFreeBy(one, i, image))
-            continue;
+        if (!isReflected(one, from, place) || !lines.isFreeBy(one, i, image)) continue;
         const double share =
             std::abs(shareTurned(one, from, place, Medium().wavelength(array.frequency_Hz)));
         square += std::pow(one.reflection * share * strength(array, i, image), 2);
@@ -278,9 +276,7 @@ Exposure::reflected(Eigen::Index i, const Eigen::Vector3d& place, double& square
     for (const Reflector& one : _array.reflectors)
     {
         const Eigen::Vector3d from = _array.positions.col(i), image = one.mirrored(place);
-        if (one.reflection == 0.0 || !areOnOneSide(one, from, place) ||
-            !_lines.isFreeBy(one, i, image))
-            continue;
+        if (!isReflected(one, from, place) || !_lines.isFreeBy(one, i, image)) continue;
         const std::complex<double> part =
             factorOf(one) * shareTurned(one, from, place, _medium.wavelength(_array.frequency_Hz)) *
             wave(i, image);

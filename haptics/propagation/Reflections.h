@@ -15,7 +15,8 @@ namespace midair::haptics
 /// the same part of the direct wave from points on the other side, as a thin sheet does, whose
 /// velocity is the same on both sides. Its ends count by the Fresnel integrals of a rectangular
 /// opening (Born, Wolf, "Principles of Optics", section 8.7), so that the field has no jump beside
-/// it. Waves that several reflectors reflect one after the other are left out.
+/// it. Waves that several reflectors reflect one after the other are left out. A board of the array
+/// does so to the sound of the transducers of other boards.
 
 /// Returns F(v) = (1 + j)/2 int_{-inf}^v exp(-j pi u^2 / 2) du, the share of a wave beyond a
 /// straight edge: 0 at -inf, 1/2 at 0, 1 at inf. Error below 1e-13.
@@ -33,11 +34,22 @@ std::complex<double> shareTurned(const Reflector& reflector,
                                  const Eigen::Vector3d& to,
                                  double wavelength_m);
 
-/// Returns true if both are on the same side of the plane of \a reflector.
+/// Returns true if \a reflector sends sound of a transducer at \a from back to \a to: both are on
+/// one side of its plane.
 inline bool
-areOnOneSide(const Reflector& reflector, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+isReflected(const Reflector& reflector, const Eigen::Vector3d& from, const Eigen::Vector3d& to)
 {
-    return (reflector.heightOf(a) >= 0.0) == (reflector.heightOf(b) >= 0.0);
+    return reflector.reflection != 0.0 && !reflector.carries(from) &&
+           (reflector.heightOf(from) >= 0.0) == (reflector.heightOf(to) >= 0.0);
+}
+
+/// Returns true if \a reflector takes from the sound of a transducer at \a from that goes to \a to,
+/// on the other side of its plane.
+inline bool
+isShaded(const Reflector& reflector, const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+    return reflector.reflection != 0.0 && !reflector.carries(from) &&
+           (reflector.heightOf(from) >= 0.0) != (reflector.heightOf(to) >= 0.0);
 }
 
 /// Returns the factor of reflected waves, R exp(j phase).
@@ -59,12 +71,12 @@ void forEachPath(const std::vector<Reflector>& reflectors,
 {
     std::complex<double> direct = wave(to);
     for (const Reflector& one : reflectors)
-        if (one.reflection != 0.0 && !areOnOneSide(one, from, to))
+        if (isShaded(one, from, to))
             direct *= 1.0 - one.reflection * shareTurned(one, from, to, wavelength_m);
     take(direct, to);
     for (const Reflector& one : reflectors)
     {
-        if (one.reflection == 0.0 || !areOnOneSide(one, from, to)) continue;
+        if (!isReflected(one, from, to)) continue;
         const Eigen::Vector3d image = one.mirrored(to);
         take(factorOf(one) * shareTurned(one, from, to, wavelength_m) * wave(image), image);
     }

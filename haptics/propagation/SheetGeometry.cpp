@@ -8,6 +8,13 @@
 namespace midair::haptics
 {
 
+namespace
+{
+
+constexpr float kLeastHeight = 1e-20F; // far below any distance that matters
+
+} // namespace
+
 void SheetGeometry::bind(const std::vector<Reflector>& reflectors,
                          const Eigen::Matrix3Xd& places,
                          int padded,
@@ -26,18 +33,33 @@ void SheetGeometry::bind(const std::vector<Reflector>& reflectors,
     _lanes.reserve(3 * _sheets.size() * static_cast<std::size_t>(padded));
     float* out = _lanes.data();
     for (const Reflector& one : _sheets)
+    {
         for (const Eigen::Vector3d& axis : {one.normal, one.along, one.across()})
             for (int lane = 0; lane < padded; ++lane) // padding repeats the last lane
                 *out++ = static_cast<float>(axis.dot(
                     places.col(std::min<Eigen::Index>(lane, places.cols() - 1)) - one.position));
+        const double onIt =
+            one.isBoard ? (kOnBoard_m + 1e-3 * one.accuracy_mm) / wavelength_m : 0.0;
+        float* heights = out - 3 * padded;
+        std::for_each(heights,
+                      heights + padded,
+                      [=](float& height)
+                      {
+                          if (one.isBoard && std::fabs(height) <= onIt)
+                              height = 0.0F;
+                          else if (height == 0.0F)
+                              height = kLeastHeight; // in its plane, it counts as in front
+                      });
+    }
 }
 
 bool SheetGeometry::isReflecting(int k, const Eigen::Vector3d& x, int first, int width) const
 {
     const bool isFront = _sheets[static_cast<std::size_t>(k)].heightOf(x) >= 0.0;
     const float* heights = lanes(k, 0) + first;
-    return std::any_of(
-        heights, heights + width, [isFront](float height) { return (height >= 0.0F) == isFront; });
+    return std::any_of(heights,
+                       heights + width,
+                       [isFront](float height) { return isFront ? height > 0.0F : height < 0.0F; });
 }
 
 void SheetGeometry::reflect(

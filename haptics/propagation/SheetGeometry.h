@@ -17,7 +17,7 @@ class SheetGeometry
 {
 public:
     /// \a places: 3 x lanes, wavelengths; \a padded: length of a vector over lanes. Reflectors of
-    /// reflection 0 are left out.
+    /// reflection 0 are left out. Lanes of transducers that stand on a board get the height 0.
     void bind(const std::vector<Reflector>& reflectors,
               const Eigen::Matrix3Xd& places,
               int padded,
@@ -29,7 +29,8 @@ public:
     {
         return _sheets[static_cast<std::size_t>(k)].mirrored(x);
     }
-    /// Returns true if some lane \a first .. first + width - 1 is on the side of \a x.
+    /// Returns true if reflector \a k sends waves of some lane \a first .. first + width - 1 is on
+    /// the side of \a x.
     bool isReflecting(int k, const Eigen::Vector3d& x, int first, int width) const;
     /// Adds what reflector \a k does to the waves at \a x of the lanes first .. first + width - 1
     /// (first: a multiple of kernels::kLanes); \a row has no heights yet.

@@ -179,7 +179,7 @@ private:
 std::optional<ScreenPlate> plateOf(const Reflector& reflector)
 {
     if (reflector.reflection != 1.0 || reflector.reflectionPhase_rad != 0.0 ||
-        !reflector.size_m.allFinite())
+        !reflector.size_m.allFinite() || reflector.isBoard)
         return std::nullopt;
     return ScreenPlate{reflector.position, reflector.normal, reflector.along, reflector.size_m};
 }

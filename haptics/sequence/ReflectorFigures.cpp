@@ -98,7 +98,7 @@ int hiddenTransducers(const Eigen::Matrix3Xd& points,
             double left = 1.0;
             const Eigen::Vector3d from = array.positions.col(i), to = points.col(l);
             for (const Reflector& one : array.reflectors)
-                if (one.reflection > 0.0 && !areOnOneSide(one, from, to))
+                if (isShaded(one, from, to))
                     left *=
                         std::norm(1.0 - one.reflection * shareTurned(one, from, to, wavelength_m));
             inShadow += left < 0.5 ? 1 : 0;

@@ -507,7 +507,7 @@ void checkPlate(const TransducerArray& tuned,
     if (!needsPhases(plan.method) || readings.areLevels)
         throw base::InputError("a reflector is found by phases: the plan must be of the method "
                                "single or hadamard, with complex readings");
-    if (tuned.reflectors.size() >= kMostReflectors)
+    if (!isRoomIn(tuned.reflectors))
         throw base::InputError(fmt::format(
             "the array has {} reflectors, which leaves no place for another", kMostReflectors));
     std::string error;

@@ -172,7 +172,7 @@ void sharesTurned(int width,
 
 void reflect(int width, float height, const SheetFactor& factor, const Waves& row)
 {
-    const float side = height >= 0.0F ? 1.0F : -1.0F, passing = 1.0F - factor.reflection;
+    const float side = height >= 0.0F ? 1.0F : -1.0F, reflection = factor.reflection;
     const float factorRe = factor.re, factorIm = factor.im;
     const float *heights = row.heights, *imageRe = row.imageRe, *imageIm = row.imageIm;
     float *directRe = row.directRe, *directIm = row.directIm;
@@ -180,9 +180,9 @@ void reflect(int width, float height, const SheetFactor& factor, const Waves& ro
 #pragma omp simd aligned(heights, imageRe, imageIm, directRe, directIm : 64)
     for (int i = 0; i < width; ++i)
     {
-        const float beside = (heights[i] >= 0.0F ? 1.0F : -1.0F) == side ? 1.0F : 0.0F;
+        const float beside = heights[i] * side > 0.0F ? 1.0F : 0.0F;
         const float re = beside * imageRe[i], im = beside * imageIm[i];
-        const float passes = beside + (1.0F - beside) * passing;
+        const float passes = 1.0F - (heights[i] * side < 0.0F ? reflection : 0.0F);
         directRe[i] *= passes;
         directIm[i] *= passes;
         reflectedRe[i] += factorRe * re - factorIm * im;
@@ -205,8 +205,8 @@ void reflect(int width,
 #pragma omp simd aligned(heights, shareRe, shareIm, imageRe, imageIm, directRe, directIm : 64)
     for (int i = 0; i < width; ++i)
     {
-        const float beside = (heights[i] >= 0.0F ? 1.0F : -1.0F) == side ? 1.0F : 0.0F;
-        const float taken = (1.0F - beside) * reflection;
+        const float beside = heights[i] * side > 0.0F ? 1.0F : 0.0F;
+        const float taken = heights[i] * side < 0.0F ? reflection : 0.0F;
         const float x = shareRe[i], y = shareIm[i];
         const float passRe = 1.0F - taken * x, passIm = -taken * y;
         const float directX = directRe[i], directY = directIm[i];

@@ -9,7 +9,7 @@ namespace midair::haptics::kernels
 {
 
 /// Transducers of a block as a reflector sees them: above its plane, and along its sides from its
-/// centre.
+/// centre. Those that stand on it have the height 0.
 struct SheetLanes
 {
     const float *height, *along, *across;
@@ -53,9 +53,9 @@ extern const base::Kernel<void(int width,
     sharesTurned;
 
 /// For a point at \a height: lanes on its side of the plane add factor times the wave of their
-/// image to the reflected wave; of the direct wave of the others the part reflection is taken away.
-/// For a plane without end, or for a rectangle, whose shares multiply both. Error 3e-7 of the
-/// terms.
+/// image to the reflected wave; of the direct wave of those on the other side the part reflection
+/// is taken away. Nothing happens to lanes of the height 0. For a plane without end, or for a
+/// rectangle, whose shares multiply both. Error 3e-7 of the terms.
 extern const base::Kernel<void(
                               int width, float height, const SheetFactor& factor, const Waves& row),
                           void(int width,
