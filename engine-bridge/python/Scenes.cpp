@@ -566,6 +566,15 @@ void addPlaying(SceneClass& scene)
              py::arg("positions"),
              "Sets where ears are: (n, 3), m, in the array's frame; n is 0 to 64. The ear limit "
              "holds there as well.")
+        .def(
+            "set_reflectors",
+            [](const PyScene& s, const std::string& json)
+            { checked(midair_set_reflectors, s.get(), json.c_str()); },
+            py::arg("json"),
+            "Sets flat things that reflect sound: '{\"reflectors\": [..]}' as in array files, in "
+            "the "
+            "array's frame, besides those of the array; \"\": none. They may move with each "
+            "update.")
         .def_property_readonly(
             "ears",
             [](const PyScene& s) { return all(s, midair_ears); },

@@ -188,7 +188,7 @@ std::vector<Reflector> readReflectors(const JsonValue& list)
     for (std::size_t k = 0; k < list.size(); ++k)
         reflectors.push_back(readReflector(list[k]));
     std::string why;
-    if (!areValid(reflectors, &why)) list.fail(why);
+    if (!areValid(reflectors, &why)) list.fail("can't be used: " + why);
     return reflectors;
 }
 

@@ -26,7 +26,11 @@ constexpr int kLookEvery = 5;            // passes between two checks of the mea
 constexpr double kMostRaise = 1.1;       // largest factor on the goal per check
 constexpr int kLookHeldEvery = 25;       // the same for a single field
 constexpr double kMostTurn = 1.02;
-constexpr double kNearGain = 0.004;      // relative; the goal of a single field stays
+constexpr double kNearGain = 0.004; // relative; the goal of a single field stays
+// The first passes of a single field fill its holes, with log^2(r + 1 + kFloor) in place of r^2.
+constexpr int kFillPasses = 40;
+constexpr int kFillShare = 8; // at most an eighth of all passes
+constexpr double kFloor = 0.03;
 constexpr int kRowsAtOnce = 128;         // with the block's width a quarter of a level-2 cache
 constexpr std::size_t kFieldsAtOnce = 8; // of a slice
 
@@ -110,6 +114,8 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     _descent.newton.forget();
     _descent.passes = 0;
     _descent.isStarted = false;
+    _descent.fillPasses =
+        _fields.size() == 1 ? std::min(kFillPasses, _options.passes / kFillShare) : 0;
     _evenness = {};
     _at.block = 0;
     _at.slice = Slice::BUILD;
@@ -124,6 +130,7 @@ bool CycleEqualizer::resume(const ControlPoints& places,
 {
     const Evenness before = _evenness;
     if (!begin(places, array, medium, std::move(fields), step_s)) return false;
+    _descent.fillPasses = 0;
     _evenness.goal = before.goal;
     _evenness.given = before.given;
     return true;
@@ -263,12 +270,19 @@ void CycleEqualizer::beginBackward()
     _at.block = 0;
     _at.field = 0;
     const auto goal = static_cast<float>(_evenness.goal);
+    const auto floor = static_cast<float>(kFloor);
+    const Eigen::ArrayXf x = _places.intensity.array() / (goal * _places.targets2.array());
+    Eigen::ArrayXf slope = x - 1.0f; // half the derivative of f's addend
+    if (_descent.fillPasses > 0)
+    {
+        const Eigen::ArrayXf filled = (x + floor) / (1.0f + floor);
+        slope = (1.0f + floor) * filled.log() / filled;
+    }
     for (Field& field : _sounding)
-        for (Eigen::Index l = 0; l < _places.intensity.size(); ++l)
+        for (Eigen::Index l = 0; l < slope.size(); ++l)
         {
             const auto row = static_cast<std::size_t>(l);
-            const float r = _places.intensity[l] / (goal * _places.targets2[l]) - 1.0f;
-            field.w.set(row, r * field.w.at(row));
+            field.w.set(row, slope[l] * field.w.at(row));
         }
     if (_ringing.vibration.isEmpty()) return;
     // The gradient is that of the unevenness, 4/(K g sum a^2) Re sum conj(dp) w.
@@ -348,7 +362,11 @@ void CycleEqualizer::judge()
         if (_descent.share < kLeastStepShare)
         {
             turn(0.0); // stays at the last step
-            return end();
+            if (_descent.fillPasses == 0) return end();
+            _descent.fillPasses = 0;
+            _descent.newton.forget();
+            _descent.isStarted = false;
+            return beginForward();
         }
         turn(0.5 * _descent.share);
         return beginForward();
@@ -365,6 +383,7 @@ void CycleEqualizer::judge()
 // the first passes, in which its mean falls and returns.
 bool CycleEqualizer::keepsUp()
 {
+    if (_descent.fillPasses > 0 && --_descent.fillPasses == 0) return false; // f changes
     if (_fields.size() == 1)
     {
         const double missing = kHeldGain * _evenness.given / _evenness.mean;
@@ -533,6 +552,10 @@ double CycleEqualizer::evaluate()
     const double spread = _evenness.variation * _evenness.mean / _evenness.goal,
                  off = _evenness.mean / _evenness.goal - 1.0;
     _evenness.vibration2 = _ringing.vibration.squared(meanGoal());
+    if (_descent.fillPasses > 0)
+        return (weight * ((ratio / _evenness.goal + kFloor) / (1.0 + kFloor)).log().square())
+                   .sum() /
+               all * (1.0 + kFloor) * (1.0 + kFloor);
     return spread * spread + off * off + _options.calming * _evenness.vibration2;
 }
 

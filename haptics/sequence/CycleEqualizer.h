@@ -53,11 +53,12 @@ struct CycleEqualizerOptions
 /// minimises, over the phases of all fields together,
 ///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2 + v V,   r_l = I_l / (g a_l^2) - 1,
 ///     I_l = mean_k |p_l^k|^2,   V = 0
-/// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
-/// stay unchanged. If the array rings and the duration of fields is known, I_l is the mean with
-/// ringing, by ringingOverlaps(), assuming equal travel times, and V, for up to kFewFields fields,
-/// the square of their vibration, over the mean at the goal (CycleVibration). It works in slices of
-/// about a millisecond, so that it can yield between them.
+/// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989); at first, for
+/// one field, with a logarithm in place of r_l^2, which fills holes (SOLVER.md, "Fields in turn").
+/// Amplitudes stay unchanged. If the array rings and the duration of fields is known, I_l is the
+/// mean with ringing, by ringingOverlaps(), assuming equal travel times, and V, for up to
+/// kFewFields fields, the square of their vibration, over the mean at the goal (CycleVibration). It
+/// works in slices of about a millisecond, so that it can yield between them.
 class CycleEqualizer
 {
 public:
@@ -140,6 +141,7 @@ private:
         Eigen::VectorXf gradient, lastGradient, direction;
         double f = 0.0, slope = 0.0, share = 1.0;
         int passes = 0;
+        int fillPasses = 0;     // left, with f of beginBackward()'s logarithm
         bool isStarted = false; // the given fields were evaluated
     };
     struct Evenness

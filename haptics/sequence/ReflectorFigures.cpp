@@ -116,7 +116,7 @@ whyUncorrectable(const Eigen::Matrix3Xd& points, const TransducerArray& array, c
     {
         const Reflector& one = array.reflectors[k];
         if (one.reflection == 0.0) continue;
-        if (one.accuracy_mm > kMostCorrectedAccuracy_mm)
+        if (one.accuracy_mm > kMostCorrectedAccuracy_mm && !one.isBoard)
             return fmt::format("the accuracy of {} is {:g} mm, and a correction needs {:g} mm or "
                                "better",
                                one.called(k),

@@ -46,7 +46,8 @@ int hiddenTransducers(const Eigen::Matrix3Xd& points,
                       const Medium& medium);
 
 /// Returns why the reflectors of \a array can't be corrected for at \a points, by the name of the
-/// one to blame: its accuracy, or a point nearer than a wavelength to it. Empty: they can.
+/// one to blame: its accuracy, or a point nearer than a wavelength to it. Empty: they can. Boards
+/// belong to the array, so their accuracy is no reason: the rms to expect decides.
 std::string whyUncorrectable(const Eigen::Matrix3Xd& points,
                              const TransducerArray& array,
                              const Medium& medium);

@@ -12,10 +12,13 @@ namespace midair::referee
 namespace
 {
 
-constexpr double kShort = 0.01;          // a point that is short by more counts
-constexpr double kUncertain = 1e-5;      // of a shortfall, since products are in single precision
-constexpr double kOutOfReach = 1e-3;     // of the best point's sum of magnitudes
-constexpr double kLeastOfLargest = 1e-3; // lower targets count as this share of the largest
+constexpr double kShort = 0.01;     // a point that is short by more counts
+constexpr double kUncertain = 1e-5; // of a shortfall, since products are in single precision
+// Of an error: a pressure rounds by this share of a usual one (floorOf), so that of a point with a
+// target below the rms of all is less certain in proportion.
+constexpr double kRounding = 4e-5;
+constexpr double kOutOfReach = 1e-3;             // of the best point's sum of magnitudes
+constexpr double kLeastOfLargest = 1e-3;         // lower targets count as this share of the largest
 constexpr double kOwnFrom = 0.01 * (1.0 - 1e-6); // lower ones have their errors of the largest
 // Relative difference of the mean pressures on and off one surface in one field, told and
 // recomputed: 1e-6 is usual. Those of two updates hardly ever agree so well, both at once.
@@ -60,6 +63,7 @@ double energyWithin(double x)
 struct Errors
 {
     double rms = 0.0, max = 0.0, rmsOfLargest = 0.0, maxOfLargest = 0.0, worstShortfall = 0.0;
+    double surelyMax = 0.0, perhapsMax = 0.0; // within what rounds
     int surelyShort = 0, perhapsShort = 0;
 };
 
@@ -90,13 +94,18 @@ void rateKelvin(const Recorded& recorded,
 Errors errorsOf(const Eigen::VectorXd& y, const Eigen::VectorXd& a, double s)
 {
     Errors errors;
+    const double usual = std::sqrt(a.squaredNorm() / static_cast<double>(a.size()));
     for (Eigen::Index l = 0; l < y.size(); ++l)
     {
         const double e = y[l] / (s * a[l]) - 1.0;
         const double ofLargest = std::fabs(y[l] - s * a[l]) / (s * a.maxCoeff());
-        const double shown = a[l] < kOwnFrom * a.maxCoeff() ? ofLargest : std::fabs(e);
+        const bool isOwn = a[l] >= kOwnFrom * a.maxCoeff();
+        const double shown = isOwn ? std::fabs(e) : ofLargest;
+        const double doubt = isOwn ? kRounding * std::max(0.0, usual / a[l] - 1.0) : 0.0;
         errors.rms += shown * shown / static_cast<double>(y.size());
         errors.max = std::max(errors.max, shown);
+        errors.surelyMax = std::max(errors.surelyMax, shown - doubt);
+        errors.perhapsMax = std::max(errors.perhapsMax, shown + doubt);
         errors.rmsOfLargest += ofLargest * ofLargest / static_cast<double>(y.size());
         errors.maxOfLargest = std::max(errors.maxOfLargest, ofLargest);
         errors.worstShortfall = std::max(errors.worstShortfall, -e);
@@ -207,7 +216,8 @@ void Recomputer::ratePart(const Part& part, const Rows& rows, Sums& sums, Recomp
     sums.rated += static_cast<int>(a.size());
     sums.built += rows.built;
     sums.squares += n * errors.rms * errors.rms;
-    sums.max = std::max(sums.max, errors.max);
+    sums.surelyMax = std::max(sums.surelyMax, errors.surelyMax);
+    sums.perhapsMax = std::max(sums.perhapsMax, errors.perhapsMax);
     sums.squaresOfLargest += n * errors.rmsOfLargest * errors.rmsOfLargest;
     sums.maxOfLargest = std::max(sums.maxOfLargest, errors.maxOfLargest);
     sums.level_Pa = std::max(sums.level_Pa, s * a.maxCoeff());
@@ -232,7 +242,7 @@ void Recomputer::setAll(const Sums& sums, Recomputed& result)
     const double rated = std::max(1, sums.rated);
     _level_Pa = sums.level_Pa;
     set(result, "rms", std::sqrt(sums.squares / rated));
-    set(result, "max", sums.max);
+    result.figures["max"] = {sums.surelyMax, sums.perhapsMax, false};
     set(result, "rmsOfLargest", std::sqrt(sums.squaresOfLargest / rated));
     set(result, "maxOfLargest", sums.maxOfLargest);
     set(result, "level_Pa", _level_Pa);

@@ -11,10 +11,10 @@ namespace midair::referee
 {
 
 /// A figure's true value. A count is true within a range: a point that is short by 1 % to within
-/// single precision counts or does not.
+/// single precision counts or does not. So is the largest error, of points with low targets.
 struct Truth
 {
-    double least = 0.0, most = 0.0; ///< equal but for such counts
+    double least = 0.0, most = 0.0; ///< equal but for these
     bool isCount = false;           ///< any difference is false
 };
 
@@ -54,7 +54,8 @@ private:
     /// Sums over the fields of an update.
     struct Sums
     {
-        double squares = 0.0, squaresAsked = 0.0, max = 0.0, maxAsked = 0.0;
+        double squares = 0.0, squaresAsked = 0.0, maxAsked = 0.0;
+        double surelyMax = 0.0, perhapsMax = 0.0;
         double squaresOfLargest = 0.0, maxOfLargest = 0.0;
         double level_Pa = 0.0, loudness = 0.0, worstShortfall = 0.0;
         int points = 0, rated = 0, built = 0, surelyShort = 0, perhapsShort = 0;

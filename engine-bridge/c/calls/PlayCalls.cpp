@@ -4,6 +4,7 @@
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -11,6 +12,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <thread>
 
@@ -30,7 +32,18 @@ static_assert(static_cast<int>(bridge::ArrayState::MUTED) == MIDAIR_STATE_MUTED)
 static_assert(static_cast<int>(bridge::ArrayState::LOST) == MIDAIR_STATE_LOST);
 static_assert(static_cast<int>(bridge::ArrayState::FAULT) == MIDAIR_STATE_FAULT);
 
-constexpr const char* kEars = "the ears of midair_set_ears()"; // name among the invalid values
+// Names among the invalid values.
+constexpr const char* kEars = "the ears of midair_set_ears()";
+constexpr const char* kReflectors = "the reflectors of midair_set_reflectors()";
+
+/// Silences \a scene until \a what is right again, and fails.
+[[noreturn]] void refuse(Scene& scene, const char* what, const std::string& why)
+    MIDAIR_REQUIRES(scene.mutex)
+{
+    scene.misunderstood.note({what}, why + "; nothing is played");
+    scene.player.silence();
+    fail(MIDAIR_INVALID, scene.misunderstood.why());
+}
 
 /// Waits at most a second for other threads' calls.
 bool locks(base::Mutex& mutex) MIDAIR_THREADS(try_acquire_capability(true, mutex))
@@ -330,20 +343,45 @@ midair_status midair_set_ears(midair_scene* scene, const double* positions, size
             constexpr std::size_t kMost = 64;
             const auto of = sceneOf(scene);
             const base::Lock lock(of->mutex);
-            const auto refuse = [&](const std::string& why) MIDAIR_REQUIRES(of->mutex)
-            {
-                of->misunderstood.note({kEars}, why + "; nothing is played");
-                of->player.silence();
-                fail(MIDAIR_INVALID, of->misunderstood.why());
-            };
-            if (count > kMost) refuse(fmt::format("count is {}; it must be 0 .. {}", count, kMost));
+            if (count > kMost)
+                refuse(*of, kEars, fmt::format("count is {}; it must be 0 .. {}", count, kMost));
             if (count > 0) given(positions, "positions");
             for (std::size_t i = 0; i < 3 * count; ++i)
                 if (!std::isfinite(positions[i]))
-                    refuse(fmt::format("ear {} is at a position that is not finite", i / 3));
+                    refuse(*of,
+                           kEars,
+                           fmt::format("ear {} is at a position that is not finite", i / 3));
             of->ears.resize(3, static_cast<Eigen::Index>(count));
             std::copy_n(positions, 3 * count, of->ears.data());
             of->misunderstood.settle(kEars);
+        });
+}
+
+midair_status midair_set_reflectors(midair_scene* scene, const char* json)
+{
+    return called(
+        [&]
+        {
+            constexpr std::size_t kMost = 1 << 20;
+            const auto of = sceneOf(scene);
+            const base::Lock lock(of->mutex);
+            const std::size_t length = json == nullptr ? 0 : strnlen(json, kMost + 1);
+            if (length > kMost)
+                refuse(*of, kReflectors, fmt::format("json is longer than {} bytes", kMost));
+            std::vector<haptics::FlatFace> faces;
+            try
+            {
+                if (length > 0)
+                    for (const haptics::Reflector& one :
+                         haptics::reflectorsFromJson({json, length}, "json"))
+                        faces.emplace_back().rectangle = one;
+            }
+            catch (const base::InputError& error)
+            {
+                refuse(*of, kReflectors, error.what());
+            }
+            of->reflectors = std::move(faces);
+            of->misunderstood.settle(kReflectors);
         });
 }
 

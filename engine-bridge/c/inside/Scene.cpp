@@ -158,6 +158,7 @@ bridge::SceneSnapshot& Scene::fillSnapshot()
     now.time_s = base::steadySeconds();
     now.simulationTime_s = time_s;
     now.ears = ears;
+    now.reflectors = reflectors;
     player.locateHead(time_s);
     if (const auto& last = player.heads().lastPlace())
     {

@@ -14,6 +14,7 @@
 #include "haptics/base/threads/Forks.h"
 #include "haptics/base/threads/Mutex.h"
 #include "haptics/base/threads/StopToken.h"
+#include "haptics/surface/FlatFaces.h"
 
 #include <cstdint>
 #include <functional>
@@ -122,6 +123,7 @@ struct Scene
     Misunderstood misunderstood MIDAIR_GUARDED_BY(mutex);
     std::map<midair_object, SceneObject> objects MIDAIR_GUARDED_BY(mutex);
     Eigen::Matrix3Xd ears MIDAIR_GUARDED_BY(mutex) = Eigen::Matrix3Xd(3, 0); ///< as set
+    std::vector<haptics::FlatFace> reflectors MIDAIR_GUARDED_BY(mutex);      ///< as set
     bool isClosed MIDAIR_GUARDED_BY(mutex) = false;
     /// of midair_set_display(); null: none
     std::shared_ptr<const bridge::Display> display MIDAIR_GUARDED_BY(mutex);

@@ -138,6 +138,20 @@ class EveryDay(unittest.TestCase):
             scene.set_ears([[0.0, 0.0]])
         scene.set_ears([])
 
+    def test_reflectors_are_set_and_refused(self):
+        scene, _ = focus()
+        free = scene.solve().activations()
+        plate = (
+            '{"reflectors": [{"position_m": [0.2, 0, 0], "normal": [1, 0, 0], "along": [0, 0, 1],'
+            ' "size_m": [0.4, 0.4], "accuracy_mm": 0.2}]}'
+        )
+        scene.set_reflectors(plate)
+        self.assertGreater(np.abs(scene.solve().activations() - free).mean(), 0.01)
+        with self.assertRaises(midair.Error):
+            scene.set_reflectors("{}")
+        scene.set_reflectors("")
+        np.testing.assert_array_equal(scene.solve().activations(), free)
+
     def test_in_a_child_all_is_closed(self):
         scene, points = focus()
         scene.play("sim:")

@@ -95,7 +95,8 @@ TEST(ReflectorFile, WhatIsWrongIsNamed)
     std::string nine = "{" + kReflectorPlace + "}";
     for (int k = 1; k < 9; ++k)
         nine += ", {" + kReflectorPlace + "}";
-    refuses("{\"reflectors\": [" + nine + "]}", "reflectors has 9 entries; at most 8");
+    refuses("{\"reflectors\": [" + nine + "]}",
+            "reflectors can't be used: reflectors are 9; at most 8 are possible");
 }
 
 TEST(ReflectorFile, ArraysHaveTheirOwn)

@@ -87,14 +87,26 @@ TEST(EvenedCycle, TheStarIsEvenAtNoLessPressure)
     expectEven(evenedStar(MIDAIR_ROOT), 25, 0.05, 1.2);
 }
 
+/// Starts that differ by less than a level's half step end in different minima, as those of
+/// processors that round differently do.
+class HeldField : public ::testing::TestWithParam<unsigned>
+{
+};
+
+INSTANTIATE_TEST_SUITE_P(Starts, HeldField, ::testing::Values(1U, 3U));
+
 // The bars of a held field: the paper's sphere, on the device's levels.
-TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
+TEST_P(HeldField, IsEvenAtNoLessPressure)
 {
     EvenedScene scene = evenedSphere();
     scene.fine = finePlaces(scene.mesh, true);
     const TransducerArray array = TransducerArray::octagonalPrism();
-    const FieldSequence given = cycleOf(scene, 1, array);
+    FieldSequence given = cycleOf(scene, 1, array);
     ASSERT_TRUE(given.isHeld());
+    std::mt19937 random(GetParam());
+    std::normal_distribution<float> turn_rad(0.0f, 1e-3f);
+    for (std::complex<float>& q : given.fields.front())
+        q *= std::polar(1.0f, turn_rad(random));
     EvenedCycle evened(25, 0, {});
     ASSERT_TRUE(
         evened.begin(given, scene.places(given.points(), kClosePlaceSpacing), array, Medium()));
@@ -121,9 +133,9 @@ TEST(EvenedCycle, AHeldFieldIsEvenAtNoLessPressure)
         last = now.coefficientOfVariation;
     }
     const SurfaceStatistics after = allOf(scene.fine, array, played.back().fields);
-    // At the places themselves 0.35 and 0.09.
+    // Of six starts 0.31 to 0.36, and 0.041 to 0.080; before 0.93 and 0.011.
     EXPECT_LE(after.coefficientOfVariation, 0.37);
-    EXPECT_GE(after.percentile1, 0.065);
+    EXPECT_GE(after.percentile1, 0.035);
     EXPECT_GE(after.mean_Pa, 0.99 * before.mean_Pa);
     for (const std::complex<float>& q : played.back().fields.front())
     {
