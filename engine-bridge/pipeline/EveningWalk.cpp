@@ -15,7 +15,8 @@ namespace
 // haptics/SOLVER.md, "Fields in turn".
 constexpr double kNear = 0.7;      // share of PhaseWalk::kMostTurn_rad: nearer fields are passed by
 constexpr double kMeantStep = 0.7; // PhaseWalk::Steps::meant
-constexpr double kMeasure_s = 0.25; // between two measurements of the surface
+constexpr double kMeantChange = 0.025; // of the mean pressure on the surface, in a step
+constexpr double kMeasure_s = 0.25;    // between two measurements of the surface
 
 /// Mean angle between \a a and \a b, which have the same common phase, rad.
 double turnBetween(const Eigen::VectorXcf& a, const Eigen::VectorXcf& b)
@@ -69,7 +70,7 @@ void EveningWalk::begin(const haptics::FieldSequence& held,
     _held.most = _context.last->report().capFactor;
     _held.achieved_Pa.resize(0);
     _held.evened = true;
-    _at = _held.fields.front();
+    _at = {_held.fields.front(), 1.0};
     _measured = {};
     _measured.places = std::move(where.between);
     _evened.begin(_held, where.places, array, _context.options.medium);
@@ -96,27 +97,31 @@ void EveningWalk::look()
     if (passes > _trail.seen)
     {
         _trail.seen = passes;
-        _trail.fields.push_back(_evened.equalizer().unroundedFields().front());
+        _trail.stops.push_back(
+            {_evened.equalizer().unroundedFields().front(), _evened.equalizer().gain()});
     }
-    if (better) _trail.open = _trail.fields.size();
+    if (better) _trail.open = _trail.stops.size();
 }
 
 // Heads for the last of the next fields that is near.
 void EveningWalk::aim()
 {
-    const Eigen::VectorXcf from = _at;
+    const Stop from = _at;
     double turn_rad = 0.0;
     while (_trail.open > 0)
     {
-        const double next_rad = turnBetween(from, _trail.fields.front());
+        const double next_rad = turnBetween(from.field, _trail.stops.front().field);
         if (turn_rad > 0.0 && next_rad > kNear * haptics::PhaseWalk::kMostTurn_rad) break;
         turn_rad = std::max(next_rad, 1e-6);
-        _at = std::move(_trail.fields.front());
-        _trail.fields.pop_front();
+        _at = std::move(_trail.stops.front());
+        _trail.stops.pop_front();
         --_trail.open;
     }
-    const double first = kMeantStep * haptics::PhaseWalk::kMostTurn_rad / turn_rad;
-    _walk.begin(from, _at, {std::min(1.0, first), kMeantStep});
+    const double most_rad = haptics::PhaseWalk::kMostTurn_rad;
+    const double change = std::fabs(_at.gain / from.gain - 1.0);
+    const double first =
+        std::min({1.0, kMeantStep * most_rad / turn_rad, kMeantChange / std::max(change, 1e-6)});
+    _walk.begin(from.field, _at.field, {first, std::min(kMeantStep, first * turn_rad / most_rad)});
 }
 
 // Returns the next field, if it keeps the bounds.

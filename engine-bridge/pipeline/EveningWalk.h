@@ -52,13 +52,18 @@ public:
     void report(HologramResult& result, bool isOtherField);
 
 private:
+    /// A field that the equalizer found.
+    struct Stop
+    {
+        Eigen::VectorXcf field; ///< m; not rounded, or many phases would change their level at once
+        double gain = 1.0;      ///< CycleEqualizer::gain()
+    };
     /// Fields as the equalizer finds them.
     struct Trail
     {
-        /// Not walked yet; not rounded, or many phases would change their level at once.
-        std::deque<Eigen::VectorXcf> fields;
-        std::size_t open = 0; ///< number of the first of them that may be walked
-        int seen = 0;         ///< passes of the equalizer
+        std::deque<Stop> stops; ///< not walked yet
+        std::size_t open = 0;   ///< number of the first of them that may be walked
+        int seen = 0;           ///< passes of the equalizer
     };
     struct Measured
     {
@@ -77,8 +82,8 @@ private:
     haptics::FieldSequence _held; // as given
     Trail _trail;
     haptics::PhaseWalk _walk;
-    Eigen::VectorXcf _at; // m, where the walk ends or ended
-    double _due_s = 0.0;  // on the context's clock: no field before
+    Stop _at;            // where the walk ends or ended
+    double _due_s = 0.0; // on the context's clock: no field before
     Measured _measured;
 };
 

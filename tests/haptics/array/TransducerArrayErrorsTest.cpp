@@ -99,7 +99,8 @@ TEST(TransducerArrayErrors, EachMistakeHasItsMessage)
         {R"({"frequency": 40000})",
          "has the unknown key 'frequency'; known are name, comment, frequency_Hz, "
          "sourceAmplitude_Pa_m, exposureAmplitude_Pa_m, directivity, ringing, "
-         "phaseLevels, amplitudeLevels, transducers, boards, dead, weak, reflectors"},
+         "phaseLevels, amplitudeLevels, transducers, boards, dead, weak, reflectors, "
+         "boardReflection, boardReflectionPhase_rad, boardAccuracy_mm"},
         {R"({"name": 5})", "name is 5; it must be a text in quotes"},
         {"{" + kHead + "}", "has no transducers; 'transducers' or 'boards' must list at least one"},
         {"{" + kHead + R"(, "transducers": []})",

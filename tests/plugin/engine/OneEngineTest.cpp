@@ -11,6 +11,7 @@
 
 #include <osg/FrameStamp>
 #include <osg/Geometry>
+#include <osg/ValueObject>
 
 #include <algorithm>
 #include <array>
@@ -220,6 +221,10 @@ constexpr std::uint32_t kTriangles[12][3] = {{0, 2, 1},
                                              {3, 0, 4},
                                              {3, 4, 7}};
 
+/// Half of a side of the reflector, and what else it is; exact in single precision.
+constexpr float kHalfPlate_m = 0.125F;
+constexpr const char* kPlateTag = "accuracy=0.2; reflection=0.75";
+
 /// A scene with a box on an array, whoever plays it.
 class Player
 {
@@ -228,7 +233,8 @@ public:
     virtual void set(const std::string& name, const std::string& value) = 0;
     virtual void setOfBox(const std::string& name, const std::string& value) = 0;
     virtual void move(double x_m) = 0;
-    virtual void setHand(double z_m) = 0; ///< of the index finger's tip; 0: no hand
+    virtual void setHand(double z_m) = 0;  ///< of the index finger's tip; 0: no hand
+    virtual void setPlate(double z_m) = 0; ///< a reflector over the box; 0: none
     virtual void setMuted(bool isMuted) = 0;
     virtual void setLost(bool isLost) = 0; ///< its device
     virtual void frame(double time_s) = 0;
@@ -260,6 +266,11 @@ public:
         _box->addChild(mesh);
         _place->addChild(_box);
         _scene->addChild(_place);
+        _plate->setUserValue("reflector", std::string(kPlateTag));
+        _plate->addChild(
+            osg::createTexturedQuadGeometry(osg::Vec3(-kHalfPlate_m, -kHalfPlate_m, 0.0F),
+                                            osg::Vec3(2.0F * kHalfPlate_m, 0.0F, 0.0F),
+                                            osg::Vec3(0.0F, 2.0F * kHalfPlate_m, 0.0F)));
         move(0.0);
     }
     void set(const std::string& name, const std::string& value) override
@@ -281,6 +292,12 @@ public:
     {
         _hands->setHands(z_m > 0.0 ? std::vector<Hand>{openHand(1, {0.0, 0.0, z_m}, {})}
                                    : std::vector<Hand>());
+    }
+    void setPlate(double z_m) override
+    {
+        _scene->removeChild(_plate);
+        if (z_m > 0.0) _scene->addChild(_plate);
+        _plate->setMatrix(osg::Matrixd::translate(0.0, 0.0, z_m));
     }
     void setMuted(bool isMuted) override { _scene->setMuted(isMuted); }
     void setLost(bool isLost) override { ofKit.setLost(isLost); }
@@ -318,9 +335,22 @@ private:
     osg::ref_ptr<HapticScene> _scene = new HapticScene;
     osg::ref_ptr<osg::MatrixTransform> _place = new osg::MatrixTransform;
     osg::ref_ptr<HapticSurface> _box = new HapticSurface;
+    osg::ref_ptr<osg::MatrixTransform> _plate = new osg::MatrixTransform;
     osg::ref_ptr<InjectedHands> _hands = new InjectedHands;
     osg::ref_ptr<osg::FrameStamp> _stamp = new osg::FrameStamp;
 };
+
+/// The plate as JSON; "": none.
+std::string plateAt(double z_m)
+{
+    if (!(z_m > 0.0)) return {};
+    return fmt::format(R"({{"reflectors": [{{"position_m": [0, 0, {}], "normal": [0, 0, 1], )"
+                       R"("along": [1, 0, 0], "size_m": [{}, {}], "accuracy_mm": 0.2, )"
+                       R"("reflection": 0.75}}]}})",
+                       z_m,
+                       2.0 * kHalfPlate_m,
+                       2.0 * kHalfPlate_m);
+}
 
 class CPlayer : public Player
 {
@@ -363,6 +393,11 @@ public:
         EXPECT_EQ(midair_set_pose(_scene, _box, pose), MIDAIR_OK);
     }
     void setHand(double z_m) override { _hand_m = z_m; }
+    void setPlate(double z_m) override
+    {
+        EXPECT_EQ(midair_set_reflectors(_scene, plateAt(z_m).c_str()), MIDAIR_OK)
+            << midair_last_error();
+    }
     void setMuted(bool isMuted) override { midair_mute(_scene, isMuted ? 1 : 0); }
     void setLost(bool isLost) override { ofC.setLost(isLost); }
     void frame(double time_s) override
@@ -463,6 +498,7 @@ public:
     }
     void move(double x_m) override { tell(fmt::format("move {}", x_m)); }
     void setHand(double z_m) override { tell(fmt::format("hand {}", z_m)); }
+    void setPlate(double z_m) override { tell("plate " + plateAt(z_m)); }
     void setMuted(bool isMuted) override { tell(isMuted ? "mute 1" : "mute 0"); }
     void setLost(bool isLost) override { tell(isLost ? "lost 1" : "lost 0"); }
     void frame(double time_s) override { tell(fmt::format("frame {}", time_s)); }
@@ -782,3 +818,32 @@ TEST_P(OneEngine, PlaysTheSameForAll)
 }
 
 INSTANTIATE_TEST_SUITE_P(Random, OneEngine, testing::Range(0, 200, kSeedsAtOnce));
+
+/// The same with a reflector over the box, which changes their fields and moves.
+class OneEngineBesideAPlate : public OneEngine
+{
+};
+
+TEST_P(OneEngineBesideAPlate, PlaysTheSameForAll)
+{
+    begin(GetParam());
+    expectSame("nothing");
+    int exact = 0;
+    std::vector<std::uint8_t> last = players().front()->seen().field;
+    for (const double z_m : {0.3125, 0.34375, 0.0, 0.3125})
+    {
+        each([&](auto& player) { player.setPlate(z_m); });
+        expectSame(fmt::format("plate {}", z_m));
+        const std::vector<std::uint8_t> now = players().front()->seen().field;
+        EXPECT_NE(now, last) << "plate " << z_m;
+        exact += _isRough ? 0 : 1;
+        each([&](auto& player) { player.move(0.01 + 0.01 * z_m); });
+        expectSame(fmt::format("a move beside plate {}", z_m));
+        if (const std::string done = recover(); !done.empty()) expectSame(done);
+        last = players().front()->seen().field;
+    }
+    EXPECT_GT(exact, 0) << "none was compared byte by byte";
+    end();
+}
+
+INSTANTIATE_TEST_SUITE_P(One, OneEngineBesideAPlate, testing::Values(1000));

@@ -92,6 +92,8 @@ for line in sys.stdin:
         played.move(float(rest))
     elif word == "hand":
         played.hand_m = float(rest)
+    elif word == "plate":
+        played.scene.set_reflectors(rest)
     elif word == "mute":
         played.scene.mute(rest == "1")
     elif word == "lost":
