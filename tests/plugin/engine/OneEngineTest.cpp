@@ -222,7 +222,7 @@ constexpr std::uint32_t kTriangles[12][3] = {{0, 2, 1},
                                              {3, 4, 7}};
 
 /// Half of a side of the reflector, and what else it is; exact in single precision.
-constexpr float kHalfPlate_m = 0.125F;
+constexpr float kHalfPlate_m[2] = {0.15625F, 0.125F};
 constexpr const char* kPlateTag = "accuracy=0.2; reflection=0.75";
 
 /// A scene with a box on an array, whoever plays it.
@@ -268,9 +268,9 @@ public:
         _scene->addChild(_place);
         _plate->setUserValue("reflector", std::string(kPlateTag));
         _plate->addChild(
-            osg::createTexturedQuadGeometry(osg::Vec3(-kHalfPlate_m, -kHalfPlate_m, 0.0F),
-                                            osg::Vec3(2.0F * kHalfPlate_m, 0.0F, 0.0F),
-                                            osg::Vec3(0.0F, 2.0F * kHalfPlate_m, 0.0F)));
+            osg::createTexturedQuadGeometry(osg::Vec3(-kHalfPlate_m[0], -kHalfPlate_m[1], 0.0F),
+                                            osg::Vec3(2.0F * kHalfPlate_m[0], 0.0F, 0.0F),
+                                            osg::Vec3(0.0F, 2.0F * kHalfPlate_m[1], 0.0F)));
         move(0.0);
     }
     void set(const std::string& name, const std::string& value) override
@@ -348,8 +348,8 @@ std::string plateAt(double z_m)
                        R"("along": [1, 0, 0], "size_m": [{}, {}], "accuracy_mm": 0.2, )"
                        R"("reflection": 0.75}}]}})",
                        z_m,
-                       2.0 * kHalfPlate_m,
-                       2.0 * kHalfPlate_m);
+                       2.0 * kHalfPlate_m[0],
+                       2.0 * kHalfPlate_m[1]);
 }
 
 class CPlayer : public Player
@@ -822,20 +822,37 @@ INSTANTIATE_TEST_SUITE_P(Random, OneEngine, testing::Range(0, 200, kSeedsAtOnce)
 /// The same with a reflector over the box, which changes their fields and moves.
 class OneEngineBesideAPlate : public OneEngine
 {
+protected:
+    /// Runs frames until each plays another field than \a last.
+    bool changesAll(const std::vector<std::uint8_t>& last)
+    {
+        return eventually(
+            [&]
+            {
+                _time_s += 0.01;
+                each([&](auto& player) { player.frame(_time_s); });
+                letPass(3e-3);
+                bool isOther = true;
+                each([&](auto& player) { isOther = isOther && player.seen().field != last; });
+                return isOther;
+            });
+    }
 };
 
 TEST_P(OneEngineBesideAPlate, PlaysTheSameForAll)
 {
     begin(GetParam());
+    // Only what is solved: a walk at rest sends as many fields as the clock lets it.
+    each([](auto& player) { player.set("even", "0"); });
     expectSame("nothing");
     int exact = 0;
     std::vector<std::uint8_t> last = players().front()->seen().field;
     for (const double z_m : {0.3125, 0.34375, 0.0, 0.3125})
     {
         each([&](auto& player) { player.setPlate(z_m); });
-        expectSame(fmt::format("plate {}", z_m));
-        const std::vector<std::uint8_t> now = players().front()->seen().field;
-        EXPECT_NE(now, last) << "plate " << z_m;
+        const std::string what = fmt::format("plate {}", z_m);
+        EXPECT_TRUE(changesAll(last)) << what << " changes nothing";
+        expectSame(what);
         exact += _isRough ? 0 : 1;
         each([&](auto& player) { player.move(0.01 + 0.01 * z_m); });
         expectSame(fmt::format("a move beside plate {}", z_m));
