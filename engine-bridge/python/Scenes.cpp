@@ -572,8 +572,7 @@ void addPlaying(SceneClass& scene)
             { checked(midair_set_reflectors, s.get(), json.c_str()); },
             py::arg("json"),
             "Sets flat things that reflect sound: '{\"reflectors\": [..]}' as in array files, in "
-            "the "
-            "array's frame, besides those of the array; \"\": none. They may move with each "
+            "the array's frame, besides those of the array; \"\": none. They may move with each "
             "update.")
         .def_property_readonly(
             "ears",

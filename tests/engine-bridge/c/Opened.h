@@ -11,11 +11,7 @@
 class Opened
 {
 public:
-    explicit Opened(const char* name = "octagon")
-    {
-        EXPECT_EQ(midair_array_load(name, &array), MIDAIR_OK) << midair_last_error();
-        EXPECT_EQ(midair_scene_make(array, &scene), MIDAIR_OK) << midair_last_error();
-    }
+    explicit Opened(const char* name = "octagon") : Opened(name, midair_array_load) {}
     ~Opened()
     {
         midair_scene_close(scene);
@@ -33,6 +29,14 @@ public:
 
     midair_array* array = nullptr;
     midair_scene* scene = nullptr;
+
+protected:
+    /// \a open: midair_array_load() or midair_array_from_json().
+    Opened(const char* given, midair_status (*open)(const char*, midair_array**))
+    {
+        EXPECT_EQ(open(given, &array), MIDAIR_OK) << midair_last_error();
+        EXPECT_EQ(midair_scene_make(array, &scene), MIDAIR_OK) << midair_last_error();
+    }
 };
 
 /// A field of the C interface, closed when it goes.

@@ -642,6 +642,14 @@ protected:
     {
         return seen[i].sent - (_sent.empty() ? 0 : _sent[i]);
     }
+    /// Runs a frame of each.
+    void frames()
+    {
+        _time_s += 0.01;
+        for (Player* player : players())
+            player->frame(_time_s);
+        letPass(3e-3); // what a frame has begun comes to its end before the next step
+    }
     /// Runs frames until all have come to rest and show the same.
     void expectSame(const std::string& what)
     {
@@ -651,11 +659,8 @@ protected:
         eventually(
             [&]
             {
-                _time_s += 0.01;
                 seen.clear();
-                for (Player* player : players())
-                    player->frame(_time_s);
-                letPass(3e-3); // what a frame has begun comes to its end before the next step
+                frames();
                 bool isRest = true;
                 for (Player* player : players())
                     seen.push_back(player->seen());
@@ -829,9 +834,7 @@ protected:
         return eventually(
             [&]
             {
-                _time_s += 0.01;
-                each([&](auto& player) { player.frame(_time_s); });
-                letPass(3e-3);
+                frames();
                 bool isOther = true;
                 each([&](auto& player) { isOther = isOther && player.seen().field != last; });
                 return isOther;

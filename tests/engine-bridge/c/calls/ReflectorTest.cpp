@@ -27,24 +27,15 @@ std::string deskOf(const std::string& more)
 }
 
 /// Four points before a board.
-class DeskOfC
+class DeskOfC : public Opened
 {
 public:
-    explicit DeskOfC(const std::string& json)
+    explicit DeskOfC(const std::string& json) : Opened(json.c_str(), midair_array_from_json)
     {
-        EXPECT_EQ(midair_array_from_json(json.c_str(), &_array), MIDAIR_OK) << midair_last_error();
-        EXPECT_EQ(midair_scene_make(_array, &scene), MIDAIR_OK);
         const double places[] = {
             0.0, 0.05, 0.0, 0.02, 0.05, 0.0, 0.0, 0.05, 0.02, 0.01, 0.07, 0.01};
         EXPECT_EQ(midair_add_points(scene, places, nullptr, 4, 0, &points), MIDAIR_OK);
     }
-    ~DeskOfC()
-    {
-        midair_scene_close(scene);
-        midair_array_close(_array);
-    }
-    DeskOfC(const DeskOfC&) = delete;
-    DeskOfC& operator=(const DeskOfC&) = delete;
 
     std::vector<float> solved() const
     {
@@ -64,18 +55,8 @@ public:
         midair_field_close(field);
         return q;
     }
-    std::string messages() const
-    {
-        std::vector<char> text(65536);
-        EXPECT_EQ(midair_messages(scene, text.data(), text.size(), nullptr), MIDAIR_OK);
-        return text.data();
-    }
 
-    midair_scene* scene = nullptr;
     midair_object points = 0;
-
-private:
-    midair_array* _array = nullptr;
 };
 
 /// Mean square by which two drives differ, per transducer.
