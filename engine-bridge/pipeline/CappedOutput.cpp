@@ -198,6 +198,7 @@ void CappedOutput::keepCaps()
     haptics::FieldSequence playing = last->sequence;
     playing.fields = _output->planned();
     playing.achieved_Pa.resize(0);
+    playing.outside = nullptr; // it was that of the former places
     const bool isModulated = playing.modulation.amplitudeRate_Hz > 0.0;
     std::vector<Eigen::VectorXcf> fields = playing.fields;
     if (fields.empty()) return;
@@ -295,8 +296,9 @@ void CappedOutput::cap(const haptics::TransducerArray& array,
         where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
     const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
     sequence.report.capFactor = sequence.most * _pressure.cap->hold(place, sequence, &_proven);
-    // For parts that may sound alone the cap counts each separately.
-    if (!_output->ability().part.empty()) _proven.held = {};
+    // For parts that may sound alone the cap counts each separately; what is outside it doesn't
+    // know.
+    if (!_output->ability().part.empty() || sequence.outside) _proven.held = {};
     if (sequence.report.capFactor >= 1.0) return tellOfCap(false, points, foci);
     ++_context.counters.capped;
     // For silence it is unknown which of the two limits it keeps.

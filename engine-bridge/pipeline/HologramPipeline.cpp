@@ -45,6 +45,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _contacts(_context, _output, _hands),
     _refiner(_context, _assembler, _composer, _hands),
     _louder(_context, _composer, _hands, _refiner),
+    _scattering(_context, _composer, _output, _hands, _refiner, _louder),
     _fingertip(_context, _refiner, _louder),
     _monitor(_context, _refiner)
 {
@@ -330,6 +331,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
             {base::MessageCode::FIELD_REST, base::whatWasThrown()}); // the old field goes on
         _refiner.end();
         _louder.end();
+        _scattering.end();
     }
     return nullptr;
 }
@@ -405,6 +407,7 @@ void HologramPipeline::setStop(const base::StopToken& stop)
     _composer.setStop(stop);
     _refiner.setOptions();
     _louder.setOptions();
+    _scattering.setOptions();
 }
 
 void HologramPipeline::reconfigure(HologramOptions options)
@@ -430,6 +433,7 @@ void HologramPipeline::reconfigure(HologramOptions options)
     {
         _refiner.end();
         _louder.end();
+        _scattering.end();
         silence();
     }
 }

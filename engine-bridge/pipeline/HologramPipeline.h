@@ -11,6 +11,7 @@
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/pipeline/RestRefiner.h"
+#include "engine-bridge/pipeline/ScatteringStage.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/sequence/SequenceComposer.h"
 
@@ -46,7 +47,7 @@ public:
                                                   std::uint64_t superseded = 0);
 
     /// To be called while no snapshot comes: resends a field that the device has lost, performs and
-    /// plays the next step of RestRefiner or LouderStage, and reports the monitor's result. Returns
+    /// plays the next step of a stage at rest, and reports the monitor's result. Returns
     /// null if nothing changed.
     std::shared_ptr<const HologramResult> attend();
     /// Longest time until the next call of attend(), s; 0: work is left.
@@ -145,12 +146,20 @@ private:
     ContactStage _contacts;
     RestRefiner _refiner;
     LouderStage _louder;
+    ScatteringStage _scattering;
     FingertipStage _fingertip;
     PlayedFieldMonitor _monitor;
     /// The stages above in the order of their calls: at rest contacts come first, and a field is
     /// measured when nothing is left to refine.
-    const std::array<PipelineStage*, 8> _stages{
-        &_motion, &_hands, &_ears, &_contacts, &_refiner, &_louder, &_fingertip, &_monitor};
+    const std::array<PipelineStage*, 9> _stages{&_motion,
+                                                &_hands,
+                                                &_ears,
+                                                &_contacts,
+                                                &_refiner,
+                                                &_louder,
+                                                &_scattering,
+                                                &_fingertip,
+                                                &_monitor};
     Changes _changes;
     Said _said;
     Eigen::VectorXcf _solved; // input of the last result, before caps; empty: other

@@ -84,6 +84,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
         }
         field->points = played.parts[k];
         field->q = played.fields[k];
+        if (played.outside) field->points.outside_Pa = played.outside->at(field->q);
     }
     if (field->points.size() + field->others.size() == 0) return;
     field->array = array;

@@ -190,9 +190,7 @@ ThinScreen::ThinScreen(const ScreenPlate& plate, double wavelength_m, double cel
 {
     if (!plate.centre.allFinite() || !plate.size_m.allFinite() || !(plate.size_m.minCoeff() > 0.0))
         throw base::InputError("a screen needs a finite centre and a size above 0");
-    // N cells and half a cell make up a side.
-    const Eigen::Array2d counts =
-        (plate.size_m.array() * cellsPerWavelength / wavelength_m - 0.5).ceil().max(1.0);
+    const Eigen::Array2d counts = cellsOf(plate, wavelength_m, cellsPerWavelength);
     if (!(counts.prod() <= static_cast<double>(kMostCells)))
         throw base::InputError(
             fmt::format("a screen of {:g} x {:g} m has {:.0f} cells; at most {} are possible",
@@ -216,6 +214,13 @@ ThinScreen::ThinScreen(const ScreenPlate& plate, double wavelength_m, double cel
 }
 
 ThinScreen::~ThinScreen() = default;
+
+// N cells and half a cell make up a side.
+Eigen::Array2d
+ThinScreen::cellsOf(const ScreenPlate& plate, double wavelength_m, double cellsPerWavelength)
+{
+    return (plate.size_m.array() * cellsPerWavelength / wavelength_m - 0.5).ceil().max(1.0);
+}
 
 GmresReport ThinScreen::solve(const IncidentField& incident,
                               Eigen::VectorXcd& strength,

@@ -36,6 +36,10 @@ public:
     ThinScreen(const ScreenPlate& plate, double wavelength_m, double cellsPerWavelength = 8.0);
     ~ThinScreen() override;
 
+    /// Returns the number of cells along a plate and across, whole numbers >= 1.
+    static Eigen::Array2d
+    cellsOf(const ScreenPlate& plate, double wavelength_m, double cellsPerWavelength = 8.0);
+
     const Eigen::Matrix3Xd& places() const override { return _places; }
     const Eigen::Matrix3Xd& normals() const override { return _normals; }
     /// The strengths are the jumps of the pressure, Pa: that on the normal's side minus the other.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <complex>
 #include <exception>
 #include <utility>
 #include <vector>
@@ -83,7 +84,12 @@ KelvinCost kelvinCost(const ControlPoints& points,
     Eigen::VectorXd a = points.targets(kept);
     raiseTargets(a);
     const auto pressure_Pa = [&](const Medium& air) -> Eigen::VectorXd
-    { return pressureAt(places, array, air, q, threads, stop).cwiseAbs().cast<double>(); };
+    {
+        Eigen::VectorXcd p =
+            pressureAt(places, array, air, q, threads, stop).cast<std::complex<double>>();
+        if (points.outside_Pa.size() > 0) p += points.outside_Pa(kept);
+        return p.cwiseAbs();
+    };
     Medium other = medium;
     other.temperature_C += medium.temperature_C + 1.0 <= base::kMostTemperature_C ? 1.0 : -1.0;
     const double level = fittedLevel(pressure_Pa(medium), a);

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 
 namespace midair::haptics
@@ -27,6 +28,14 @@ bool keepAmplitudes(double cap, std::vector<Eigen::VectorXcf>& fields)
     for (Eigen::VectorXcf& q : fields)
         q *= static_cast<float>(most / static_cast<double>(largest));
     return true;
+}
+
+Eigen::VectorXcd OutsideField::at(const Eigen::VectorXcf& q) const
+{
+    const double power = drive.squaredNorm();
+    if (q.size() != drive.size() || !(power > 0.0))
+        return Eigen::VectorXcd::Zero(pressure_Pa.size());
+    return pressure_Pa * (std::complex<double>(drive.dot(q)) / power);
 }
 
 ControlPoints FieldSequence::points() const
@@ -61,8 +70,11 @@ Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
         if (positions.cols() == 0) continue;
         const Eigen::Index n = achieved_Pa.size();
         achieved_Pa.conservativeResize(n + positions.cols());
-        achieved_Pa.tail(positions.cols()) =
-            pressureAt(positions, array, medium, sequence.fields[k], threads, stop).cwiseAbs();
+        Eigen::VectorXcf p =
+            pressureAt(positions, array, medium, sequence.fields[k], threads, stop);
+        if (sequence.outside && sequence.outside->pressure_Pa.size() == p.size())
+            p += sequence.outside->at(sequence.fields[k]).cast<std::complex<float>>();
+        achieved_Pa.tail(positions.cols()) = p.cwiseAbs();
     }
     return achieved_Pa;
 }

@@ -9,10 +9,22 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <vector>
 
 namespace midair::haptics
 {
+
+/// What something outside an array's model adds to the pressures of a held field (ControlPoints'
+/// outside_Pa), and the drive that it belongs to.
+struct OutsideField
+{
+    Eigen::VectorXcd pressure_Pa; ///< o at the points (n), Pa
+    Eigen::VectorXcf drive;       ///< q0 (m)
+
+    /// Returns o (q0^H q)/|q0|^2 (n), what is added to a drive \a q that was lowered or turned.
+    Eigen::VectorXcd at(const Eigen::VectorXcf& q) const;
+};
 
 /// Fields to play: one field that is held, or several in turn, repeated.
 struct FieldSequence
@@ -35,6 +47,9 @@ struct FieldSequence
     /// |p| of a held field at points() from its solver (HologramSolver::achieved_Pa()), Pa (n);
     /// empty: unknown. Code that changes the field clears it.
     Eigen::VectorXf achieved_Pa;
+    /// Of a held field that isn't evened, at points(); null: nothing is known. The solver's
+    /// achieved_Pa don't count it.
+    std::shared_ptr<const OutsideField> outside;
     /// Report on all fields together, each at its own points; if evened, on their average.
     SolveReport report;
 
@@ -52,8 +67,8 @@ struct FieldSequence
 bool keepAmplitudes(double cap, std::vector<Eigen::VectorXcf>& fields);
 
 /// Returns |p| at the points of \a sequence (n, in the order of points()), each in the field made
-/// for it; for an evened sequence the root of the mean of |p|^2 over all fields. Throws
-/// base::Stopped if \a stop requests it.
+/// for it, with what is outside; for an evened sequence the root of the mean of |p|^2 over all
+/// fields. Throws base::Stopped if \a stop requests it.
 Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const TransducerArray& array,
                                  const Medium& medium,

@@ -128,6 +128,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::PROPERTY_SILENCED, "property.silenced", S::FAULT, L::STATE, false},
         {C::REFLECTOR_INVALID, "reflector.invalid", S::WARNING, L::STATE, false},
         {C::REFLECTOR_LIMITED, "reflector.limited", S::WARNING, L::STATE, false},
+        {C::REFLECTOR_SOLVED, "reflector.solved", S::NOTICE, L::STATE, true},
         {C::SCENE_CLOSED, "scene.closed", S::FAULT, L::FIELD, true},
         {C::SCENE_EMPTY, "scene.empty", S::WARNING, L::STATE, true},
         {C::SCENE_INCOMPLETE, "scene.incomplete", S::WARNING, L::STATE, true},

@@ -11,29 +11,6 @@
 using namespace midair;
 using namespace midair::bridge;
 
-namespace
-{
-
-/// 49 points, 8 mm apart; a surface would be evened out.
-SceneSnapshot pointsSnapshot(double x_m = 0.0)
-{
-    auto mesh = std::make_shared<haptics::TriangleMesh>();
-    mesh->vertices.resize(3, 49);
-    for (int row = 0; row < 7; ++row)
-        for (int column = 0; column < 7; ++column)
-            mesh->vertices.col(7 * row + column) << 8e-3 * (column - 3), 0.0, 8e-3 * (row - 3);
-    mesh->triangles.resize(3, 49);
-    for (int i = 0; i < 49; ++i)
-        mesh->triangles.col(i).setConstant(i);
-    SceneSnapshot snapshot = squareSnapshot(x_m);
-    snapshot.objects.front().mesh = mesh;
-    snapshot.objects.front().properties.sampling = haptics::Sampling::POINTS;
-    snapshot.objects.front().properties.spacing_m = 8e-3;
-    return snapshot;
-}
-
-} // namespace
-
 TEST(LouderPipeline, AFieldAtRestIsWalkedToALouderOne)
 {
     AtRest scene;
