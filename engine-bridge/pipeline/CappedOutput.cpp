@@ -38,11 +38,14 @@ PipelineContext::PipelineContext(HologramOptions given) :
     copyArray();
 }
 
-bool PipelineContext::follow(const std::vector<haptics::FlatFace>& now)
+bool PipelineContext::follow(const SceneSnapshot& snapshot)
 {
     const double tolerance_m = 0.5 * options.motionTolerance * options.wavelength_m();
-    if (areUnmoved(now, faces, tolerance_m)) return false;
-    faces = now;
+    if (areUnmoved(snapshot.reflectors, faces, tolerance_m) &&
+        areUnmoved(snapshot.bodies, bodies, tolerance_m))
+        return false;
+    faces = snapshot.reflectors;
+    bodies = snapshot.bodies;
     options.array.reflectors = ownReflectors;
     reflectors = reflectorsBeside(options.array, faces);
     copyArray();

@@ -43,11 +43,9 @@ HologramPipeline::HologramPipeline(HologramOptions options) :
     _composer(tried(lineOptions()), _context.messages),
     _hands(_context),
     _contacts(_context, _output, _hands),
-    _refiner(_context, _assembler, _composer, _hands),
-    _louder(_context, _composer, _hands, _refiner),
-    _scattering(_context, _composer, _output, _hands, _refiner, _louder),
-    _fingertip(_context, _refiner, _louder),
-    _monitor(_context, _refiner)
+    _rest(_context, _assembler, _composer, _output, _hands),
+    _fingertip(_context, _rest.refiner, _rest.louder),
+    _monitor(_context, _rest.refiner)
 {
     _ears.setKeeps([this] { return _output.keepsToEars(); });
     tellReflectors("", _context.reflectors.problems);
@@ -70,7 +68,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     {
         if (_changes.problem)
             throw base::CodedError(_changes.problem->code, _changes.problem->text);
-        if (_context.follow(snapshot.reflectors)) useReflectors();
+        if (_context.follow(snapshot)) useReflectors();
         const SceneSnapshot* scene = &snapshot;
         bool fits = _context.last && !_changes.areNew && device().isPlaying();
         for (PipelineStage* stage : _stages)
@@ -174,7 +172,7 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
     tellReport(points, sequence);
     // The solver continued the last field of its own set, not the playing one.
     if (_context.options.cycle > 1) continueLast(sequence);
-    _refiner.begin(snapshot, set, sequence);
+    _rest.refiner.begin(snapshot, set, sequence);
     return sequence;
 }
 
@@ -211,7 +209,7 @@ void HologramPipeline::continueLast(haptics::FieldSequence& sequence) const
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
 {
     auto result = begin(snapshot);
-    const int set = _refiner.nextSet();
+    const int set = _rest.refiner.nextSet();
     for (PipelineStage* stage : _stages)
         stage->replace();
     const haptics::ControlPoints points = assemble(snapshot, set, *result);
@@ -329,9 +327,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     {
         _context.messages.say(
             {base::MessageCode::FIELD_REST, base::whatWasThrown()}); // the old field goes on
-        _refiner.end();
-        _louder.end();
-        _scattering.end();
+        _rest.end();
     }
     return nullptr;
 }
@@ -405,9 +401,7 @@ void HologramPipeline::setStop(const base::StopToken& stop)
     _context.options.solverOptions.stop = stop;
     _assembler.setStop(stop);
     _composer.setStop(stop);
-    _refiner.setOptions();
-    _louder.setOptions();
-    _scattering.setOptions();
+    _rest.setOptions();
 }
 
 void HologramPipeline::reconfigure(HologramOptions options)
@@ -431,9 +425,7 @@ void HologramPipeline::reconfigure(HologramOptions options)
     }
     if (_changes.problem)
     {
-        _refiner.end();
-        _louder.end();
-        _scattering.end();
+        _rest.end();
         silence();
     }
 }

@@ -5,13 +5,11 @@
 #include "engine-bridge/pipeline/FingertipStage.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/HologramResult.h"
-#include "engine-bridge/pipeline/LouderStage.h"
 #include "engine-bridge/pipeline/MotionStage.h"
 #include "engine-bridge/pipeline/PipelineStage.h"
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "engine-bridge/pipeline/RestRefiner.h"
-#include "engine-bridge/pipeline/ScatteringStage.h"
+#include "engine-bridge/pipeline/RestStages.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/sequence/SequenceComposer.h"
 
@@ -144,9 +142,7 @@ private:
     haptics::SequenceComposer _composer;
     HandStage _hands;
     ContactStage _contacts;
-    RestRefiner _refiner;
-    LouderStage _louder;
-    ScatteringStage _scattering;
+    RestStages _rest;
     FingertipStage _fingertip;
     PlayedFieldMonitor _monitor;
     /// The stages above in the order of their calls: at rest contacts come first, and a field is
@@ -155,9 +151,9 @@ private:
                                                 &_hands,
                                                 &_ears,
                                                 &_contacts,
-                                                &_refiner,
-                                                &_louder,
-                                                &_scattering,
+                                                &_rest.refiner,
+                                                &_rest.louder,
+                                                &_rest.scattering,
                                                 &_fingertip,
                                                 &_monitor};
     Changes _changes;

@@ -28,9 +28,9 @@ struct PipelineContext
     /// next call may overwrite it.
     std::shared_ptr<const haptics::TransducerArray>
     kept(const haptics::TransducerArray& array) const;
-    /// Sets the arrays below for \a faces beside the array. Returns false if none has moved beyond
+    /// Sets what follows for the reflectors of \a snapshot. Returns false if none has moved beyond
     /// half the motion tolerance, as an image moves twice as far as its mirror.
-    bool follow(const std::vector<haptics::FlatFace>& faces);
+    bool follow(const SceneSnapshot& snapshot);
     /// Sets the copies of the options' array, whose levels have changed.
     void copyArray();
 
@@ -45,6 +45,7 @@ struct PipelineContext
     SceneReflectors reflectors;
     std::vector<haptics::Reflector> ownReflectors; ///< of the array itself
     std::vector<haptics::FlatFace> faces;          ///< of the last follow()
+    std::vector<haptics::ReflectingBody> bodies;   ///< likewise
     base::MessageLog messages;
     HologramCounters counters;
     UpdateRate updates;                         ///< of the snapshots that were solved

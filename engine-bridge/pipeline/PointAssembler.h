@@ -38,6 +38,8 @@ struct SceneSnapshot
     HandsAndObstacles around;
     /// array frame; beside those of the array, see reflectorsBeside()
     std::vector<haptics::FlatFace> reflectors;
+    /// array frame; those of an accuracy of haptics::kMostCorrectedAccuracy_mm or better
+    std::vector<haptics::ReflectingBody> bodies;
     HandFrame hands;          ///< array frame; for contacts
     double handsLate_s = 0.0; ///< from these positions to the sound; 0: they are predicted
     /// 3 x k, m, array frame: ears of a tracked head

@@ -2,6 +2,7 @@
 
 #include "haptics/base/ThrownBy.h"
 #include "haptics/propagation/PressureField.h"
+#include "haptics/scattering/ThinScreen.h"
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
@@ -18,10 +19,9 @@ namespace midair::bridge
 namespace
 {
 
-constexpr int kHeldSet = 0;           // the composer's set of held fields
-constexpr double kLook_s = 0.02;      // time between two looks at the other thread
-constexpr double kBelowCap = 0.99;    // of the cap: drive levels round up by half a percent
-constexpr double kBytesPerCell = 500; // of a plate
+constexpr int kHeldSet = 0;        // the composer's set of held fields
+constexpr double kLook_s = 0.02;   // time between two looks at the other thread
+constexpr double kBelowCap = 0.99; // of the cap: drive levels round up by half a percent
 
 /// The share of its amplitudes at which \a q, which reaches \a highest_Pa, stays below \a cap_Pa.
 double shareBelow(double cap_Pa, double highest_Pa, const Eigen::VectorXcf& q)
@@ -108,19 +108,24 @@ void ScatteringStage::replace()
 }
 
 // The faces of a closed body aren't sheets: their full waves are those of the body.
-std::vector<haptics::Reflector> ScatteringStage::plates() const
+haptics::RigidThings ScatteringStage::things() const
 {
-    std::vector<haptics::Reflector> sheets =
-        haptics::RestScattering::platesAmong(_context.options.array.reflectors);
-    const auto isOfBody = [this](const haptics::Reflector& one)
+    haptics::RigidThings things;
+    things.bodies = _context.bodies;
+    for (const haptics::Reflector& one : _context.options.array.reflectors)
     {
-        return std::any_of(_context.faces.begin(),
-                           _context.faces.end(),
-                           [&](const haptics::FlatFace& face)
-                           { return face.isOfBody && face.rectangle == one; });
-    };
-    sheets.erase(std::remove_if(sheets.begin(), sheets.end(), isOfBody), sheets.end());
-    return sheets;
+        const auto face =
+            std::find_if(_context.faces.begin(),
+                         _context.faces.end(),
+                         [&](const haptics::FlatFace& other) { return other.rectangle == one; });
+        if (face != _context.faces.end() && face->isOfBody)
+        {
+            if (face->isSolvedAtRest) things.faces.push_back(one);
+        }
+        else if (haptics::plateOf(one))
+            things.plates.push_back(one);
+    }
+    return things;
 }
 
 bool ScatteringStage::canBeCorrected(const HologramResult& result) const
@@ -132,7 +137,7 @@ bool ScatteringStage::canBeCorrected(const HologramResult& result) const
            _context.options.cycle == 1 && _context.options.even > 0 &&
            std::isfinite(_context.options.restAfter_s) && _context.options.restAfter_s > 0.0 &&
            std::count(solvers.begin(), solvers.end(), _context.options.solver) > 0 &&
-           !plates().empty();
+           !things().isEmpty();
 }
 
 void ScatteringStage::settle(const HologramResult& result,
@@ -188,15 +193,15 @@ void ScatteringStage::begin()
     const HologramResult& last = *_context.last;
     Eigen::VectorXcf c = _composer.multipliers(kHeldSet);
     if (!canBeCorrected(last) || c.size() != last.points.size()) return end();
-    std::vector<haptics::Reflector> sheets = plates();
-    const double cells = haptics::RestScattering::cellsOf(sheets, _context.options.wavelength_m());
-    const std::size_t count = sheets.size();
+    haptics::RigidThings some = things();
+    const auto size = haptics::RestScattering::sizeOf(some, _context.options.wavelength_m());
+    const std::size_t count = some.plates.size() + some.bodies.size();
     Request request;
     request.frame = ++_asked;
     request.field = {last.points,
                      _hands.shadowed(last.points),
                      *last.array,
-                     std::move(sheets),
+                     std::move(some),
                      _context.options.medium,
                      _context.options.solver,
                      _context.options.solverOptions,
@@ -209,21 +214,21 @@ void ScatteringStage::begin()
     if (!_worker) _worker = makeWorker();
     _worker->submit(std::move(request));
     _work = Work::SOLVE;
-    tell(fmt::format("the field is being solved for the full waves of {} plate{} ({:.0f} cells, "
+    tell(fmt::format("the field is being solved for the full waves of {} thing{} ({:.0f} elements, "
                      "{:.0f} MB)",
                      count,
                      count == 1 ? "" : "s",
-                     cells,
-                     1e-6 * kBytesPerCell * cells));
+                     size.elements,
+                     1e-6 * size.bytes));
 }
 
 void ScatteringStage::take(const Answer& answer)
 {
-    const haptics::FieldForPlates& found = answer.field;
+    const haptics::FieldForThings& found = answer.field;
     if (found.drive.size() == 0)
     {
         end();
-        return tell("the field isn't solved for the full waves of its plates: " + found.why);
+        return tell("the field isn't solved for the full waves of what stands there: " + found.why);
     }
     const HologramResult& last = *_context.last;
     _corrected = last.sequence;
@@ -236,10 +241,11 @@ void ScatteringStage::take(const Answer& answer)
     _image_Pa = rate(from, _corrected);
     _walk.begin(from, found.drive, {});
     _work = Work::WALK;
-    tell(fmt::format("the field is solved for the full waves of its plates: rms {:.3f} %, {:.3f} % "
-                     "before",
-                     100.0 * found.report.rms,
-                     100.0 * found.rmsBefore));
+    tell(fmt::format(
+        "the field is solved for the full waves of what stands there: rms {:.3f} %, {:.3f} % "
+        "before",
+        100.0 * found.report.rms,
+        100.0 * found.rmsBefore));
 }
 
 // Makes \a next the field \a q and rates it. Returns its level with images alone.

@@ -19,8 +19,8 @@
 namespace midair::bridge
 {
 
-/// Corrects a held field beside rigid plates, while its scene rests and nothing is left to refine,
-/// for their full waves, of which its rows know images alone (haptics::RestScattering). Another
+/// Corrects a held field beside rigid things, while its scene rests and nothing is left to refine,
+/// for their full waves, of which its rows know images at most (haptics::RestScattering). Another
 /// thread solves for seconds; the field then walks to the corrected one. Its figures and its cap
 /// know the full waves from then on. Fields that are evened out, in turn, or of outlines stay.
 class ScatteringStage final : public PipelineStage
@@ -33,7 +33,7 @@ public:
                     HandStage& hands,
                     const RestRefiner& refiner,
                     const LouderStage& louder);
-    /// Stops the other thread, which takes milliseconds but for the making of a plate's cells.
+    /// Stops the other thread, which takes milliseconds but for the making of a plate's lattice.
     ~ScatteringStage() override { _stop.request(); }
 
     void setOptions() override;
@@ -56,18 +56,18 @@ private:
     struct Request
     {
         std::uint64_t frame = 0;
-        haptics::FieldBesidePlates field;
+        haptics::FieldBesideThings field;
     };
     struct Answer
     {
         std::uint64_t frame = 0;
-        haptics::FieldForPlates field;
+        haptics::FieldForThings field;
     };
     using Worker = base::LatestWorker<Request, Answer>;
 
     static std::unique_ptr<Worker> makeWorker();
     bool hasTurn(bool isPlaying) const;
-    std::vector<haptics::Reflector> plates() const;
+    haptics::RigidThings things() const;
     bool canBeCorrected(const HologramResult& result) const;
     void begin();
     void take(const Answer& answer);

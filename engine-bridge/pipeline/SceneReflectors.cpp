@@ -96,6 +96,28 @@ bool areUnmoved(const std::vector<FlatFace>& a, const std::vector<FlatFace>& b, 
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), isUnmoved);
 }
 
+bool areUnmoved(const std::vector<haptics::ReflectingBody>& a,
+                const std::vector<haptics::ReflectingBody>& b,
+                double tolerance_m)
+{
+    const auto isUnmoved =
+        [&](const haptics::ReflectingBody& one, const haptics::ReflectingBody& other)
+    {
+        if (one.mesh != other.mesh) return false;
+        const Eigen::Vector3d low = one.mesh->vertices.rowwise().minCoeff(),
+                              high = one.mesh->vertices.rowwise().maxCoeff();
+        for (int corner = 0; corner < 8; ++corner)
+        {
+            const Eigen::Vector3d at(corner & 1 ? high.x() : low.x(),
+                                     corner & 2 ? high.y() : low.y(),
+                                     corner & 4 ? high.z() : low.z());
+            if (!((one.pose * at - other.pose * at).norm() <= tolerance_m)) return false;
+        }
+        return true;
+    };
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), isUnmoved);
+}
+
 std::vector<std::string> reflectorsNear(const std::vector<Reflector>& reflectors,
                                         const Eigen::Matrix3Xd& skipped,
                                         double wavelength_m)

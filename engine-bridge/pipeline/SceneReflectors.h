@@ -37,6 +37,12 @@ bool areUnmoved(const std::vector<haptics::FlatFace>& a,
                 const std::vector<haptics::FlatFace>& b,
                 double tolerance_m);
 
+/// Returns true if \a a are \a b, and no corner of the box around one has moved by more than \a
+/// tolerance_m.
+bool areUnmoved(const std::vector<haptics::ReflectingBody>& a,
+                const std::vector<haptics::ReflectingBody>& b,
+                double tolerance_m);
+
 /// Returns a sentence for each of \a reflectors that has some of \a skipped (3 x n, points left
 /// out) nearer than a wavelength.
 std::vector<std::string> reflectorsNear(const std::vector<haptics::Reflector>& reflectors,

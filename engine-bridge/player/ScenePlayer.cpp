@@ -77,6 +77,7 @@ void SubmittedFrame::note(const SceneSnapshot& snapshot, double now_s)
     }
     _around = snapshot.around;
     _reflectors = snapshot.reflectors;
+    _bodies = snapshot.bodies;
     _ears = snapshot.ears;
     _at_s = now_s;
     _isAny = true;
@@ -95,7 +96,8 @@ bool SubmittedFrame::isSame(const HapticObject& object, const Felt& felt)
 
 bool SubmittedFrame::differs(const SceneSnapshot& snapshot, bool objectsToo) const
 {
-    if (!_isAny || !equivalent(snapshot.around, _around) || !(snapshot.reflectors == _reflectors))
+    if (!_isAny || !equivalent(snapshot.around, _around) || !(snapshot.reflectors == _reflectors) ||
+        !(snapshot.bodies == _bodies))
         return true;
     const Eigen::Matrix3Xd& ears = snapshot.ears;
     if (ears.cols() != _ears.cols() ||

@@ -70,6 +70,7 @@ private:
     std::deque<Felt> _felt; // grows without moving its elements
     HandsAndObstacles _around;
     std::vector<haptics::FlatFace> _reflectors;
+    std::vector<haptics::ReflectingBody> _bodies;
     Eigen::Matrix3Xd _ears = Eigen::Matrix3Xd(3, 0);
     double _at_s = 0.0;
     double _moved_s = -1e9;      // steady clock; time of the last pose change

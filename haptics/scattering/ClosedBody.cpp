@@ -65,28 +65,19 @@ double volumeOf(const TriangleMesh& mesh)
     return volume;
 }
 
-/// Appends \a one in pieces without an edge over \a longest_m.
-void divide(const Corners& one, double longest_m, Eigen::Index most, std::vector<Corners>& all)
+/// Calls \a take for pieces of \a one without an edge over \a longest_m, until it returns false.
+template<typename Take>
+bool divide(const Corners& one, double longest_m, const Take& take)
 {
     const auto length = [&](int i) { return (one[(i + 1) % 3] - one[i]).norm(); };
     int longest = 0;
     for (const int i : {1, 2})
         if (length(i) > length(longest)) longest = i;
-    if (length(longest) <= longest_m)
-    {
-        if (static_cast<Eigen::Index>(all.size()) >= most)
-            throw base::InputError(
-                fmt::format("the body needs more than {} triangles for edges of at most {:.2f} mm",
-                            most,
-                            1e3 * longest_m));
-        all.push_back(one);
-        return;
-    }
+    if (!(length(longest) > longest_m)) return take(one);
     const Eigen::Vector3d &a = one[longest], &b = one[(longest + 1) % 3],
                           &c = one[(longest + 2) % 3];
     const Eigen::Vector3d middle = 0.5 * (a + b);
-    divide({a, middle, c}, longest_m, most, all);
-    divide({middle, b, c}, longest_m, most, all);
+    return divide({a, middle, c}, longest_m, take) && divide({middle, b, c}, longest_m, take);
 }
 
 /// Two triangles with one centre can't be told apart by the waves on them.
@@ -123,11 +114,21 @@ ClosedBody ClosedBody::from(const TriangleMesh& mesh, double longest_m, Eigen::I
     const double volume = volumeOf(mesh);
     if (!(std::abs(volume) > 0.0)) throw base::InputError("the body has no volume");
     std::vector<Corners> all;
+    const auto take = [&](const Corners& one)
+    {
+        if (static_cast<Eigen::Index>(all.size()) >= mostElements)
+            throw base::InputError(
+                fmt::format("the body needs more than {} triangles for edges of at most {:.2f} mm",
+                            mostElements,
+                            1e3 * longest_m));
+        all.push_back(one);
+        return true;
+    };
     for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
     {
         Corners one = cornersOf(mesh, t);
         if (volume < 0.0) std::swap(one[1], one[2]);
-        divide(one, longest_m, mostElements, all);
+        divide(one, longest_m, take);
     }
     ClosedBody body;
     const auto n = static_cast<Eigen::Index>(all.size());
@@ -147,6 +148,15 @@ ClosedBody ClosedBody::from(const TriangleMesh& mesh, double longest_m, Eigen::I
     }
     requireApart(body);
     return body;
+}
+
+Eigen::Index ClosedBody::count(const TriangleMesh& mesh, double longest_m, Eigen::Index most)
+{
+    Eigen::Index count = 0;
+    const auto take = [&](const Corners&) { return ++count < most; };
+    for (Eigen::Index t = 0; t < mesh.triangles.cols() && count < most; ++t)
+        divide(cornersOf(mesh, t), longest_m, take);
+    return count;
 }
 
 bool ClosedBody::isInside(const Eigen::Vector3d& point) const

@@ -24,6 +24,9 @@ struct ClosedBody
     /// triangles.
     static ClosedBody from(const TriangleMesh& mesh, double longest_m, Eigen::Index mostElements);
 
+    /// Returns the number of triangles that from() makes, at most \a most; doesn't check the mesh.
+    static Eigen::Index count(const TriangleMesh& mesh, double longest_m, Eigen::Index most);
+
     /// Returns true if \a point (metres) is inside, by the solid angle of the surface (Van
     /// Oosterom, Strackee 1983, 10.1109/TBME.1983.325207).
     bool isInside(const Eigen::Vector3d& point) const;

@@ -1,58 +1,83 @@
 #include "haptics/scattering/RestScattering.h"
 
+#include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteredField.h"
 #include "haptics/scattering/ScatteringSolver.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "haptics/solvers/Solvers.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace midair::haptics
 {
 
-std::vector<Reflector> RestScattering::platesAmong(const std::vector<Reflector>& reflectors)
+namespace
 {
-    std::vector<Reflector> plates;
-    std::copy_if(reflectors.begin(),
-                 reflectors.end(),
-                 std::back_inserter(plates),
-                 [](const Reflector& one) { return plateOf(one).has_value(); });
-    return plates;
+
+/// Memory of a plate's cell: its lattice, padded, and the vectors of GMRES.
+constexpr double kBytesPerCell = 500.0;
+
+TriangleMesh moved(const ReflectingBody& body)
+{
+    TriangleMesh mesh = *body.mesh;
+    mesh.vertices = body.pose * mesh.vertices;
+    return mesh;
 }
 
-double RestScattering::cellsOf(const std::vector<Reflector>& plates, double wavelength_m)
+/// Takes \a some from \a reflectors.
+void takeOut(const std::vector<Reflector>& some, std::vector<Reflector>& reflectors)
 {
-    double cells = 0.0;
-    for (const Reflector& one : plates)
-        cells += ThinScreen::cellsOf(*plateOf(one), wavelength_m).prod();
-    return cells;
+    const auto isOne = [&](const Reflector& one)
+    { return std::find(some.begin(), some.end(), one) != some.end(); };
+    reflectors.erase(std::remove_if(reflectors.begin(), reflectors.end(), isOne), reflectors.end());
 }
 
-void RestScattering::makeScreens(const std::vector<Reflector>& plates, double wavelength_m)
+} // namespace
+
+RestScattering::Size RestScattering::sizeOf(const RigidThings& things, double wavelength_m)
 {
-    if (plates == _plates && wavelength_m == _wavelength_m) return;
-    _plates.clear();
-    _screens.clear();
-    for (const Reflector& one : plates)
-        _screens.push_back(std::make_shared<ThinScreen>(*plateOf(one), wavelength_m));
-    _plates = plates;
+    Size size;
+    for (const Reflector& one : things.plates)
+        size.elements += ThinScreen::cellsOf(*plateOf(one), wavelength_m).prod();
+    size.bytes = kBytesPerCell * size.elements;
+    for (const ReflectingBody& body : things.bodies)
+    {
+        const Eigen::Index count = ClosedBody::count(
+            *body.mesh, wavelength_m / RigidBody::kElements, RigidBody::kMostElements);
+        size.elements += static_cast<double>(count);
+        size.bytes += RigidBody::bytesFor(count);
+    }
+    return size;
+}
+
+void RestScattering::make(const FieldBesideThings& given)
+{
+    const double wavelength_m = given.medium.wavelength(given.array.frequency_Hz);
+    if (given.things == _things && wavelength_m == _wavelength_m) return;
+    _wavelength_m = 0.0; // if it is stopped
+    _scatterers.clear();
+    for (const Reflector& one : given.things.plates)
+        _scatterers.push_back(std::make_shared<ThinScreen>(*plateOf(one), wavelength_m));
+    for (const ReflectingBody& body : given.things.bodies)
+        _scatterers.push_back(
+            std::make_shared<RigidBody>(RigidBody::divided(moved(body), wavelength_m),
+                                        wavelength_m,
+                                        given.options.threads,
+                                        given.options.stop));
+    _things = given.things;
     _wavelength_m = wavelength_m;
 }
 
-FieldForPlates RestScattering::solve(const FieldBesidePlates& given)
+FieldForThings RestScattering::solve(const FieldBesideThings& given)
 {
-    FieldForPlates solved;
-    makeScreens(given.plates, given.medium.wavelength(given.array.frequency_Hz));
+    FieldForThings solved;
+    make(given);
     TransducerArray alone = given.heard;
-    const auto isPlate = [&](const Reflector& one)
-    { return std::find(_plates.begin(), _plates.end(), one) != _plates.end(); };
-    alone.reflectors.erase(
-        std::remove_if(alone.reflectors.begin(), alone.reflectors.end(), isPlate),
-        alone.reflectors.end());
+    takeOut(given.things.plates, alone.reflectors);
+    takeOut(given.things.faces, alone.reflectors);
     const auto truth = std::make_shared<ScatteredField>(
-        _screens, std::move(alone), given.medium, given.options.threads, given.options.stop);
+        _scatterers, std::move(alone), given.medium, given.options.threads, given.options.stop);
 
     // Its first solve makes the rows; a solver starts from multipliers only after one.
     auto solver = makeSolver(given.solver, given.options);

@@ -6,6 +6,7 @@
 #include "haptics/scattering/Scatterer.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/FlatFaces.h"
 
 #include <Eigen/Core>
 
@@ -16,51 +17,69 @@
 namespace midair::haptics
 {
 
-/// A held field at rest beside rigid plates.
-struct FieldBesidePlates
+/// Rigid things beside an array whose images its rows may have.
+struct RigidThings
+{
+    std::vector<Reflector> plates; ///< thin ones, of which plateOf() makes screens
+    std::vector<ReflectingBody> bodies;
+    std::vector<Reflector> faces; ///< of the bodies, that are among the array's reflectors
+
+    bool isEmpty() const { return plates.empty() && bodies.empty(); }
+    bool operator==(const RigidThings& other) const
+    {
+        return plates == other.plates && bodies == other.bodies && faces == other.faces;
+    }
+};
+
+/// A held field at rest beside rigid things.
+struct FieldBesideThings
 {
     ControlPoints points;
-    TransducerArray array; ///< the field was solved for it; plates are images in its rows
+    TransducerArray array; ///< the field was solved for it
     TransducerArray heard; ///< the same with all reflectors, also those that aren't solved for
-    std::vector<Reflector> plates; ///< those among its reflectors that are thin and rigid
+    RigidThings things;
     Medium medium;
     std::string solver;           ///< one of solverNames()
     SolverOptions options;        ///< the field's
     Eigen::VectorXcf multipliers; ///< HologramSolver::multipliers() of the field (n)
 };
 
-/// That field, solved for the full waves of the plates.
-struct FieldForPlates
+/// That field, solved for the full waves of the things.
+struct FieldForThings
 {
     Eigen::VectorXcf drive;  ///< m; empty: there is none, and why says why
-    OutsideField outside;    ///< what the full waves add to those of FieldBesidePlates::heard
+    OutsideField outside;    ///< what the full waves add to those of FieldBesideThings::heard
     SolveReport report;      ///< with the full waves
     double rmsBefore = 0.0;  ///< of the given field, with the full waves
     double highest_Pa = 0.0; ///< largest |p| at the points, with the full waves
     std::string why;
 };
 
-/// Solves fields at rest for the full waves of rigid plates (ThinScreen), of which rows know images
-/// alone. Keeps the plates' matrices while they stay where
-/// they are. One call at a time.
+/// Solves fields at rest for the full waves of rigid plates (ThinScreen) and bodies (RigidBody), of
+/// which rows know images at most. Keeps their matrices while they stay where they are. One call at
+/// a time.
 class RestScattering
 {
 public:
-    /// Returns the rigid rectangles with ends among \a reflectors.
-    static std::vector<Reflector> platesAmong(const std::vector<Reflector>& reflectors);
-    /// Returns the number of cells of \a plates, which take about 0.5 kB each.
-    static double cellsOf(const std::vector<Reflector>& plates, double wavelength_m);
+    /// Elements of things, and the memory that they take, to be told beforehand.
+    struct Size
+    {
+        double elements = 0.0;
+        double bytes = 0.0;
+    };
+    static Size sizeOf(const RigidThings& things, double wavelength_m);
 
     /// Starts from the multipliers of \a given, so that the new field is near it. Takes seconds for
-    /// large plates. Throws InputError for plates with too many cells, Stopped.
-    FieldForPlates solve(const FieldBesidePlates& given);
+    /// large plates, minutes for large bodies. Throws InputError for what can't be a ThinScreen or
+    /// RigidBody, Stopped.
+    FieldForThings solve(const FieldBesideThings& given);
 
 private:
-    void makeScreens(const std::vector<Reflector>& plates, double wavelength_m);
+    void make(const FieldBesideThings& given);
 
-    std::vector<Reflector> _plates; // of the screens
-    double _wavelength_m = 0.0;     // of the screens
-    std::vector<std::shared_ptr<const Scatterer>> _screens;
+    RigidThings _things;        // of the scatterers
+    double _wavelength_m = 0.0; // of the scatterers
+    std::vector<std::shared_ptr<const Scatterer>> _scatterers;
 };
 
 } // namespace midair::haptics

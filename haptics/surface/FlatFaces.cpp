@@ -48,6 +48,8 @@ public:
         group();
     }
 
+    bool isBody() const { return _isClosed && _problem.empty(); }
+
     FlatFaces find() const
     {
         FlatFaces found;
@@ -258,8 +260,12 @@ FlatFaces flatFacesOf(const TriangleMesh& mesh)
 {
     constexpr double kFarthest_m = 1e4; // beyond any place of a reflector
     if (!(mesh.vertices.size() == 0 || mesh.vertices.cwiseAbs().maxCoeff() <= kFarthest_m))
-        return {{}, "is too large"};
-    return FaceFinder(mesh).find();
+        return {{}, "is too large", nullptr};
+    const FaceFinder finder(mesh);
+    FlatFaces found = finder.find();
+    if (finder.isBody() && mesh.triangles.cols() <= kMostOfBody)
+        found.body = std::make_shared<TriangleMesh>(mesh);
+    return found;
 }
 
 } // namespace midair::haptics

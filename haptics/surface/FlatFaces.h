@@ -5,11 +5,26 @@
 
 #include <Eigen/Geometry>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace midair::haptics
 {
+
+/// Most triangles of a mesh that becomes a ReflectingBody.
+constexpr Eigen::Index kMostOfBody = 10000;
+
+/// A closed rigid body of any form, which fields at rest are solved for.
+struct ReflectingBody
+{
+    std::shared_ptr<const TriangleMesh> mesh;               ///< metres
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
+    bool operator==(const ReflectingBody& other) const
+    {
+        return mesh == other.mesh && pose.matrix() == other.pose.matrix();
+    }
+};
 
 /// A rectangle of a mesh that sound reflects from.
 struct FlatFace
@@ -17,12 +32,15 @@ struct FlatFace
     Reflector rectangle; ///< place, normal, along and size; the rest has its defaults
     /// Of a closed mesh: the normal points out of it, and sound reaches it from there alone.
     bool isOfBody = false;
+    /// True: its body is among those that fields at rest are solved for.
+    bool isSolvedAtRest = false;
 
     /// Returns the face where \a pose takes it.
     FlatFace movedBy(const Eigen::Isometry3d& pose) const;
     bool operator==(const FlatFace& other) const
     {
-        return rectangle == other.rectangle && isOfBody == other.isOfBody;
+        return rectangle == other.rectangle && isOfBody == other.isOfBody &&
+               isSolvedAtRest == other.isSolvedAtRest;
     }
 };
 
@@ -31,6 +49,8 @@ struct FlatFaces
 {
     std::vector<FlatFace> faces; ///< at most kMostReflectors
     std::string problem;         ///< why there are none; empty: there are, or the mesh is empty
+    /// A copy of the mesh, if it is closed and has at most kMostOfBody triangles; null otherwise.
+    std::shared_ptr<const TriangleMesh> body;
 };
 
 /// Finds the rectangles that \a mesh consists of, however finely they are divided into triangles. A

@@ -215,6 +215,7 @@ void HapticEngine::fillSnapshot(unsigned int frame, double time_s, double simula
     snapshot.simulationTime_s = simulationTime_s;
     fillSnapshot(snapshot, settings().metresPerUnit);
     snapshot.reflectors.clear();
+    snapshot.bodies.clear();
     if (mayPlay()) addRealThings(snapshot);
 }
 
@@ -223,6 +224,7 @@ void HapticEngine::addRealThings(midair::bridge::SceneSnapshot& snapshot) const
     std::vector<midair::bridge::Capsule>& props = snapshot.around.props;
     props.insert(props.end(), _collector.obstacles().begin(), _collector.obstacles().end());
     snapshot.reflectors = _collector.reflectors();
+    snapshot.bodies = _collector.bodies();
 }
 
 // The parts that depend on the pose, without hands and ears.

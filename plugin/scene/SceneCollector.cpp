@@ -8,6 +8,7 @@
 #include "engine-bridge/scene/drawn/DrawnState.h"
 #include "engine-bridge/sensations/SensationLibrary.h"
 #include "haptics/base/text/Words.h"
+#include "haptics/sequence/ReflectorFigures.h"
 #include "plugin/scene/ReflectorTag.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Grants.h"
@@ -147,6 +148,7 @@ SceneCollector::SceneCollector(const osg::Node* owner, Log log) :
     _real{{capsulesOf, "it is no obstacle"},
           {midair::haptics::flatFacesOf, "it reflects nothing"},
           {},
+          {},
           {}}
 {
     _extract.skip = isOwnObject; // nested haptic nodes are separate objects
@@ -191,6 +193,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
                         (isTagFrame ? kTagWork * met : 0));
     _real.props.clear();
     _real.faces.clear();
+    _real.bodies.clear();
     _real.obstacles.beginFrame();
     _real.reflectors.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
@@ -305,6 +308,18 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
     tellReal(instance, MessageCode::OBSTACLE_INVALID);
 }
 
+namespace
+{
+
+/// True of what fields at rest may be solved for as a rigid body.
+bool isCorrectable(const ReflectorTag& tag)
+{
+    return tag.reflection == 1.0 && tag.reflectionPhase == 0.0 &&
+           tag.accuracy <= midair::haptics::kMostCorrectedAccuracy_mm;
+}
+
+} // namespace
+
 // Of the faces that all reflectors have, one more than a field can have is enough to tell that they
 // are too many.
 void SceneCollector::fillReflector(const HapticInstance& instance)
@@ -316,7 +331,12 @@ void SceneCollector::fillReflector(const HapticInstance& instance)
     const ReflectorTag tag = ReflectorTag::parse(text, wrong);
     const auto take = [&](const FlatFaces& found, const Eigen::Isometry3d& pose)
     {
-        if (!found.problem.empty()) wrong.push_back(found.problem + "; it reflects nothing");
+        const bool isBody = found.body && isCorrectable(tag) &&
+                            _real.bodies.size() < midair::haptics::kMostReflectors;
+        if (isBody) _real.bodies.push_back({found.body, pose});
+        if (!found.problem.empty())
+            wrong.push_back(found.problem + (isBody ? "; only fields at rest are solved for it"
+                                                    : "; it reflects nothing"));
         for (const FlatFace& face : found.faces)
         {
             if (_real.faces.size() > midair::haptics::kMostReflectors) continue;
@@ -325,6 +345,7 @@ void SceneCollector::fillReflector(const HapticInstance& instance)
             one.rectangle.reflection = tag.reflection;
             one.rectangle.reflectionPhase_rad = tag.reflectionPhase;
             one.rectangle.accuracy_mm = tag.accuracy;
+            one.isSolvedAtRest = isBody;
         }
     };
     if (tag.enabled && instance.inWorld)

@@ -95,6 +95,7 @@ public:
     /// Obstacles and faces of reflectors of this frame, in the array frame.
     const std::vector<midair::bridge::Capsule>& obstacles() const { return _real.props; }
     const std::vector<midair::haptics::FlatFace>& reflectors() const { return _real.faces; }
+    const std::vector<midair::haptics::ReflectingBody>& bodies() const { return _real.bodies; }
 
     int instances() const { return _collected.felt; } ///< playable instances
     /// Returns true if the last collect() met an object whose properties silence the whole scene.
@@ -153,14 +154,15 @@ private:
         bool shadows = false;
         std::string folder;
     };
-    /// What sound meets besides the objects; props and faces are those of the newest frame, in the
-    /// array frame.
+    /// What sound meets besides the objects; props, faces and bodies are those of the newest frame,
+    /// in the array frame.
     struct RealThings
     {
         TaggedShapes<std::vector<midair::bridge::Capsule>> obstacles;
         TaggedShapes<midair::haptics::FlatFaces> reflectors;
         std::vector<midair::bridge::Capsule> props;
         std::vector<midair::haptics::FlatFace> faces;
+        std::vector<midair::haptics::ReflectingBody> bodies;
     };
     /// The newest frame.
     struct Collected

@@ -9,7 +9,7 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/PressureField.h"
 #include "tests/benchmarks/Timing.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <chrono>

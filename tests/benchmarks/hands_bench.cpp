@@ -6,7 +6,7 @@
 #include "haptics/base/InputError.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/hands/Prediction.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>

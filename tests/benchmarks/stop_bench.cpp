@@ -9,8 +9,8 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
 #include "tests/haptics/solvers/ScenePoints.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <atomic>
 #include <chrono>

@@ -6,7 +6,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/update/Frames.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>

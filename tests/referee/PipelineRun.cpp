@@ -5,7 +5,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/Eventually.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <stdexcept>
 

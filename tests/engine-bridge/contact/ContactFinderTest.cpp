@@ -8,7 +8,7 @@
 #include "haptics/base/Units.h"
 #include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>

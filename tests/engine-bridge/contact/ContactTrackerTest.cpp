@@ -4,7 +4,7 @@
 #include "haptics/base/Units.h"
 #include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <cmath>
 #include <limits>

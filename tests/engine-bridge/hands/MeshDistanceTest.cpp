@@ -1,7 +1,7 @@
 #include "engine-bridge/hands/MeshDistance.h"
 
 #include "engine-bridge/hands/SegmentDistance.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <cmath>
 #include <random>

@@ -1,7 +1,7 @@
 
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/hands/SegmentDistance.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <random>
 

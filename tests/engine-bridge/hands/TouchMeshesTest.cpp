@@ -4,7 +4,7 @@
 #include "tests/Eventually.h"
 #include "tests/Halt.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <atomic>
 #include <cmath>

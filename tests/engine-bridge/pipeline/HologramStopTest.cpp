@@ -4,7 +4,7 @@
 #include "haptics/base/threads/ThreadPool.h"
 #include "tests/Eventually.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <chrono>
 #include <thread>

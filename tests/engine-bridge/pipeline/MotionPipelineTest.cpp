@@ -3,8 +3,8 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/Percentile.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
 #include "tests/haptics/base/threads/SetClock.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>

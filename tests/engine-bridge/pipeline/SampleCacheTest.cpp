@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/SampleCache.h"
 
-#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,14 @@
-// Fields at rest beside rigid plates are corrected for their full waves; figures and caps know
-// them. The truth is that of cells a twelfth of a wavelength wide, where the kit takes an eighth.
+// Fields at rest beside rigid plates and bodies are corrected for their full waves; figures and
+// caps know them. The truth is that of cells a twelfth of a wavelength wide, where the kit takes an
+// eighth.
 #include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteredField.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "haptics/solvers/production/LouderPhases.h"
 #include "tests/engine-bridge/pipeline/AtRest.h"
 #include "tests/engine-bridge/pipeline/Plate.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <algorithm>
 #include <chrono>
@@ -107,7 +110,7 @@ struct BesideAPlate : AtRest
 };
 
 constexpr const char* kSolved = "is solved for the full waves";
-constexpr const char* kBegun = "is being solved for the full waves of 1 plate (";
+constexpr const char* kBegun = "is being solved for the full waves of 1 thing (";
 
 } // namespace
 
@@ -157,6 +160,52 @@ TEST(ScatteringPipeline, LouderComesFirstAndTheLevelIsThatOfTheFullWaves)
     const Eigen::VectorXd truth = besidePlate(*scene.newest, plate);
     EXPECT_LT(rmsBeside(*scene.newest, plate), 4e-3);
     EXPECT_NEAR(scene.newest->report().level_Pa, truth.mean(), 4e-3 * truth.mean());
+}
+
+// A ball has no images; the rest of its field is known from its own mesh, more finely divided.
+TEST(ScatteringPipeline, ABodyIsKnownAtRest)
+{
+    BesideAPlate scene;
+    SceneSnapshot snapshot = BesideAPlate::inPa(smallPlate());
+    snapshot.reflectors.clear();
+    haptics::ReflectingBody ball;
+    ball.mesh = sphere(0.008, 10);
+    ball.pose.translation() = Eigen::Vector3d(0.005, -0.025, 0.0);
+    snapshot.bodies = {ball};
+    const auto truthOf = [&](const HologramResult& result)
+    {
+        haptics::TriangleMesh mesh = *ball.mesh;
+        mesh.vertices = ball.pose * mesh.vertices;
+        const double wavelength_m = result.medium.wavelength(result.array->frequency_Hz);
+        haptics::ScatteredField truth(
+            {std::make_shared<haptics::RigidBody>(
+                haptics::RigidBody::divided(mesh, wavelength_m, 8.0), wavelength_m)},
+            *result.array,
+            result.medium);
+        truth.setDrive(result.played());
+        const Eigen::Matrix3Xd& places = result.points.positions;
+        return Eigen::ArrayXd((truth.free_Pa(places) + truth.scattered_Pa(places)).cwiseAbs());
+    };
+    const auto rms = [&](const HologramResult& result)
+    {
+        const Eigen::ArrayXd y = truthOf(result);
+        return std::sqrt((y / y.mean() - 1.0).square().mean());
+    };
+    const Result first = scene.show(snapshot);
+    EXPECT_GT(rms(*first), 0.01);
+    ASSERT_TRUE(scene.restUntil(kSolved)) << said(*scene.newest);
+    scene.rest(1.0);
+    EXPECT_LT(rms(*scene.newest), 0.2 * rms(*first));
+    EXPECT_LT(rms(*scene.newest), 4e-3);
+    EXPECT_LT((scene.newest->achieved_Pa.cast<double>().array() / truthOf(*scene.newest) - 1.0)
+                  .abs()
+                  .maxCoeff(),
+              0.015);
+
+    snapshot.bodies[0].pose.translation().y() = 0.0;
+    scene.show(snapshot);
+    EXPECT_TRUE(scene.restUntil("is inside the body")) << "refused by name";
+    EXPECT_EQ(scene.newest->sequence.outside, nullptr);
 }
 
 // The cap holds in truth, under each other limit; images alone would leave points above it.

@@ -6,6 +6,7 @@
 #include "tests/haptics/scattering/Plates.h"
 #include "tests/haptics/scattering/Scattered.h"
 #include "tests/haptics/solvers/ScenePoints.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <cmath>
 #include <complex>
@@ -180,6 +181,15 @@ TEST(ClosedBody, RefusesWhatIsNotClosedByName)
     nan.vertices(1, 2) = std::nan("");
     EXPECT_NE(refusalOf(nan), "none");
     EXPECT_NE(refusalOf(boxOf({1.0, 1.0, 1.0})).find("more than 10000"), std::string::npos);
+}
+
+TEST(ClosedBody, IsCountedBeforehand)
+{
+    const haptics::TriangleMesh mesh = *sphere(0.01, 6);
+    for (const double longest_m : {1.0, 4e-3, 1.5e-3})
+        EXPECT_EQ(haptics::ClosedBody::count(mesh, longest_m, 10000),
+                  haptics::ClosedBody::from(mesh, longest_m, 10000).size());
+    EXPECT_EQ(haptics::ClosedBody::count(mesh, 1.5e-3, 500), 500) << "no more are counted";
 }
 
 TEST(ClosedBody, PointsOutwardsHoweverItIsWound)

@@ -2,6 +2,7 @@
 #include "haptics/surface/FlatFaces.h"
 
 #include "haptics/base/Units.h"
+#include "tests/haptics/surface/SphereMesh.h"
 
 #include <Eigen/Geometry>
 
@@ -143,6 +144,26 @@ TEST(FlatFaces, WhatIsNoRectangleIsNamed)
     EXPECT_NE(flatFacesOf(sheet(0.3, 0.009)).problem.find("as wide as 10 mm"), std::string::npos);
     EXPECT_EQ(flatFacesOf(TriangleMesh()).problem, "");
     EXPECT_TRUE(flatFacesOf(TriangleMesh()).faces.empty());
+}
+
+TEST(FlatFaces, ClosedMeshesAreBodies)
+{
+    for (const bool outwards : {true, false})
+    {
+        const TriangleMesh mesh = box({0.1, 0.2, 0.3}, outwards);
+        const FlatFaces found = flatFacesOf(mesh);
+        ASSERT_NE(found.body, nullptr);
+        EXPECT_EQ(found.body->vertices, mesh.vertices);
+        EXPECT_EQ(found.body->triangles, mesh.triangles);
+    }
+    const FlatFaces ball = flatFacesOf(*sphere(0.02, 8));
+    EXPECT_EQ(ball.problem, "is curved");
+    EXPECT_NE(ball.body, nullptr) << "of any form";
+    EXPECT_EQ(flatFacesOf(sheet(0.1, 0.2)).body, nullptr) << "it is open";
+    EXPECT_EQ(flatFacesOf(*sphere(0.02, 51)).body, nullptr) << "10404 triangles";
+    TriangleMesh torn = box({0.1, 0.2, 0.3});
+    torn.triangles.conservativeResize(3, torn.triangles.cols() - 1);
+    EXPECT_EQ(flatFacesOf(torn).body, nullptr);
 }
 
 TEST(FlatFaces, TooManyAreNamed)

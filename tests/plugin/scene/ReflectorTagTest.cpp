@@ -1,6 +1,7 @@
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Geometry>
+#include <osg/ShapeDrawable>
 #include <osg/ValueObject>
 
 #include <cmath>
@@ -106,4 +107,24 @@ TEST(ReflectorTag, WhatCantBeUsedIsSaidOnceAndEnds)
     ASSERT_EQ(messages.size(), 1u);
     EXPECT_EQ(messages[0],
               path + "as a reflector: has a face that is no rectangle; it reflects nothing");
+}
+
+TEST(ReflectorTag, ClosedBodiesAreThoseOfFieldsAtRest)
+{
+    const std::string path = "HapticScene/MatrixTransform 'screen': as a reflector: is curved; ";
+    const auto saidOf = [&](const std::string& tag)
+    {
+        Mirrored mirrored(tag);
+        mirrored.plate->removeChildren(0, 1);
+        mirrored.plate->addChild(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02f)));
+        HeadlessViewer viewer(mirrored.scene);
+        EXPECT_TRUE(viewer.framesUntil([&] { return mirrored.points() > 0; }));
+        viewer.frames(5);
+        EXPECT_TRUE(mirrored.reflectors().empty());
+        const auto messages = mirrored.scene->getStatistics().messages;
+        return messages.empty() ? std::string() : messages.front();
+    };
+    EXPECT_EQ(saidOf("accuracy=0.2"), path + "only fields at rest are solved for it");
+    EXPECT_EQ(saidOf("accuracy=2"), path + "it reflects nothing");
+    EXPECT_EQ(saidOf("accuracy=0.2; reflection=0.8"), path + "it reflects nothing");
 }
