@@ -1,7 +1,6 @@
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include "haptics/base/Units.h"
-#include "haptics/propagation/Reflections.h"
 #include "haptics/propagation/TransducerGroups.h"
 #include "haptics/propagation/kernels/MirroredRowKernels.h"
 
@@ -101,11 +100,11 @@ kernels::DirectivityTable tableOf(Directivity model)
     return table;
 }
 
-// Rows of points in front of a plane without end.
+// Rows of points on the transducers' side of a reflector.
 struct MirroredRows : kernels::FixedRows
 {
     const kernels::PointBatch* images;
-    kernels::MirrorFactor factor;
+    kernels::Mirror mirror;
 };
 
 // Calls the kernel for the rows' kind.
@@ -120,22 +119,9 @@ void callKernel(const Plain& plain,
                 float* sums)
 {
     if constexpr (std::is_same_v<Target, MirroredRows>)
-        mirrored(block, batch, *rows.images, rows.factor, decay, D, rows, sums);
+        mirrored(block, batch, *rows.images, rows.mirror, decay, D, rows, sums);
     else
         plain(block, batch, decay, D, rows, sums);
-}
-
-// Returns the reflector, if there is one alone and it has no end.
-const Reflector* loneMirror(const std::vector<Reflector>& reflectors)
-{
-    const Reflector* lone = nullptr;
-    for (const Reflector& one : reflectors)
-        if (one.reflection > 0.0)
-        {
-            if (lone || one.size_m.allFinite()) return nullptr;
-            lone = &one;
-        }
-    return lone;
 }
 
 void append(const Eigen::Vector3d& x, int row, kernels::PointBatch& batch)
@@ -254,61 +240,79 @@ bool PropagationMatrix::isInFloat(int l, int image, int block) const
 
 void PropagationMatrix::buildRows(int block, const int* rows, int count, double* sums)
 {
-    // A lone plane without end has a kernel of its own, for points on the side of all transducers
-    // of the block.
-    const Reflector* mirror = _storage == Storage::FIXED ? loneMirror(_array.reflectors) : nullptr;
-    if ((_sheets.size() > 0 && !mirror) || hasOutside())
-        return buildSummedRows(block, rows, count, sums);
-    MirroredRows mirrored{};
-    bool hasFront = false, hasBack = false; // transducers
-    if (mirror)
-    {
-        const Eigen::Vector3d place = mirror->position / _wavelength_m;
-        hasFront = _sheets.isReflecting(0, place + mirror->normal, offset(block), width(block));
-        hasBack = _sheets.isReflecting(0, place - mirror->normal, offset(block), width(block));
-        mirrored.entries =
-            _entries.fixed.data() + static_cast<std::size_t>(offset(block)) * _entries.capacity;
-        mirrored.scale =
-            _entries.scale.data() + static_cast<std::size_t>(block) * _entries.capacity;
-        const std::complex<double> factor = factorOf(*mirror);
-        mirrored.factor = {static_cast<float>(factor.real()), static_cast<float>(factor.imag())};
-    }
-    kernels::PointBatch batch, images;
-    batch.count = images.count = 0;
-    mirrored.images = &images;
+    if (!hasOutside() && _sheets.size() == 1 && _storage == Storage::FIXED)
+        return buildMirroredRows(block, rows, count, sums);
+    if (hasOutside() || _sheets.size() > 0) return buildSummedRows(block, rows, count, sums);
+    kernels::PointBatch batch;
+    batch.count = 0;
     const auto flush = [&]
     {
         if (batch.count == 0) return;
         fillUp(batch);
-        if (mirror) fillUp(images);
-        if (mirror)
-            buildBatch(block, batch, mirrored, sums);
-        else
-            buildBatch(block, batch, sums);
-        batch.count = images.count = 0;
+        buildBatch(block, batch, sums);
+        batch.count = 0;
     };
     for (int k = 0; k < count; ++k)
     {
         const int l = rows[k];
-        const Eigen::Vector3d x = _rows.places.col(l);
-        if (mirror)
-        {
-            const bool isFront = mirror->heightOf(x * _wavelength_m) >= 0.0;
-            if ((isFront ? hasBack : hasFront) || !isInFloat(l, 0, block) ||
-                !isInFloat(l, 1, block))
-            {
-                buildSummedRows(block, &l, 1, sums);
-                continue;
-            }
-            append(_sheets.mirrored(0, x), l, images);
-        }
-        else if (!isInFloat(l, 0, block))
+        if (!isInFloat(l, 0, block))
         {
             sums[l] += static_cast<double>(buildRowInDouble(block, l));
             continue;
         }
-        append(x, l, batch);
+        append(_rows.places.col(l), l, batch);
         if (batch.count == kernels::PointBatch::kSize) flush();
+    }
+    flush();
+}
+
+// A lone reflector has a kernel of its own, for points on the side of all transducers of the block.
+void PropagationMatrix::buildMirroredRows(int block, const int* rows, int count, double* sums)
+{
+    const Reflector& sheet = _sheets.sheet(0);
+    const bool isInFront = _sheets.isWhollyBeside(0, true, offset(block), width(block));
+    const bool isBehind = _sheets.isWhollyBeside(0, false, offset(block), width(block));
+    kernels::PointBatch batch, images;
+    kernels::MirrorEnds ends;
+    ends.sheet = _sheets.view(0, offset(block));
+    batch.count = images.count = 0;
+    MirroredRows mirrored;
+    mirrored.entries =
+        _entries.fixed.data() + static_cast<std::size_t>(offset(block)) * _entries.capacity;
+    mirrored.scale = _entries.scale.data() + static_cast<std::size_t>(block) * _entries.capacity;
+    mirrored.images = &images;
+    mirrored.mirror = {
+        static_cast<float>(sheet.reflection),
+        static_cast<float>(std::remainder(sheet.reflectionPhase_rad / base::kTwoPi, 1.0)),
+        sheet.size_m.allFinite() ? &ends : nullptr};
+    const auto flush = [&]
+    {
+        if (batch.count == 0) return;
+        fillUp(batch);
+        fillUp(images);
+        buildBatch(block, batch, mirrored, sums);
+        batch.count = images.count = 0;
+    };
+    int others[kernels::PointBatch::kSize], otherCount = 0;
+    for (int k = 0; k < count; ++k)
+    {
+        const int l = rows[k];
+        const Eigen::Vector3d x = _rows.places.col(l);
+        if ((sheet.heightOf(x) >= 0.0 ? isInFront : isBehind) && isInFloat(l, 0, block) &&
+            isInFloat(l, 1, block))
+        {
+            ends.points[batch.count] = _sheets.seen(0, x);
+            append(x, l, batch);
+            append(_sheets.mirrored(0, x), l, images);
+        }
+        else
+            others[otherCount++] = l;
+        if (batch.count == kernels::PointBatch::kSize) flush();
+        if (otherCount == kernels::PointBatch::kSize || k + 1 == count)
+        {
+            buildSummedRows(block, others, otherCount, sums);
+            otherCount = 0;
+        }
     }
     flush();
 }

@@ -212,6 +212,7 @@ private:
     buildBatch(int block, const kernels::PointBatch& batch, const Target& rows, double* sums) const;
     void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
     void freeWaves(int block, int image, const int* rows, int count, float* waves) const;
+    void buildMirroredRows(int block, const int* rows, int count, double* sums);
     void buildSummedRows(int block, const int* rows, int count, double* sums);
     void addOutside(int block, int l, float* re, float* im) const;
     void keepRow(int block, int l, const float* re, const float* im);

@@ -62,28 +62,43 @@ bool SheetGeometry::isReflecting(int k, const Eigen::Vector3d& x, int first, int
                        [isFront](float height) { return isFront ? height > 0.0F : height < 0.0F; });
 }
 
+bool SheetGeometry::isWhollyBeside(int k, bool inFront, int first, int width) const
+{
+    const float* heights = lanes(k, 0) + first;
+    return std::all_of(heights,
+                       heights + width,
+                       [inFront](float height) { return inFront ? height > 0.0F : height < 0.0F; });
+}
+
+kernels::SheetView SheetGeometry::view(int k, int first) const
+{
+    return {{lanes(k, 0) + first, lanes(k, 1) + first, lanes(k, 2) + first},
+            static_cast<float>(0.5 * sheet(k).size_m[0]),
+            static_cast<float>(0.5 * sheet(k).size_m[1])};
+}
+
+kernels::SheetPoint SheetGeometry::seen(int k, const Eigen::Vector3d& x) const
+{
+    const Reflector& one = sheet(k);
+    const Eigen::Vector3d d = x - one.position;
+    return {static_cast<float>(one.normal.dot(d)),
+            static_cast<float>(one.along.dot(d)),
+            static_cast<float>(one.across().dot(d))};
+}
+
 void SheetGeometry::reflect(
     int k, const Eigen::Vector3d& x, int first, int width, kernels::Waves row) const
 {
-    const Reflector& one = _sheets[static_cast<std::size_t>(k)];
+    const Reflector& one = sheet(k);
     const std::complex<double> turned = factorOf(one);
     const kernels::SheetFactor factor{static_cast<float>(turned.real()),
                                       static_cast<float>(turned.imag()),
                                       static_cast<float>(one.reflection)};
     row.heights = lanes(k, 0) + first;
-    const Eigen::Vector3d d = x - one.position;
-    const kernels::SheetPoint point{static_cast<float>(one.normal.dot(d)),
-                                    static_cast<float>(one.along.dot(d)),
-                                    static_cast<float>(one.across().dot(d))};
+    const kernels::SheetPoint point = seen(k, x);
     if (!one.size_m.allFinite()) return kernels::reflect(width, point.height, factor, row);
     alignas(64) float shareRe[kernels::kMaxWidth], shareIm[kernels::kMaxWidth];
-    kernels::sharesTurned(width,
-                          static_cast<float>(0.5 * one.size_m[0]),
-                          static_cast<float>(0.5 * one.size_m[1]),
-                          {row.heights, lanes(k, 1) + first, lanes(k, 2) + first},
-                          point,
-                          shareRe,
-                          shareIm);
+    kernels::sharesTurned(width, view(k, first), point, shareRe, shareIm);
     kernels::reflect(width, point.height, factor, shareRe, shareIm, row);
 }
 

@@ -29,6 +29,14 @@ public:
     {
         return _sheets[static_cast<std::size_t>(k)].mirrored(x);
     }
+    const Reflector& sheet(int k) const { return _sheets[static_cast<std::size_t>(k)]; }
+    /// Returns true if all lanes first .. first + width - 1 are in front of reflector \a k, or
+    /// behind it, and none stands on it.
+    bool isWhollyBeside(int k, bool inFront, int first, int width) const;
+    /// Returns reflector \a k and its lanes from \a first on for kernels; for one with ends.
+    kernels::SheetView view(int k, int first) const;
+    /// Returns \a x as reflector \a k sees it.
+    kernels::SheetPoint seen(int k, const Eigen::Vector3d& x) const;
     /// Returns true if reflector \a k sends waves of some lane \a first .. first + width - 1 is on
     /// the side of \a x.
     bool isReflecting(int k, const Eigen::Vector3d& x, int first, int width) const;

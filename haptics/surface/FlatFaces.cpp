@@ -48,7 +48,22 @@ public:
         group();
     }
 
-    bool isBody() const { return _isClosed && _problem.empty(); }
+    /// Returns the mesh without seams, if it is closed and has few triangles; null otherwise.
+    std::shared_ptr<const TriangleMesh> body() const
+    {
+        const auto count = static_cast<Eigen::Index>(_facets.size());
+        if (!_isClosed || !_problem.empty() || count > kMostOfBody) return nullptr;
+        auto mesh = std::make_shared<TriangleMesh>();
+        mesh->vertices.resize(3, static_cast<Eigen::Index>(_places.size()));
+        for (std::size_t v = 0; v < _places.size(); ++v)
+            mesh->vertices.col(static_cast<Eigen::Index>(v)) = _places[v];
+        mesh->triangles.resize(3, count);
+        for (Eigen::Index t = 0; t < count; ++t)
+            for (int k = 0; k < 3; ++k)
+                mesh->triangles(k, t) =
+                    facet(static_cast<int>(t)).corners[static_cast<std::size_t>(k)];
+        return mesh;
+    }
 
     FlatFaces find() const
     {
@@ -263,8 +278,7 @@ FlatFaces flatFacesOf(const TriangleMesh& mesh)
         return {{}, "is too large", nullptr};
     const FaceFinder finder(mesh);
     FlatFaces found = finder.find();
-    if (finder.isBody() && mesh.triangles.cols() <= kMostOfBody)
-        found.body = std::make_shared<TriangleMesh>(mesh);
+    found.body = finder.body();
     return found;
 }
 

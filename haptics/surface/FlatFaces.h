@@ -49,7 +49,7 @@ struct FlatFaces
 {
     std::vector<FlatFace> faces; ///< at most kMostReflectors
     std::string problem;         ///< why there are none; empty: there are, or the mesh is empty
-    /// A copy of the mesh, if it is closed and has at most kMostOfBody triangles; null otherwise.
+    /// The mesh without seams, if it is closed and has at most kMostOfBody triangles; else null.
     std::shared_ptr<const TriangleMesh> body;
 };
 

@@ -2,7 +2,6 @@
 
 #include "haptics/propagation/kernels/DirectivityModels.h"
 #include "haptics/propagation/kernels/KernelTools.h"
-#include "haptics/propagation/kernels/MirroredRowKernels.h"
 #include "haptics/propagation/kernels/PointExpansion.h"
 #include "haptics/propagation/kernels/Register.h"
 
@@ -197,98 +196,6 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
     }
 }
 
-// Writes a group's entries with the waves of images, and adds their magnitudes to the sums.
-MIDAIR_INLINE void writeMirrored(const PointBatch& points,
-                                 int width,
-                                 int first,
-                                 const MirrorFactor& factor,
-                                 const FixedRows& rows,
-                                 Scratch& s,
-                                 const Scratch& image,
-                                 float (*sums)[kGroup])
-{
-    const float factorRe = factor.re, factorIm = factor.im;
-    for (int k = 0; k < points.count; ++k)
-    {
-        const FixedRow row = rowOf(rows, points.row[k], width);
-        const float *amplitudes = s.square[k], *turns = s.excess[k];
-        const float *others = image.square[k], *otherTurns = image.excess[k];
-        float* magnitude = s.inverse[k];
-#pragma omp simd aligned(amplitudes, turns, others, otherTurns, magnitude : 64)
-        for (int i = 0; i < kGroup; ++i)
-        {
-            const float a = amplitudes[i], sine = sinHalf(turns[i]), along = a * (sine + sine);
-            const float b = others[i], otherSine = sinHalf(otherTurns[i]),
-                        otherAlong = b * (otherSine + otherSine);
-            const float x = b - otherAlong * otherSine, y = otherAlong * cosHalf(otherTurns[i]);
-            const float re = a - along * sine + factorRe * x - factorIm * y;
-            const float im = along * cosHalf(turns[i]) + factorRe * y + factorIm * x;
-            row.put(first + i, re, im);
-            magnitude[i] = std::max(re * re + im * im, 1e-20f); // in units of the row
-        }
-    }
-    inverseRoots(points.count * kGroup, s.inverse[0], s.excess[0]);
-    for (int k = 0; k < points.count; ++k)
-    {
-        float* all = sums[k];
-        const float *magnitude = s.inverse[k], *root = s.excess[k];
-#pragma omp simd aligned(all, magnitude, root : 64)
-        for (int i = 0; i < kGroup; ++i)
-            all[i] += magnitude[i] * root[i];
-    }
-}
-
-template<bool kWithOffset, typename Model>
-MIDAIR_INLINE void buildMirrored(const BlockGeometry& block,
-                                 const PointBatch& points,
-                                 const PointBatch& images,
-                                 const MirrorFactor& factor,
-                                 float decay,
-                                 Model D,
-                                 const FixedRows& rows,
-                                 float* sums)
-{
-    const int width = block.width & ~(kLanes - 1), groups = width / kGroup;
-    const float R = std::sqrt(factor.re * factor.re + factor.im * factor.im);
-    Expansion at[kMaxWidth / kGroup], from[kMaxWidth / kGroup];
-    for (int g = 0; g < groups; ++g)
-    {
-        expand<true>(block.groups[g], points, decay, at[g]);
-        expand<true>(block.groups[g], images, decay, from[g]);
-        for (int k = 0; k < PointBatch::kSize; ++k)
-        {
-            at[g].magnitude[k] += R * from[g].magnitude[k];
-            from[g].magnitude[k] = at[g].magnitude[k];
-        }
-    }
-    // Both get the same units, those of the larger bound.
-    alignas(64) float units[PointBatch::kSize];
-    scale(true, D.largest(), decay, groups, at, units);
-    scale(true, D.largest(), decay, groups, from, units);
-    Scratch s, image;
-    for (int k = 0; k < points.count; ++k) // the sums of amplitudes aren't read
-    {
-        std::fill_n(s.sums[k], kGroup, 0.0f);
-        std::fill_n(image.sums[k], kGroup, 0.0f);
-    }
-    alignas(64) float magnitudes[PointBatch::kSize][kGroup] = {};
-    for (int g = 0; g < groups; ++g)
-    {
-        groupWaves<kWithOffset>(block, at[g], g, points.count, D, s);
-        groupWaves<kWithOffset>(block, from[g], g, points.count, D, image);
-        writeMirrored(points, width, g * kGroup, factor, rows, s, image, magnitudes);
-    }
-    for (int k = 0; k < points.count; ++k)
-    {
-        float sum = 0.0f;
-#pragma omp simd reduction(+ : sum)
-        for (int i = 0; i < kGroup; ++i)
-            sum += magnitudes[k][i];
-        sums[k] = sum * units[k];
-        keepUnit(rows, points.row[k], units[k]);
-    }
-}
-
 template<typename Model, typename Rows>
 MIDAIR_INLINE void buildAny(const BlockGeometry& block,
                             const PointBatch& points,
@@ -301,22 +208,6 @@ MIDAIR_INLINE void buildAny(const BlockGeometry& block,
         buildRows<true>(block, points, decay, D, rows, sums);
     else
         buildRows<false>(block, points, decay, D, rows, sums);
-}
-
-template<typename Model>
-MIDAIR_INLINE void buildAnyMirrored(const BlockGeometry& block,
-                                    const PointBatch& points,
-                                    const PointBatch& images,
-                                    const MirrorFactor& factor,
-                                    float decay,
-                                    Model D,
-                                    const FixedRows& rows,
-                                    float* sums)
-{
-    if (block.offset_turns)
-        buildMirrored<true>(block, points, images, factor, decay, D, rows, sums);
-    else
-        buildMirrored<false>(block, points, images, factor, decay, D, rows, sums);
 }
 
 } // namespace
@@ -379,42 +270,6 @@ void buildPoint(const BlockGeometry& block,
                 float* sums)
 {
     buildAny(block, points, decay, PointModel{D}, rows, sums);
-}
-
-void buildMirroredCubic(const BlockGeometry& block,
-                        const PointBatch& points,
-                        const PointBatch& images,
-                        const MirrorFactor& factor,
-                        float decay,
-                        const DirectivityCubic& D,
-                        const FixedRows& rows,
-                        float* sums)
-{
-    buildAnyMirrored(block, points, images, factor, decay, CubicModel{D}, rows, sums);
-}
-
-void buildMirroredTable(const BlockGeometry& block,
-                        const PointBatch& points,
-                        const PointBatch& images,
-                        const MirrorFactor& factor,
-                        float decay,
-                        const DirectivityTable& D,
-                        const FixedRows& rows,
-                        float* sums)
-{
-    buildAnyMirrored(block, points, images, factor, decay, TableModel{D}, rows, sums);
-}
-
-void buildMirroredPoint(const BlockGeometry& block,
-                        const PointBatch& points,
-                        const PointBatch& images,
-                        const MirrorFactor& factor,
-                        float decay,
-                        const DirectivityPoint& D,
-                        const FixedRows& rows,
-                        float* sums)
-{
-    buildAnyMirrored(block, points, images, factor, decay, PointModel{D}, rows, sums);
 }
 
 #ifndef MIDAIR_HAS_PAIRS

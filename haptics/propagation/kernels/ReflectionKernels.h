@@ -20,6 +20,14 @@ struct SheetPoint
     float height, along, across;
 };
 
+/// A rectangle with sides of 2 halfAlong and 2 halfAcross, and the transducers of a block beside
+/// it.
+struct SheetView
+{
+    SheetLanes lanes;
+    float halfAlong, halfAcross;
+};
+
 /// Factor R exp(j phase) of the reflected wave, and R.
 struct SheetFactor
 {
@@ -38,18 +46,13 @@ struct Waves
 /// Largest |v| of an edge that sharesTurned() counts.
 constexpr float kFarthestEdge = 1000.0F;
 
-/// Computes haptics::shareTurned() of a rectangle with sides of 2 \a halfAlong and 2 \a halfAcross
-/// for each lane: within 1e-4 + 1e-6 |v|, v as described there, up to kFarthestEdge; with an edge
-/// beyond that within 4e-4. Heights and places are within 1e4.
+/// Computes haptics::shareTurned() of a rectangle for each lane: within 1e-4 + 1e-6 |v|, v as
+/// described there, up to kFarthestEdge; with an edge beyond that within 4e-4. Heights and places
+/// are within 1e4.
 // A kernel is called like a function, and named like one.
 // NOLINTBEGIN(readability-identifier-naming)
-extern const base::Kernel<void(int width,
-                               float halfAlong,
-                               float halfAcross,
-                               const SheetLanes& lanes,
-                               const SheetPoint& point,
-                               float* shareRe,
-                               float* shareIm)>
+extern const base::Kernel<void(
+    int width, const SheetView& sheet, const SheetPoint& point, float* shareRe, float* shareIm)>
     sharesTurned;
 
 /// For a point at \a height: lanes on its side of the plane add factor times the wave of their

@@ -278,6 +278,9 @@ struct Register
 
     MIDAIR_INLINE static Floats load(const float* x) { return *x; }
     MIDAIR_INLINE static void store(float* to, Floats x) { *to = x; }
+    MIDAIR_INLINE static Floats all(float x) { return x; }
+    MIDAIR_INLINE static Floats sum(Floats a, Floats b) { return a + b; }
+    MIDAIR_INLINE static Floats plus(Floats c, Floats a, Floats b) { return c + a * b; }
     MIDAIR_INLINE static Floats inverseRoot(Floats x) { return 1.0f / std::sqrt(x); }
     // A tile is set before it is transposed, which the analyser doesn't see through std::fill().
     // NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign)

@@ -169,7 +169,8 @@ TEST(ScatteringPipeline, ABodyIsKnownAtRest)
     SceneSnapshot snapshot = BesideAPlate::inPa(smallPlate());
     snapshot.reflectors.clear();
     haptics::ReflectingBody ball;
-    ball.mesh = sphere(0.008, 10);
+    ball.mesh = haptics::flatFacesOf(*sphere(0.008, 10)).body; // without its seam
+    ASSERT_NE(ball.mesh, nullptr);
     ball.pose.translation() = Eigen::Vector3d(0.005, -0.025, 0.0);
     snapshot.bodies = {ball};
     const auto truthOf = [&](const HologramResult& result)

@@ -371,6 +371,33 @@ TEST(PropagationMatrix, SumsMagnitudesOfEntriesWithReflectorsAndStoresThemInFixe
     }
 }
 
+// A lone rectangle with all transducers in front of it has rows of its own in fixed point. Paths
+// lie over its middle and its ends.
+TEST(PropagationMatrix, StoresWavesOfATableInFixedPoint)
+{
+    TransducerArray array = TransducerArray::octagonalPrism();
+    array.reflectors = {rectangle({0.05, -0.2, 0.0}, {0.0, 1.0, 0.0}, 0.3)};
+    array.reflectors.front().reflection = 0.9;
+    array.reflectors.front().reflectionPhase_rad = 4.0;
+    const Eigen::Matrix3Xd points = randomPoints(37, 0.15, 8);
+    const Eigen::MatrixXcd reference = referencePropagationMatrix(points, array, Medium{});
+    PropagationMatrix G(Storage::FIXED);
+    G.bind(array, Medium{});
+    G.build(points);
+    for (int l = 0; l < points.cols(); ++l)
+    {
+        const double largest = reference.row(l).cwiseAbs().maxCoeff();
+        for (int lane = 0; lane < G.transducers(); ++lane)
+        {
+            if (G.isFiller(lane)) continue;
+            ASSERT_LT(std::abs(std::complex<double>(G.at(l, lane)) -
+                               reference(l, G.order()[static_cast<std::size_t>(lane)])),
+                      2e-4 * largest)
+                << l << ' ' << lane;
+        }
+    }
+}
+
 TEST(PropagationMatrix, IsBoundAnewWhenAReflectorMoves)
 {
     TransducerArray array = TransducerArray::singleBoard();

@@ -40,9 +40,9 @@ TEST_P(ReflectionKernels, SharesTurned)
                                         static_cast<float>(numbers.between(-20.0, 20.0)),
                                         static_cast<float>(numbers.between(-20.0, 20.0))};
         kernels::sharesTurned(kSheetWidth,
-                              static_cast<float>(0.5 * one.size_m[0]),
-                              static_cast<float>(0.5 * one.size_m[1]),
-                              {height.data(), along.data(), across.data()},
+                              {{height.data(), along.data(), across.data()},
+                               static_cast<float>(0.5 * one.size_m[0]),
+                               static_cast<float>(0.5 * one.size_m[1])},
                               point,
                               shareRe.data(),
                               shareIm.data());
@@ -72,9 +72,7 @@ TEST_P(ReflectionKernels, SharesAreFiniteInThePlane)
     for (const float above : {0.0F, 10.0F})
     {
         kernels::sharesTurned(kSheetWidth,
-                              5.0F,
-                              5.0F,
-                              {height.data(), along.data(), across.data()},
+                              {{height.data(), along.data(), across.data()}, 5.0F, 5.0F},
                               {above, 0.0F, 0.0F},
                               re.data(),
                               im.data());
