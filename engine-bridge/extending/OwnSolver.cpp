@@ -106,7 +106,8 @@ private:
         if (points.targets.size() != points.size() || !points.positions.allFinite() ||
             !points.targets.allFinite())
             return "the control points are not finite";
-        if (points.outside_Pa.size() > 0) return "outside pressures need a solver of the kit";
+        if (points.outside_Pa.size() > 0 || points.outsideRows_Pa)
+            return "outside pressures need a solver of the kit";
         return {};
     }
     void keepWanted(const ControlPoints& points)

@@ -18,6 +18,21 @@ void appendIfComplete(std::vector<T>& to, std::size_t n, const std::vector<T>& m
         to.clear();
 }
 
+/// Appends \a more (m rows) to \a to (n rows); a side without rows gets zeros. Rows of different
+/// lengths belong to different arrays: \a to then keeps a wrong number of rows, which solvers
+/// refuse.
+void appendRows(std::shared_ptr<const Eigen::MatrixXcf>& to,
+                Eigen::Index n,
+                const std::shared_ptr<const Eigen::MatrixXcf>& more,
+                Eigen::Index m)
+{
+    if ((!to && !more) || (to && more && to->cols() != more->cols())) return;
+    Eigen::MatrixXcf both = Eigen::MatrixXcf::Zero(n + m, to ? to->cols() : more->cols());
+    if (to && to->rows() == n) both.topRows(n) = *to;
+    if (more && more->rows() == m) both.bottomRows(m) = *more;
+    to = std::make_shared<const Eigen::MatrixXcf>(std::move(both));
+}
+
 } // namespace
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
@@ -29,6 +44,9 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
     result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
     result.targets.resize(n);
     result.outside_Pa.resize(points.outside_Pa.size() > 0 ? n : 0);
+    if (points.outsideRows_Pa)
+        result.outsideRows_Pa =
+            std::make_shared<const Eigen::MatrixXcf>((*points.outsideRows_Pa)(chosen, Eigen::all));
     for (Eigen::Index l = 0; l < n; ++l)
     {
         const int from = chosen[static_cast<std::size_t>(l)];
@@ -66,6 +84,7 @@ void append(ControlPoints& to, const ControlPoints& more)
         if (more.outside_Pa.size() == m) outside_Pa.tail(m) = more.outside_Pa;
         to.outside_Pa = std::move(outside_Pa);
     }
+    appendRows(to.outsideRows_Pa, n, more.outsideRows_Pa, m);
     const auto first = static_cast<std::size_t>(n), second = static_cast<std::size_t>(m);
     appendIfComplete(to.object, first, more.object, second);
     appendIfComplete(to.identity, first, more.identity, second);

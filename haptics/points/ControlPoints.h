@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace midair::haptics
@@ -32,6 +33,10 @@ struct ControlPoints
     /// which is G q0 + o for q0, and follows the level and the common phase of q, as what scatters
     /// does. Calls in turn, each with o of the last q, end at |G q + S q| = s a.
     Eigen::VectorXcd outside_Pa;
+    /// Null, or n x m: complex peak pressure, Pa, that such things add for each activation, as far
+    /// as a model of theirs is known as a matrix R. G becomes G + R; outside_Pa then has only what
+    /// R has not.
+    std::shared_ptr<const Eigen::MatrixXcf> outsideRows_Pa;
 
     int size() const { return static_cast<int>(positions.cols()); }
 };

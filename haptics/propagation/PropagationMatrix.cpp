@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 namespace midair::haptics
 {
@@ -240,9 +241,10 @@ bool PropagationMatrix::isInFloat(int l, int image, int block) const
 
 void PropagationMatrix::buildRows(int block, const int* rows, int count, double* sums)
 {
-    if (!hasOutside() && _sheets.size() == 1 && _storage == Storage::FIXED)
+    const bool isAlone = !hasOutside() && !_outside.rows_Pa;
+    if (isAlone && _sheets.size() == 1 && _storage == Storage::FIXED)
         return buildMirroredRows(block, rows, count, sums);
-    if (hasOutside() || _sheets.size() > 0) return buildSummedRows(block, rows, count, sums);
+    if (!isAlone || _sheets.size() > 0) return buildSummedRows(block, rows, count, sums);
     kernels::PointBatch batch;
     batch.count = 0;
     const auto flush = [&]
@@ -380,6 +382,7 @@ void PropagationMatrix::buildSummedRows(int block, const int* rows, int count, d
         {
             float *own = direct + l * row, *other = reflected + l * row;
             if (hasOutside()) addOutside(block, now[l], other, other + columns);
+            if (_outside.rows_Pa) addOutsideRow(block, now[l], other, other + columns);
             sums[now[l]] += static_cast<double>(
                 kernels::joinWaves(columns, other, other + columns, own, own + columns));
             keepRow(block, now[l], own, own + columns);
@@ -412,6 +415,15 @@ bool PropagationMatrix::setOutside(const Eigen::VectorXcd& outside_Pa,
     return isStale;
 }
 
+bool PropagationMatrix::setOutsideRows(std::shared_ptr<const Eigen::MatrixXcf> rows_Pa,
+                                       std::vector<int> chosen)
+{
+    const bool isStale = rows_Pa || _outside.rows_Pa;
+    _outside.rows_Pa = std::move(rows_Pa);
+    _outside.chosen = std::move(chosen);
+    return isStale;
+}
+
 void PropagationMatrix::outsidePhases(float* re, float* im) const
 {
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(_lanes.padded); ++lane)
@@ -425,12 +437,34 @@ void PropagationMatrix::outsidePhases(float* re, float* im) const
 std::complex<double>
 PropagationMatrix::outsideAt_Pa(int l, const float* qRe, const float* qIm) const
 {
-    if (!hasOutside()) return 0.0;
-    std::complex<double> share = 0.0;
+    std::complex<double> share = 0.0, sum = 0.0;
+    for (int lane = 0; lane < _lanes.count && _outside.rows_Pa; ++lane)
+        sum += std::complex<double>(outsideEntry_Pa(l, lane)) *
+               std::complex<double>(qRe[lane], qIm[lane]);
+    if (!hasOutside()) return sum;
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(_lanes.padded); ++lane)
         share += std::complex<double>(_outside.re[lane], _outside.im[lane]) *
                  std::complex<double>(qRe[lane], qIm[lane]);
-    return share * _outside.pressures_Pa[l];
+    return sum + share * _outside.pressures_Pa[l];
+}
+
+std::complex<float> PropagationMatrix::outsideEntry_Pa(int l, int lane) const
+{
+    if (isSilent(lane)) return 0.0f;
+    return (*_outside.rows_Pa)(_outside.chosen[static_cast<std::size_t>(l)],
+                               _lanes.order[static_cast<std::size_t>(lane)]);
+}
+
+void PropagationMatrix::addOutsideRow(int block, int l, float* re, float* im) const
+{
+    const auto perUnit = static_cast<float>(1.0 / _unit_Pa);
+    const int first = offset(block), end = std::min(_lanes.count, first + width(block));
+    for (int lane = first; lane < end; ++lane)
+    {
+        const std::complex<float> entry = perUnit * outsideEntry_Pa(l, lane);
+        re[lane - first] += entry.real();
+        im[lane - first] += entry.imag();
+    }
 }
 
 void PropagationMatrix::addOutside(int block, int l, float* re, float* im) const

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <complex>
+#include <memory>
 #include <vector>
 
 namespace midair::haptics
@@ -78,12 +79,15 @@ public:
     /// outside_Pa (o, points() or empty: none) that something else adds to that of \a drive (q0,
     /// arraySize()). Call after bind() and resize(). Returns true if existing rows became stale.
     bool setOutside(const Eigen::VectorXcd& outside_Pa, const Eigen::VectorXcf& drive);
+    /// Adds from now on rows \a chosen (points()) of \a rows_Pa (a row for each of them,
+    /// arraySize() columns; null: none) to those of the array. Else as setOutside().
+    bool setOutsideRows(std::shared_ptr<const Eigen::MatrixXcf> rows_Pa, std::vector<int> chosen);
     bool hasOutside() const { return _outside.pressures_Pa.size() > 0; }
     /// Sets \a re, \a im (paddedTransducers()) to the phases of the outside pressures' drive, with
     /// amplitudes of 1.
     void outsidePhases(float* re, float* im) const;
-    /// Returns what of outside_Pa row \a l has for the drive \a qRe, \a qIm (paddedTransducers()),
-    /// Pa; 0 without outside pressures.
+    /// Returns what outside_Pa and the outside rows add at row \a l for the drive \a qRe, \a qIm
+    /// (paddedTransducers()), Pa; 0 without them.
     std::complex<double> outsideAt_Pa(int l, const float* qRe, const float* qIm) const;
 
     /// Assigns the control point at \a r (m) to row \a l, whose entries are stale until buildRows()
@@ -193,8 +197,10 @@ private:
     // What something outside adds, as products of a row and a column.
     struct Outside
     {
-        Eigen::VectorXcd pressures_Pa;     // for each row; empty: nothing
-        base::AlignedBuffer<float> re, im; // q0* / |q0|^2
+        Eigen::VectorXcd pressures_Pa;                   // for each row; empty: nothing
+        base::AlignedBuffer<float> re, im;               // q0* / |q0|^2
+        std::shared_ptr<const Eigen::MatrixXcf> rows_Pa; // null: none
+        std::vector<int> chosen;                         // of them, for each row
     };
 
     void bindOrder();
@@ -215,6 +221,8 @@ private:
     void buildMirroredRows(int block, const int* rows, int count, double* sums);
     void buildSummedRows(int block, const int* rows, int count, double* sums);
     void addOutside(int block, int l, float* re, float* im) const;
+    void addOutsideRow(int block, int l, float* re, float* im) const;
+    std::complex<float> outsideEntry_Pa(int l, int lane) const;
     void keepRow(int block, int l, const float* re, const float* im);
     float buildRowInDouble(int block, int l);
     float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;

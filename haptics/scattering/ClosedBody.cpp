@@ -159,6 +159,11 @@ Eigen::Index ClosedBody::count(const TriangleMesh& mesh, double longest_m, Eigen
     return count;
 }
 
+double ClosedBody::meanSide_m() const
+{
+    return std::sqrt(4.0 / std::sqrt(3.0) * areas.mean());
+}
+
 bool ClosedBody::isInside(const Eigen::Vector3d& point) const
 {
     if ((point.array() < corners.rowwise().minCoeff().array()).any() ||

@@ -17,6 +17,8 @@ struct ClosedBody
     Eigen::VectorXd areas;    ///< n, m^2
 
     Eigen::Index size() const { return areas.size(); }
+    /// Returns the side, m, of an equilateral triangle of the mean area.
+    double meanSide_m() const;
 
     /// Divides the triangles of \a mesh until no edge is longer than \a longest_m (> 0). Throws
     /// InputError, which names the reason, for a mesh that isn't closed, whose faces are wound

@@ -92,7 +92,10 @@ FieldForThings RestScattering::solve(const FieldBesideThings& given)
     {
         if (round == 0) solved.rmsBefore = rms;
     };
-    ScatteringSolver correcting(std::move(solver), truth, told);
+    // The faces of bodies that are images in the rows are the optics of these.
+    const bool hasOptics = given.things.faces.empty();
+    ScatteringSolver correcting(
+        std::move(solver), truth, told, ScatteringSolver::kRounds, hasOptics);
     solved.report = correcting.solve(given.points, given.array, given.medium, q);
     given.options.stop.throwIfRequested();
     if (!(solved.report.level_Pa > 0.0))

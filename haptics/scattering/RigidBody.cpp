@@ -2,13 +2,18 @@
 
 #include "haptics/base/Units.h"
 #include "haptics/base/threads/ThreadPool.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/scattering/Kernels.h"
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace midair::haptics
 {
@@ -98,6 +103,12 @@ Complex ownSecond(double k, const Eigen::Vector3d& centre, const Corners& t)
 
 } // namespace
 
+double RigidBody::expectedError(double elementsPerWavelength)
+{
+    constexpr double kLeast = 2.5;
+    return elementsPerWavelength < kLeast ? 1.0 : 0.25 / std::pow(elementsPerWavelength, 2);
+}
+
 ClosedBody
 RigidBody::divided(const TriangleMesh& mesh, double wavelength_m, double elementsPerWavelength)
 {
@@ -108,11 +119,28 @@ RigidBody::RigidBody(ClosedBody body,
                      double wavelength_m,
                      int threads,
                      const base::StopToken& stop) :
+    RigidBody(std::move(body), wavelength_m, BodyMaking{threads, stop})
+{
+}
+
+RigidBody::RigidBody(ClosedBody body, double wavelength_m, const BodyMaking& making) :
     _body(std::move(body)),
     _k(base::kTwoPi / wavelength_m),
-    _threads(threads)
+    _threads(making.threads)
 {
-    makeMatrix(threads, stop);
+    const std::filesystem::path file = making.cache.fileFor(_body, wavelength_m);
+    if (making.cache.read(file, _body.size(), _matrix)) return;
+    const auto begin = std::chrono::steady_clock::now();
+    makeMatrix(making);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    if (took.count() >= making.cache.leastMaking_s) making.cache.write(file, _matrix);
+}
+
+void RigidBody::moveBy(const Eigen::Isometry3d& motion)
+{
+    _body.corners = motion * _body.corners;
+    _body.centres = motion * _body.centres;
+    _body.normals = motion.linear() * _body.normals;
 }
 
 double RigidBody::bytesFor(Eigen::Index elements)
@@ -122,52 +150,51 @@ double RigidBody::bytesFor(Eigen::Index elements)
 }
 
 // p/2 - int p dG/dn_y - alpha int p d2G/dn_x dn_y = p_inc + alpha dp_inc/dn, alpha = -j/k.
-void RigidBody::makeMatrix(int threads, const base::StopToken& stop)
+Complex RigidBody::entryAt(Eigen::Index i, Eigen::Index j) const
+{
+    const Complex alpha(0.0, -1.0 / _k);
+    const Eigen::Vector3d x = _body.centres.col(i), nx = _body.normals.col(i),
+                          ny = _body.normals.col(j);
+    const Corners t{
+        _body.corners.col(3 * j), _body.corners.col(3 * j + 1), _body.corners.col(3 * j + 2)};
+    if (i == j) return 0.5 - alpha * ownSecond(_k, x, t);
+    const double cosine = nx.dot(ny);
+    return -integral(x,
+                     t,
+                     _body.areas[j],
+                     kDivisions,
+                     [&](const Eigen::Vector3d& y) -> Complex
+                     {
+                         const Eigen::Vector3d d = x - y;
+                         const double r2 = d.squaredNorm(), r = std::sqrt(r2), inverse = 1.0 / r;
+                         const Complex G = scattering::green(_k, r);
+                         const double dx = d.dot(nx) * inverse, dy = d.dot(ny) * inverse;
+                         const Complex first = Complex(inverse, _k) * G;
+                         const Complex second =
+                             first * inverse * cosine +
+                             (_k * _k - 3.0 * inverse * Complex(inverse, _k)) * G * dx * dy;
+                         return first * dy + alpha * second;
+                     });
+}
+
+void RigidBody::makeMatrix(const BodyMaking& making)
 {
     const Eigen::Index n = _body.size();
     _matrix.resize(n, n);
-    const Complex alpha(0.0, -1.0 / _k);
-    base::ThreadPool pool(threads);
+    std::atomic<Eigen::Index> done{0};
+    base::ThreadPool pool(making.threads);
     pool.run(
         [&](int thread)
         {
-            for (Eigen::Index i = thread; i < n && !stop.requested(); i += threads)
+            for (Eigen::Index i = thread; i < n && !making.stop.requested(); i += making.threads)
             {
-                const Eigen::Vector3d x = _body.centres.col(i), nx = _body.normals.col(i);
                 for (Eigen::Index j = 0; j < n; ++j)
-                {
-                    const Corners t{_body.corners.col(3 * j),
-                                    _body.corners.col(3 * j + 1),
-                                    _body.corners.col(3 * j + 2)};
-                    if (i == j)
-                    {
-                        _matrix(j, i) = std::complex<float>(0.5 - alpha * ownSecond(_k, x, t));
-                        continue;
-                    }
-                    const Eigen::Vector3d ny = _body.normals.col(j);
-                    const double cosine = nx.dot(ny);
-                    const Complex both = integral(
-                        x,
-                        t,
-                        _body.areas[j],
-                        kDivisions,
-                        [&](const Eigen::Vector3d& y) -> Complex
-                        {
-                            const Eigen::Vector3d d = x - y;
-                            const double r2 = d.squaredNorm(), r = std::sqrt(r2), inverse = 1.0 / r;
-                            const Complex G = scattering::green(_k, r);
-                            const double dx = d.dot(nx) * inverse, dy = d.dot(ny) * inverse;
-                            const Complex first = Complex(inverse, _k) * G;
-                            const Complex second =
-                                first * inverse * cosine +
-                                (_k * _k - 3.0 * inverse * Complex(inverse, _k)) * G * dx * dy;
-                            return first * dy + alpha * second;
-                        });
-                    _matrix(j, i) = std::complex<float>(-both);
-                }
+                    _matrix(j, i) = std::complex<float>(entryAt(i, j));
+                const auto rows = static_cast<double>(++done);
+                if (thread == 0 && making.progress) making.progress(rows / static_cast<double>(n));
             }
         });
-    stop.throwIfRequested();
+    making.stop.throwIfRequested();
 }
 
 GmresReport RigidBody::solve(const IncidentField& incident,
@@ -196,29 +223,72 @@ GmresReport RigidBody::solve(const IncidentField& incident,
                  stop);
 }
 
+Complex RigidBody::radiated(const Eigen::Vector3d& x, Eigen::Index j) const
+{
+    const Eigen::Vector3d normal = _body.normals.col(j);
+    return integral(
+        x,
+        {_body.corners.col(3 * j), _body.corners.col(3 * j + 1), _body.corners.col(3 * j + 2)},
+        _body.areas[j],
+        kDivisions,
+        [&](const Eigen::Vector3d& y) { return scattering::greenSlope(_k, x - y, normal); });
+}
+
 Eigen::VectorXcd RigidBody::scattered(const Eigen::Matrix3Xd& points,
                                       const Eigen::VectorXcd& strength,
                                       int threads) const
 {
-    const auto ofElement = [&](const Eigen::Vector3d& x, Eigen::Index j)
-    {
-        const Eigen::Vector3d normal = _body.normals.col(j);
-        return integral(
-            x,
-            {_body.corners.col(3 * j), _body.corners.col(3 * j + 1), _body.corners.col(3 * j + 2)},
-            _body.areas[j],
-            kDivisions,
-            [&](const Eigen::Vector3d& y) { return scattering::greenSlope(_k, x - y, normal); });
-    };
     return scattering::atEach(points,
                               threads,
                               [&](const Eigen::Vector3d& x)
                               {
                                   Complex sum = 0.0;
                                   for (Eigen::Index j = 0; j < _body.size(); ++j)
-                                      sum += strength[j] * ofElement(x, j);
+                                      sum += strength[j] * radiated(x, j);
                                   return sum;
                               });
+}
+
+// A product of what blocks of elements radiate to the points and what reaches these elements.
+Eigen::MatrixXcf RigidBody::optics(const Eigen::Matrix3Xd& points,
+                                   const TransducerArray& array,
+                                   const Medium& medium,
+                                   int threads,
+                                   const base::StopToken& stop) const
+{
+    constexpr Eigen::Index kBlock = 256; // elements whose rows take some megabytes
+    const Eigen::Index n = _body.size(), blocks = (n + kBlock - 1) / kBlock;
+    std::vector<Eigen::MatrixXcf> sums(static_cast<std::size_t>(threads));
+    base::ThreadPool pool(threads);
+    pool.run(
+        [&](int thread)
+        {
+            Eigen::MatrixXcf& sum = sums[static_cast<std::size_t>(thread)];
+            sum.setZero(points.cols(), array.size());
+            for (Eigen::Index block = thread; block < blocks && !stop.requested(); block += threads)
+            {
+                const Eigen::Index first = kBlock * block, count = std::min(kBlock, n - first);
+                Eigen::MatrixXcf in =
+                    2.0f * referencePropagationMatrix(
+                               _body.centres.middleCols(first, count), array, medium)
+                               .cast<std::complex<float>>();
+                Eigen::MatrixXcf out(points.cols(), count);
+                for (Eigen::Index j = 0; j < count; ++j)
+                {
+                    const Eigen::Vector3d centre = _body.centres.col(first + j),
+                                          normal = _body.normals.col(first + j);
+                    for (Eigen::Index i = 0; i < in.cols(); ++i)
+                        if (!(normal.dot(array.positions.col(i) - centre) > 0.0)) in(j, i) = 0.0f;
+                    for (Eigen::Index l = 0; l < points.cols(); ++l)
+                        out(l, j) = std::complex<float>(radiated(points.col(l), first + j));
+                }
+                sum.noalias() += out * in;
+            }
+        });
+    stop.throwIfRequested();
+    for (std::size_t thread = 1; thread < sums.size(); ++thread)
+        sums.front() += sums[thread];
+    return sums.front();
 }
 
 } // namespace midair::haptics

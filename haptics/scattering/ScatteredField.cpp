@@ -85,6 +85,22 @@ Eigen::VectorXcd ScatteredField::beyond_Pa(const Eigen::Matrix3Xd& points,
            pressureAt(points, array, _medium, _q, _threads, _stop).cast<std::complex<double>>();
 }
 
+std::shared_ptr<const Eigen::MatrixXcf>
+ScatteredField::optics_Pa(const Eigen::Matrix3Xd& points) const
+{
+    std::shared_ptr<Eigen::MatrixXcf> sum;
+    for (const auto& thing : _things)
+    {
+        Eigen::MatrixXcf one = thing->optics(points, _array, _medium, _threads, _stop);
+        if (one.size() == 0) continue;
+        if (sum)
+            *sum += one;
+        else
+            sum = std::make_shared<Eigen::MatrixXcf>(std::move(one));
+    }
+    return sum;
+}
+
 std::string ScatteredField::whyImpossible(const Eigen::Matrix3Xd& points) const
 {
     for (const auto& thing : _things)

@@ -37,6 +37,9 @@ public:
     /// Returns at \a points what the true field has and that of \a array has not, Pa: all that the
     /// things add, or less if reflectors of \a array stand for them.
     Eigen::VectorXcd beyond_Pa(const Eigen::Matrix3Xd& points, const TransducerArray& array) const;
+    /// Returns the part of scattered_Pa() that is known as a matrix (n x m: Scatterer::optics());
+    /// null if no thing has one.
+    std::shared_ptr<const Eigen::MatrixXcf> optics_Pa(const Eigen::Matrix3Xd& points) const;
     /// Returns "point 3 at (..) m is inside the body", or empty.
     std::string whyImpossible(const Eigen::Matrix3Xd& points) const;
 

@@ -48,6 +48,17 @@ public:
     virtual Eigen::VectorXcd scattered(const Eigen::Matrix3Xd& points,
                                        const Eigen::VectorXcd& strength,
                                        int threads = 1) const = 0;
+    /// Returns a rough model of scattered() as a matrix (p x m): the pressure, Pa, at each of \a
+    /// points (3 x p, metres) for each activation of \a array. Empty: there is none. Throws
+    /// Stopped.
+    virtual Eigen::MatrixXcf optics(const Eigen::Matrix3Xd& /*points*/,
+                                    const TransducerArray& /*array*/,
+                                    const Medium& /*medium*/,
+                                    int /*threads*/ = 1,
+                                    const base::StopToken& /*stop*/ = {}) const
+    {
+        return {};
+    }
     /// Returns true for a place (metres) inside, where there is no field.
     virtual bool isInside(const Eigen::Vector3d& /*place*/) const { return false; }
 };

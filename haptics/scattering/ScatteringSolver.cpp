@@ -18,11 +18,13 @@ constexpr double kProgress = 0.9; // ratio of errors below which another round i
 ScatteringSolver::ScatteringSolver(std::unique_ptr<HologramSolver> solver,
                                    std::shared_ptr<ScatteredField> truth,
                                    std::function<void(int round, double rms)> told,
-                                   int rounds) :
+                                   int rounds,
+                                   bool hasOptics) :
     _solver(std::move(solver)),
     _truth(std::move(truth)),
     _told(std::move(told)),
-    _rounds(rounds)
+    _rounds(rounds),
+    _hasOptics(hasOptics)
 {
 }
 
@@ -58,6 +60,8 @@ SolveReport ScatteringSolver::correct(const ControlPoints& points,
 {
     ControlPoints now = points;
     now.outside_Pa.resize(0);
+    now.outsideRows_Pa = nullptr;
+    if (_hasOptics && now.size() > 0) now.outsideRows_Pa = _truth->optics_Pa(now.positions);
     SolveReport report = _solver->solve(now, array, medium, q), best;
     Eigen::VectorXcf bestDrive;
     double rms = 0.0, solve_ms = 0.0;
@@ -79,6 +83,8 @@ SolveReport ScatteringSolver::correct(const ControlPoints& points,
         }
         if (!isWorthMore || round == _rounds) break;
         now.outside_Pa = _truth->beyond_Pa(now.positions, array);
+        if (now.outsideRows_Pa)
+            now.outside_Pa -= (*now.outsideRows_Pa * q).cast<std::complex<double>>();
         report = _solver->solve(now, array, medium, q);
     }
     if (bestDrive.size() == 0) return report;

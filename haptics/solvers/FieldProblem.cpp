@@ -109,7 +109,8 @@ int FieldProblem::assign(const ControlPoints& points,
     _drive = array.drive;
     const Eigen::VectorXcd none, &given = points.outside_Pa;
     const bool otherOutside = G.setOutside(given.size() > 0 ? given(active).eval() : none, drive);
-    if (rebound || otherSize || otherOutside) forget();
+    const bool otherRows = G.setOutsideRows(points.outsideRows_Pa, active);
+    if (rebound || otherSize || otherOutside || otherRows) forget();
     reserve();
     if (n != before) _fresh.assign(_fresh.size(), 0);
 

@@ -50,6 +50,22 @@ std::string pointRefusal(const ControlPoints& points)
 std::string
 outsideRefusal(const ControlPoints& points, const TransducerArray& array, const Eigen::VectorXcf& q)
 {
+    if (const Eigen::MatrixXcf* rows = points.outsideRows_Pa.get())
+    {
+        if (rows->rows() != points.size() || rows->cols() != array.size())
+            return fmt::format("the outside rows are {} x {}; for {} control points and {} "
+                               "transducers they must be {} x {}",
+                               rows->rows(),
+                               rows->cols(),
+                               points.size(),
+                               array.size(),
+                               points.size(),
+                               array.size());
+        if (!rows->allFinite() ||
+            (rows->size() > 0 && rows->cwiseAbs().maxCoeff() > float(kMostOutside_Pa)))
+            return fmt::format("the outside rows must be finite and at most {:g} Pa",
+                               kMostOutside_Pa);
+    }
     const Eigen::VectorXcd& o = points.outside_Pa;
     if (o.size() == 0) return {};
     if (o.size() != points.size())

@@ -197,6 +197,7 @@ PYTHON
     scattered scattering-free
     scattered scattering-plate --scatterer reflectors --reflectors "$out/plate.json"
     scattered scattering-ball --scatterer "$out/ball.obj"
+    scattered scattering-hand --scatterer hand --scatterer-at 0 0 0.153
 }
 
 # installation NAME FRAMES [option]..: the last frame of a run, with the program's own visitor.

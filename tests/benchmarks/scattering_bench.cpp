@@ -7,6 +7,7 @@
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteringSolver.h"
 #include "haptics/scattering/ThinScreen.h"
+#include "samples/tools/solve/SolveHand.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/haptics/scattering/Plates.h"
 #include "tests/haptics/scattering/Scattered.h"
@@ -16,6 +17,7 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -142,19 +144,40 @@ void printPlates(int threads)
 void printRounds(const char* what,
                  const haptics::ControlPoints& points,
                  const haptics::TransducerArray& rows,
-                 haptics::ScatteredField truth,
-                 int threads)
+                 const std::shared_ptr<haptics::ScatteredField>& truth,
+                 int threads,
+                 bool hasOptics = true)
 {
     std::printf("%s:", what);
     haptics::SolverOptions options;
     options.threads = threads;
-    haptics::ScatteringSolver solver(haptics::makeSolver("gauss-newton", options),
-                                     std::make_shared<haptics::ScatteredField>(std::move(truth)),
-                                     [](int, double rms) { std::printf(" %.3f", 100.0 * rms); });
+    haptics::ScatteringSolver solver(
+        haptics::makeSolver("gauss-newton", options),
+        truth,
+        [](int, double rms) { std::printf(" %.3f", 100.0 * rms); },
+        haptics::ScatteringSolver::kRounds,
+        hasOptics);
     Eigen::VectorXcf q;
     const double begin_s = processor_s();
     solver.solve(points, rows, haptics::Medium(), q);
     std::printf(" %%; %.1f s of processor time\n", processor_s() - begin_s);
+}
+
+void printBody(const char* where,
+               const haptics::ControlPoints& points,
+               const haptics::TransducerArray& array,
+               haptics::RigidBody body,
+               int threads)
+{
+    std::printf("%s, octagon\n", where);
+    const auto truth = std::make_shared<haptics::ScatteredField>(
+        std::vector<std::shared_ptr<const haptics::Scatterer>>{
+            std::make_shared<haptics::RigidBody>(std::move(body))},
+        array,
+        haptics::Medium(),
+        threads);
+    printRounds("  physical optics in the rows", points, array, truth, threads);
+    printRounds("  free rows", points, array, truth, threads, false);
 }
 
 void printCorrections(int threads)
@@ -171,42 +194,66 @@ void printCorrections(int threads)
         std::printf(
             "%3.0f mm at %3.0f mm behind, four AUTD3 units\n", 1e3 * side_m, 1e3 * behind_m);
         const haptics::ControlPoints points = haptics::spherePoints(100, 0.03, centre);
-        printRounds("  images in the rows",
-                    points,
-                    array,
-                    midair::test::truthOf(plate, free, threads),
-                    threads);
-        printRounds(
-            "  free rows", points, free, midair::test::truthOf(plate, free, threads), threads);
+        const auto truth =
+            std::make_shared<haptics::ScatteredField>(midair::test::truthOf(plate, free, threads));
+        printRounds("  images in the rows", points, array, truth, threads);
+        printRounds("  free rows", points, free, truth, threads);
     }
     const haptics::TransducerArray octagon = haptics::TransducerArray::octagonalPrism();
     const haptics::ControlPoints points = haptics::spherePoints(100, 0.03);
     haptics::TriangleMesh finger =
         midair::test::ballOf(8e-3, kWavelength_m / haptics::RigidBody::kElements);
     finger.vertices.colwise() += Eigen::Vector3d(0.039 * points.normals.col(50));
-    printRounds("a ball of 8 mm, 1 mm off the points, octagon",
-                points,
-                octagon,
-                {{std::make_shared<haptics::RigidBody>(
-                     haptics::RigidBody::divided(finger, kWavelength_m), kWavelength_m, threads)},
-                 octagon,
-                 haptics::Medium(),
-                 threads},
-                threads);
+    printBody("a ball of 8 mm, 1 mm off the points",
+              points,
+              octagon,
+              {haptics::RigidBody::divided(finger, kWavelength_m), kWavelength_m, threads},
+              threads);
+}
+
+/// A hand that comes from above and points at the topmost point.
+void printHand(Eigen::Index elements, int threads)
+{
+    const double begin_s = processor_s();
+    haptics::ClosedBody body = haptics::ClosedBody::from(samples::handMesh(elements),
+                                                         std::numeric_limits<double>::infinity(),
+                                                         haptics::RigidBody::kMostElements);
+    const double meshed_s = processor_s();
+    std::printf("a hand of %ld elements, %.1f a wavelength, %.0f MB: %.1f s of processor time",
+                static_cast<long>(body.size()),
+                kWavelength_m / body.meanSide_m(),
+                1e-6 * haptics::RigidBody::bytesFor(body.size()),
+                meshed_s - begin_s);
+    haptics::RigidBody hand(std::move(body), kWavelength_m, threads);
+    std::printf(", its matrix %.1f s\n", processor_s() - meshed_s);
+    const haptics::TransducerArray octagon = haptics::TransducerArray::octagonalPrism();
+    const haptics::ControlPoints points = haptics::spherePoints(100, 0.03);
+    const Eigen::Vector3d up = samples::openSideOf(octagon),
+                          pad = samples::padAbove(points.positions, up);
+    haptics::RigidBody lying = hand;
+    hand.moveBy(samples::pointingAt(pad, up));
+    printBody("  pointing at the topmost point", points, octagon, std::move(hand), threads);
+    // At rest its fingers point to -z, its palm to -y.
+    lying.moveBy(
+        Eigen::Isometry3d(Eigen::Translation3d(pad - lying.body().corners.row(1).minCoeff() * up)));
+    printBody("  lying with its palm over it", points, octagon, std::move(lying), threads);
 }
 
 int run(int argc, char** argv)
 {
     CLI::App app("Fields round rigid bodies and screens, at 40 kHz");
     std::vector<double> sides_m{0.06, 0.12, 0.213};
-    std::vector<double> radii_m{0.004, 0.011, 0.022};
+    std::vector<double> radii_m{0.004, 0.011, 0.021};
     int threads = 2;
+    Eigen::Index elements = haptics::RigidBody::kMostElements;
     app.add_option("--sides", sides_m, "of square screens, m")->capture_default_str();
     app.add_option("--radii", radii_m, "of balls, m")->capture_default_str();
+    app.add_option("--elements", elements, "of a hand, at most")->capture_default_str();
     app.add_option("--threads", threads)->check(CLI::Range(1, 64))->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     printPlates(threads);
     printCorrections(threads);
+    printHand(elements, threads);
     printScreens(sides_m);
     printBalls(radii_m, threads);
     return 0;

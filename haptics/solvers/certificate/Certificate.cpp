@@ -510,6 +510,9 @@ Certificate Certifier::certify(const ControlPoints& points,
                                            "each of the {} control points, and need activations "
                                            "that are not all 0",
                                            points.size()));
+    if (points.outsideRows_Pa)
+        throw base::InputError("certificate: outside rows are not known here; hand over all that "
+                               "they add as outside pressures");
     Products products = productsOf(points.positions, array, medium, q, _options.stop);
     if (points.outside_Pa.size() != 0) addOutside(points.outside_Pa, array, q, products);
     const PhaseObjective objective(products.K, points.targets, _options.lambdaRel, _options.stop);

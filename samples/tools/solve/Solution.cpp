@@ -650,6 +650,8 @@ Solution solveAll(const SolveArguments& arguments)
     if (arguments.certify) certifierOf(arguments); // fail now rather than after a long solve
     if (arguments.hasTolerance && !arguments.scattererFile.empty())
         throw base::InputError("--tolerance doesn't know what scatters; leave out --scatterer");
+    if (!arguments.scattererAt_m.empty() && arguments.scattererFile != kScatteringHand)
+        throw base::InputError("--scatterer-at places a hand; use --scatterer hand");
     solution.scene = loadScene(arguments);
     bridge::SolveTask task = taskOf(arguments, solution.scene);
     solution.ears = std::make_shared<SolveEars>(
@@ -658,7 +660,7 @@ Solution solveAll(const SolveArguments& arguments)
         arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
         arguments.settings.earLimit);
     task.ears = solution.ears->bound();
-    loadScatterer(arguments, solution);
+    loadScatterer(arguments, task, solution);
     if (solution.truth)
         task.outside_Pa = [&solution](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
         {

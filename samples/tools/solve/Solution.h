@@ -103,6 +103,7 @@ struct Solution : bridge::SolvedFields
     std::optional<haptics::ToleranceStudy> tolerance; ///< if requested
     std::shared_ptr<haptics::ScatteredField> truth;   ///< with what scatters; null: nothing does
     haptics::TriangleMesh scatterer;                  ///< its shape, array frame, metres
+    std::string scattererTold;                        ///< SolvedScatterer::what
     /// Returns |p| of activations (m) at places (3 x n), Pa, with what scatters, and 0 inside it;
     /// empty: nothing does.
     std::function<Eigen::VectorXf(const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)>

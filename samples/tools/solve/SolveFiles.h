@@ -90,6 +90,7 @@ struct SolvedReflectors
 /// What a thing in the field does to the drives, whose report includes it.
 struct SolvedScatterer
 {
+    std::string what;                  ///< what it is and where, if that isn't given; else empty
     std::string whyUncorrected;        ///< empty: the drives are solved for it
     double rms = 0.0;                  ///< of the drives, as in the report
     double level_Pa = 0.0;             ///< FieldFigures::level_Pa, the same

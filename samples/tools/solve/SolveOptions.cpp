@@ -3,6 +3,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/scattering/RigidBody.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "samples/shared/SettingOptions.h"
@@ -173,9 +174,25 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
         "--scatterer",
         arguments.scattererFile,
         "OBJ file of a closed, rigid body (metres, array frame; at 40 kHz at most some 40 cm^2), "
-        "or "
-        "\"reflectors\" for rigid rectangles by their full waves: tell what it does to the field, "
-        "and correct points at rest for it");
+        "\"reflectors\" for rigid rectangles by their full waves, or \"hand\" for a right hand "
+        "that "
+        "points at the topmost point: tell what it does to the field, and correct points at rest "
+        "for it");
+    app.add_option("--scatterer-at",
+                   arguments.scattererAt_m,
+                   "Lowest place of the hand's index fingertip, metres (default: 1 mm above the "
+                   "topmost point)")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->expected(3);
+    app.add_option("--scatterer-elements",
+                   arguments.scattererElements,
+                   "Most triangles of the hand: half of them take a quarter of the time, and are "
+                   "less accurate")
+        ->check(CLI::Range(1000, static_cast<int>(haptics::RigidBody::kMostElements)))
+        ->capture_default_str();
+    app.add_flag("--no-cache",
+                 arguments.noCache,
+                 "Make the matrix of a body anew, and don't keep it in ~/.cache/osgMidair");
     app.add_option("--reflectors",
                    arguments.reflectorsFile,
                    "JSON file of up to 8 flat reflectors (ARRAYS.md), besides the array's own: the "

@@ -33,8 +33,12 @@ struct SolveArguments
     std::string earsFile; ///< listening places; empty: only those around the array
     std::string array = "octagon";
     std::string reflectorsFile; ///< reflectors besides those of the array; empty: none
-    std::string scattererFile;  ///< OBJ file of a rigid body, or "reflectors"; empty: none
-    bool noCorrection = false;  ///< solve for free air, and only tell what is in it
+    /// OBJ file of a rigid body, "reflectors" or "hand"; empty: none
+    std::string scattererFile;
+    std::vector<double> scattererAt_m; ///< where a hand's fingertip points; empty: above the points
+    int scattererElements = 10000;     ///< 1000 .. 10000; of a hand, at most
+    bool noCache = false;              ///< neither read nor keep the matrices of bodies
+    bool noCorrection = false;         ///< solve for free air, and only tell what is in it
     std::string directivity;
     std::string out = "out";
     std::vector<double> position{0.0, 0.0, 0.0};

@@ -1,17 +1,24 @@
 #include "samples/tools/solve/SolveScatterer.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/UserEnvironment.h"
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteringSolver.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "haptics/sequence/ReflectorFigures.h"
 #include "haptics/surface/ObjReader.h"
 #include "samples/tools/solve/SolveFiles.h"
+#include "samples/tools/solve/SolveHand.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <limits>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -75,17 +82,102 @@ Things screensOf(haptics::TransducerArray& array, double wavelength_m, haptics::
     return screens;
 }
 
-Things
-bodyOf(const std::string& file, double wavelength_m, int threads, haptics::TriangleMesh& shape)
+void say(const std::string& what)
 {
-    shape = haptics::readObj(file);
-    haptics::ClosedBody body = haptics::RigidBody::divided(shape, wavelength_m);
-    std::fprintf(stderr,
-                 "midair-solve: \"%s\" has %ld triangles and takes %.0f MB\n",
-                 file.c_str(),
-                 static_cast<long>(body.size()),
-                 1e-6 * haptics::RigidBody::bytesFor(body.size()));
-    return {std::make_shared<haptics::RigidBody>(std::move(body), wavelength_m, threads)};
+    std::fprintf(stderr, "midair-solve: body: %s\n", what.c_str());
+}
+
+/// Returns $XDG_CACHE_HOME/osgMidair, or ~/.cache/osgMidair; empty: there is neither. Relative
+/// paths don't count (XDG Base Directory Specification).
+std::filesystem::path cacheFolder()
+{
+    const std::filesystem::path given = base::userVariable("XDG_CACHE_HOME").value_or(""),
+                                home = base::userVariable("HOME").value_or("");
+    if (given.is_absolute()) return given / "osgMidair";
+    return home.is_absolute() ? home / ".cache" / "osgMidair" : std::filesystem::path();
+}
+
+/// Returns a function that says each tenth, once a second has passed.
+std::function<void(double)> progressTold()
+{
+    using Clock = std::chrono::steady_clock;
+    return [begin = Clock::now(), tenths = 0](double share) mutable
+    {
+        const int now = static_cast<int>(10.0 * share);
+        if (now <= tenths || Clock::now() - begin < std::chrono::seconds(1)) return;
+        tenths = now;
+        say(fmt::format("{} %", 10 * now));
+    };
+}
+
+std::shared_ptr<haptics::RigidBody>
+rigidOf(haptics::ClosedBody body, const SolveArguments& arguments, double wavelength_m)
+{
+    say(fmt::format(
+        "{} triangles, {:.0f} MB", body.size(), 1e-6 * haptics::RigidBody::bytesFor(body.size())));
+    haptics::BodyMaking making;
+    making.threads = arguments.settings.threads;
+    if (!arguments.noCache) making.cache.folder = cacheFolder();
+    making.cache.told = say;
+    making.progress = progressTold();
+    return std::make_shared<haptics::RigidBody>(std::move(body), wavelength_m, making);
+}
+
+/// Returns where the index fingertip of a hand is the lowest, m.
+Eigen::Vector3d
+padFor(const SolveArguments& arguments, const bridge::SolveTask& task, const Eigen::Vector3d& up)
+{
+    const std::vector<double>& given = arguments.scattererAt_m;
+    if (!given.empty()) return {given[0], given[1], given[2]};
+    haptics::ControlPoints all;
+    for (const haptics::ControlPoints& set : task.sets)
+        append(all, set);
+    if (all.size() == 0)
+        throw base::InputError("there is no point that it could stand above; use --scatterer-at");
+    return padAbove(all.positions, up);
+}
+
+Things handOf(const SolveArguments& arguments, const bridge::SolveTask& task, Solution& solution)
+{
+    const Eigen::Vector3d up = openSideOf(solution.scene.array), pad = padFor(arguments, task, up);
+    const double wavelength_m = solution.scene.wavelength_m();
+    solution.scatterer = handMesh(arguments.scattererElements);
+    haptics::ClosedBody body = haptics::ClosedBody::from(solution.scatterer,
+                                                         std::numeric_limits<double>::infinity(),
+                                                         haptics::RigidBody::kMostElements);
+    const double elements = wavelength_m / body.meanSide_m(),
+                 error = haptics::RigidBody::expectedError(elements);
+    solution.scattererTold = fmt::format(
+        "a right hand, its index fingertip at {:.1f}, {:.1f}, {:.1f} mm; {:.1f} "
+        "elements a wavelength: {}",
+        1e3 * pad.x(),
+        1e3 * pad.y(),
+        1e3 * pad.z(),
+        elements,
+        error < 1.0 ? fmt::format("3 mm off it {:.0f} % of the field may be wrong", 100.0 * error)
+                    : "too few to be right");
+    say(solution.scattererTold);
+    // Made at rest: one matrix in the cache is that of all its places.
+    const auto hand = rigidOf(std::move(body), arguments, wavelength_m);
+    const Eigen::Isometry3d pose = pointingAt(pad, up);
+    hand->moveBy(pose);
+    solution.scatterer.vertices = pose * solution.scatterer.vertices;
+    return {hand};
+}
+
+/// Sets the shape of \a solution, and takes screens from the reflectors of \a array.
+Things thingsOf(const SolveArguments& arguments,
+                const bridge::SolveTask& task,
+                haptics::TransducerArray& array,
+                Solution& solution)
+{
+    const double wavelength_m = solution.scene.wavelength_m();
+    if (arguments.scattererFile == kReflectors)
+        return screensOf(array, wavelength_m, solution.scatterer);
+    if (arguments.scattererFile == kScatteringHand) return handOf(arguments, task, solution);
+    solution.scatterer = haptics::readObj(arguments.scattererFile);
+    return {rigidOf(
+        haptics::RigidBody::divided(solution.scatterer, wavelength_m), arguments, wavelength_m)};
 }
 
 /// Returns why \a solution can't be corrected for what stands in it; empty: it can.
@@ -150,21 +242,21 @@ auto named(const SolveArguments& arguments, const Does& does)
 
 } // namespace
 
-void loadScatterer(const SolveArguments& arguments, Solution& solution)
+void loadScatterer(const SolveArguments& arguments,
+                   const bridge::SolveTask& task,
+                   Solution& solution)
 {
-    const std::string& file = arguments.scattererFile;
-    if (file.empty()) return;
-    const SolveScene& scene = solution.scene;
-    const int threads = arguments.settings.threads;
+    if (arguments.scattererFile.empty()) return;
     named(arguments,
           [&]
           {
-              haptics::TransducerArray array = scene.array;
-              Things things = file == kReflectors
-                                  ? screensOf(array, scene.wavelength_m(), solution.scatterer)
-                                  : bodyOf(file, scene.wavelength_m(), threads, solution.scatterer);
-              solution.truth = std::make_shared<haptics::ScatteredField>(
-                  std::move(things), std::move(array), scene.medium, threads);
+              haptics::TransducerArray array = solution.scene.array;
+              Things things = thingsOf(arguments, task, array, solution);
+              solution.truth =
+                  std::make_shared<haptics::ScatteredField>(std::move(things),
+                                                            std::move(array),
+                                                            solution.scene.medium,
+                                                            arguments.settings.threads);
           });
     solution.scattered_Pa =
         [truth = solution.truth](const Eigen::Matrix3Xd& places, const Eigen::VectorXcf& q)
@@ -183,6 +275,7 @@ void correctForScatterer(const SolveArguments& arguments,
                          Solution& solution)
 {
     SolvedScatterer& told = solution.parts.scatterer.emplace();
+    told.what = solution.scattererTold;
     told.uncorrectedRms = solution.sequence.report.rms;
     told.uncorrectedLevel_Pa = solution.sequence.report.level_Pa;
     told.whyUncorrected = whyUncorrectable(arguments, solution);
@@ -233,6 +326,7 @@ void printScattering(const SolvedScatterer& some)
                 100.0 * change.level,
                 static_cast<long>(change.elements),
                 change.iterations);
+    if (!some.what.empty()) std::printf("            %s\n", some.what.c_str());
     if (some.whyUncorrected.empty())
         std::printf(
             "            solved for: rms %.3f %%, level %.0f Pa; rms %.3f %%, level %.0f Pa "

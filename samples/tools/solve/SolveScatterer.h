@@ -7,11 +7,17 @@
 namespace midair::samples
 {
 
+/// The name of the kit's own hand as a scatterer.
+constexpr const char* kScatteringHand = "hand";
+
 /// Sets the true field of \a solution, whose scene is loaded, with the thing of --scatterer: the
-/// rigid body of an OBJ file (metres, array frame), or the rigid rectangles among the reflectors,
-/// as screens. Does nothing without one. Says on stderr what it takes before it begins. Throws
-/// base::InputError, which names the file.
-void loadScatterer(const SolveArguments& arguments, Solution& solution);
+/// rigid body of an OBJ file (metres, array frame), the kit's hand above the points of \a task, or
+/// the rigid rectangles among the reflectors, as screens. Does nothing without one. Says on stderr
+/// what it takes before it begins, and how far it is. Throws base::InputError, which names the
+/// file.
+void loadScatterer(const SolveArguments& arguments,
+                   const bridge::SolveTask& task,
+                   Solution& solution);
 
 /// Corrects the fields of \a solution, made for \a task, for its truth, keeps them if they err
 /// less, and sets its figures of the scatterer. Throws base::InputError for points inside.

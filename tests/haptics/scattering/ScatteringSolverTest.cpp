@@ -32,14 +32,16 @@ Corrected correct(std::shared_ptr<haptics::ScatteredField> truth,
                   const haptics::ControlPoints& points,
                   const haptics::TransducerArray& free,
                   const haptics::TransducerArray& rows,
-                  int rounds = haptics::ScatteringSolver::kRounds)
+                  int rounds = haptics::ScatteringSolver::kRounds,
+                  bool hasOptics = true)
 {
     Corrected made;
     haptics::ScatteringSolver solver(
         haptics::makeSolver("gauss-newton"),
         truth,
         [&](int, double rms) { made.errors.push_back(rms); },
-        rounds);
+        rounds,
+        hasOptics);
     Eigen::VectorXcf q;
     made.report = solver.solve(points, rows, haptics::Medium(), q);
     truth->setDrive(q);
@@ -102,6 +104,27 @@ TEST(ScatteringSolver, CorrectsForWhatImagesOfAPlateHaveNot)
         EXPECT_NEAR(made.report.rms, made.rms, 1e-4) << one.side_m;
         EXPECT_LT(3.0 * made.rms, made.errors.front()) << one.side_m;
     }
+}
+
+// A ball of more than two wavelengths behind the points, which reflects to them.
+TEST(ScatteringSolver, OpticsInTheRowsKnowMostOfWhatALargeBodyScatters)
+{
+    const haptics::TransducerArray array = haptics::TransducerArray::singleBoard();
+    const haptics::ControlPoints points = haptics::spherePoints(12, 0.02, {0.0, 0.0, 0.14});
+    const auto truth = fieldWith(ballOf(10e-3, 1.4e-3), {0.0, 0.005, 0.172}, array);
+    const Corrected free = correct(truth, points, array, array, 0, false);
+    const Corrected made = correct(truth, points, array, array, 0);
+    EXPECT_GT(free.rms, 0.1) << "the ball is felt";
+    EXPECT_LT(made.rms, 0.5 * free.rms);
+    const Corrected corrected = correct(truth, points, array, array);
+    EXPECT_LE(corrected.rms, 0.003);
+    const auto rows = truth->optics_Pa(points.positions);
+    ASSERT_TRUE(rows);
+    Eigen::VectorXcf q = Eigen::VectorXcf::Ones(array.size());
+    truth->setDrive(q);
+    const Eigen::VectorXcd scattered = truth->scattered_Pa(points.positions);
+    EXPECT_LT(((*rows * q).cast<std::complex<double>>() - scattered).norm(),
+              0.5 * scattered.norm());
 }
 
 TEST(ScatteringSolver, KeepsTheBestAndRefusesPointsInside)

@@ -1,6 +1,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/scattering/RigidBody.h"
+#include "haptics/scattering/RoundBody.h"
 #include "haptics/scattering/SceneScattering.h"
 #include "haptics/scattering/ThinScreen.h"
 #include "haptics/surface/FlatFaces.h"
@@ -11,8 +12,10 @@
 
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -27,6 +30,7 @@ namespace
 
 using Complex = std::complex<double>;
 
+const Eigen::Vector3d kMiddle = Eigen::Vector3d::Zero();
 const double kWaveNumber = base::kTwoPi / kWavelength_m;
 
 // The series of a rigid ball, apart from the product: p_s = jk sum (2n+1) j'(ka)/h'(ka) h(k r0) h(k
@@ -62,10 +66,10 @@ haptics::RigidBody rigid(const haptics::TriangleMesh& mesh)
     return {haptics::RigidBody::divided(mesh, kWavelength_m), kWavelength_m, 2};
 }
 
-double ballError(double ka)
+/// The rms error of \a ball, of the radius a, at places \a off of it, over the incident field.
+double ballError(const haptics::RigidBody& ball, double a, double off)
 {
-    const double a = ka / kWaveNumber, off = 1e-3, distance = a + 0.05;
-    const haptics::RigidBody ball = rigid(ballOf(a, kWavelength_m / haptics::RigidBody::kElements));
+    const double distance = a + 0.05;
     Eigen::VectorXcd onBall;
     const haptics::GmresReport report =
         ball.solve(fieldOf({0.0, 0.0, distance}, kWaveNumber, ball), onBall);
@@ -87,6 +91,11 @@ double ballError(double ka)
         incident2 += 1.0 / (points.col(i) - Eigen::Vector3d(0.0, 0.0, distance)).squaredNorm();
     }
     return std::sqrt(off2 / incident2);
+}
+double ballError(double ka)
+{
+    const double a = ka / kWaveNumber;
+    return ballError(rigid(ballOf(a, kWavelength_m / haptics::RigidBody::kElements)), a, 1e-3);
 }
 
 std::string refusalOf(const haptics::TriangleMesh& mesh)
@@ -134,6 +143,44 @@ TEST(RigidBody, IsRightAboutBallsWithinTwoPercentOfTheIncidentField)
 {
     for (const double ka : {3.0, 5.0, 8.0})
         EXPECT_LT(ballError(ka), 0.012) << ka;
+}
+
+// As coarse as the largest hand: palm, and fingertip.
+TEST(RigidBody, IsAsRightAsItSaysAtTheElementsOfAHand)
+{
+    for (const double a : {14e-3, 8e-3})
+    {
+        haptics::ClosedBody body =
+            haptics::ClosedBody::from(haptics::roundBody({{kMiddle, kMiddle, a, a}}, 4e-3),
+                                      std::numeric_limits<double>::infinity(),
+                                      1000);
+        const double elements = kWavelength_m / body.meanSide_m();
+        EXPECT_NEAR(elements, 2.9, 0.1) << a;
+        const haptics::RigidBody ball(std::move(body), kWavelength_m, 2);
+        EXPECT_NEAR(ballError(ball, a, 3e-3), haptics::RigidBody::expectedError(elements), 0.005)
+            << a;
+        EXPECT_LT(ballError(ball, a, 1e-3), 0.08) << a;
+        EXPECT_LT(ballError(ball, a, 10e-3), 0.02) << a;
+    }
+}
+
+TEST(RigidBody, ScattersTheSameWhereItIsMovedTo)
+{
+    const haptics::RigidBody still = rigid(ballOf(3e-3, 1.5e-3));
+    haptics::RigidBody moved = still;
+    const Eigen::Isometry3d motion = Eigen::Translation3d(0.1, -0.2, 0.3) *
+                                     Eigen::AngleAxisd(1.0, Eigen::Vector3d(0.6, 0.0, 0.8));
+    moved.moveBy(motion);
+    const Eigen::Vector3d source(0.01, 0.0, 0.04);
+    Eigen::VectorXcd first, second;
+    still.solve(fieldOf(source, kWaveNumber, still), first);
+    moved.solve(fieldOf(motion * source, kWaveNumber, moved), second);
+    const Eigen::Matrix3Xd points = Eigen::Vector3d(0.0, 5e-3, 0.0);
+    EXPECT_LT(
+        std::abs((still.scattered(points, first) - moved.scattered(motion * points, second))[0]),
+        1e-4 * std::abs(still.scattered(points, first)[0]));
+    EXPECT_TRUE(moved.isInside(motion * Eigen::Vector3d::Zero()));
+    EXPECT_FALSE(moved.isInside(Eigen::Vector3d::Zero()));
 }
 
 // ka of an inner resonance, j1'(ka) = 0 and j0(ka) = 0: other equations have no single solution.

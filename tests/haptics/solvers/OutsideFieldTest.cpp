@@ -104,6 +104,58 @@ TEST(OutsideField, EverySolverReportsTheSumInDouble)
         expectTrueReport(name, equal, TransducerArray::singleBoard(), 2e-4);
 }
 
+TEST(OutsideField, RowsAreAddedToThoseOfTheArray)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.dead = {3};
+    array.gain = Eigen::VectorXd::Ones(array.size());
+    array.gain[3] = 0.0;
+    ControlPoints points = unequalPoints();
+    points.targets[5] = 0.0; // left out: rows are taken by the points that stay
+    const Eigen::MatrixXcd G = referencePropagationMatrix(points.positions, array, Medium());
+    Eigen::MatrixXcd R(points.size(), array.size());
+    for (Eigen::Index i = 0; i < R.cols(); ++i)
+        R.col(i) = someOutside(points.size(), 0.1 * G.cwiseAbs().mean()) *
+                   std::polar(1.0, 0.7 * static_cast<double>(i * i));
+    points.outsideRows_Pa = std::make_shared<const Eigen::MatrixXcf>(R.cast<std::complex<float>>());
+    const auto expectTrue = [&](const Eigen::VectorXcd& outside, const SolveReport& report, auto& q)
+    {
+        const Eigen::VectorXcd p = (G + R) * q.template cast<std::complex<double>>() + outside;
+        std::vector<int> kept;
+        for (int l = 0; l < points.size(); ++l)
+            if (points.targets[l] > 0.0) kept.push_back(l);
+        double level_Pa = 0.0;
+        const double rms = rmsOf(p(kept).eval(), points.targets(kept).eval(), &level_Pa);
+        EXPECT_NEAR(report.rms, rms, 2e-3) << report.solver;
+        EXPECT_NEAR(report.level_Pa, level_Pa, 1e-3 * level_Pa) << report.solver;
+    };
+    for (const std::string& name : solverNames())
+    {
+        const auto solver = makeSolver(name);
+        points.outside_Pa.resize(0);
+        Eigen::VectorXcf q;
+        SolveReport report = solver->solve(points, array, Medium(), q);
+        expectTrue(Eigen::VectorXcd::Zero(points.size()), report, q);
+        // With what the rows have not, of the last drive.
+        points.outside_Pa = someOutside(points.size(), 0.05 * report.level_Pa);
+        const Eigen::VectorXcd drive = q.cast<std::complex<double>>();
+        report = solver->solve(points, array, Medium(), q);
+        expectTrue(points.outside_Pa *
+                       (drive.dot(q.cast<std::complex<double>>()) / drive.squaredNorm()),
+                   report,
+                   q);
+    }
+    // And leave no trace.
+    const auto solver = makeSolver("gauss-newton");
+    Eigen::VectorXcf q;
+    points.outside_Pa.resize(0);
+    solver->solve(points, array, Medium(), q);
+    points.outsideRows_Pa = nullptr;
+    R.setZero();
+    const SolveReport free = solver->solve(points, array, Medium(), q);
+    expectTrue(Eigen::VectorXcd::Zero(points.size()), free, q);
+}
+
 TEST(OutsideField, CountsAtQuietPointsAndBesideReflectors)
 {
     expectTrueReport("gauss-newton", unequalPoints(), TransducerArray::singleBoard(), 2e-3);
@@ -185,6 +237,31 @@ TEST(OutsideField, IsRefusedByName)
     EXPECT_EQ(refusal(Eigen::VectorXcd::Ones(24), ones / 0.0f), drive);
 }
 
+TEST(OutsideField, WrongRowsAreRefusedByName)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    ControlPoints points = spherePoints(24, 0.02, kCentre);
+    const auto refusal = [&](Eigen::MatrixXcf rows)
+    {
+        points.outsideRows_Pa = std::make_shared<const Eigen::MatrixXcf>(std::move(rows));
+        Eigen::VectorXcf q;
+        const SolveReport report = makeSolver("gauss-newton")->solve(points, array, Medium(), q);
+        EXPECT_EQ(report.stop, StopReason::REFUSED);
+        EXPECT_TRUE(q.isZero());
+        return report.message;
+    };
+    EXPECT_EQ(refusal(Eigen::MatrixXcf::Ones(23, 249)),
+              "the outside rows are 23 x 249; for 24 control points and 249 transducers they must "
+              "be 24 x 249");
+    Eigen::MatrixXcf broken = Eigen::MatrixXcf::Ones(24, 249);
+    broken(7, 7) = {0.0f, std::numeric_limits<float>::quiet_NaN()};
+    EXPECT_EQ(refusal(broken), "the outside rows must be finite and at most 1e+12 Pa");
+    broken(7, 7) = 2e12f;
+    EXPECT_EQ(refusal(broken), "the outside rows must be finite and at most 1e+12 Pa");
+    EXPECT_THROW(Certifier().certify(points, array, Medium(), Eigen::VectorXcf::Ones(249)),
+                 midair::base::InputError);
+}
+
 TEST(OutsideField, IsCertified)
 {
     TransducerArray array = TransducerArray::singleBoard();
@@ -214,4 +291,17 @@ TEST(OutsideField, IsPickedAndAppended)
     append(both, points);
     EXPECT_EQ(both.outside_Pa, Eigen::Vector4cd(0.0, 1.0, 2.0, 3.0));
     EXPECT_EQ(pick(spherePoints(3, 0.02), {1}).outside_Pa.size(), 0);
+    points.outsideRows_Pa = std::make_shared<const Eigen::MatrixXcf>(
+        Eigen::Vector3cf(1.0f, 2.0f, 3.0f).replicate(1, 2));
+    EXPECT_EQ(*pick(points, {2, 0}).outsideRows_Pa,
+              Eigen::Vector2cf(3.0f, 1.0f).replicate(1, 2).eval());
+    both = spherePoints(1, 0.02);
+    append(both, points);
+    EXPECT_EQ(*both.outsideRows_Pa,
+              Eigen::Vector4cf(0.0f, 1.0f, 2.0f, 3.0f).replicate(1, 2).eval());
+    ControlPoints other = spherePoints(1, 0.02);
+    other.outsideRows_Pa = std::make_shared<const Eigen::MatrixXcf>(Eigen::MatrixXcf::Ones(1, 3));
+    append(both, other);
+    EXPECT_EQ(both.outsideRows_Pa->rows(), 4) << "of another array: solvers refuse them";
+    EXPECT_EQ(pick(spherePoints(3, 0.02), {1}).outsideRows_Pa, nullptr);
 }
