@@ -164,9 +164,9 @@ extern "C"
 
     /// Sets flat things that reflect sound, from the next midair_update() or midair_solve() on:
     /// \a json is {"reflectors": [..]} as in samples/guides/ARRAYS.md, in the array's frame. They
-    /// replace those before, count besides those of the array, and may move from update to update.
-    /// NULL or "": none. What is left out, or not corrected for, is told by messages. A wrong text
-    /// is an error, and nothing is played until it is right.
+    /// replace those before, come besides those of the array, at most 8 together, and may move from
+    /// update to update. NULL or "": none. What is left out, or not corrected for, is told by
+    /// messages. A wrong text is an error, and nothing is played until it is right.
     MIDAIR_API midair_status midair_set_reflectors(midair_scene* scene, const char* json);
 
     // --- Hands -----------------------------------------------------------------------------------

@@ -12,6 +12,7 @@
 #include "haptics/tuning/FocusCheck.h"
 #include "haptics/tuning/ReflectorFit.h"
 #include "haptics/tuning/RehearsedInstrument.h"
+#include "haptics/tuning/TouchedPlate.h"
 #include "haptics/tuning/TuningFit.h"
 #include "samples/shared/SettingOptions.h"
 #include "samples/shared/ToolOptions.h"
@@ -257,26 +258,51 @@ int fitArray(const TuneArguments& arguments)
     return EXIT_DONE;
 }
 
+/// Returns the one reflector of a JSON file, or that around the touched places of another file.
+haptics::Reflector guessFrom(const std::string& path, const haptics::TransducerArray& array)
+{
+    if (std::filesystem::path(path).extension() != ".csv")
+    {
+        const std::vector<haptics::Reflector> guesses =
+            haptics::reflectorsFromJson(textOf(path), path);
+        if (guesses.size() == 1) return guesses.front();
+        throw InputError(fmt::format("\"{}\" has {} reflectors; --guess needs one, and the array's "
+                                     "file has those that are known",
+                                     path,
+                                     guesses.size()));
+    }
+    const Eigen::Matrix3Xd touched = haptics::placesFromCsv(textOf(path), path);
+    haptics::TouchedPlate plate;
+    try
+    {
+        plate = haptics::TouchedPlate::at(touched, array.positions.rowwise().mean());
+    }
+    catch (const InputError& error)
+    {
+        throw InputError(fmt::format("\"{}\": {}", path, error.what()));
+    }
+    std::cout << fmt::format("touched     {} places, {:.2f} mm rms off the plane of a plate of "
+                             "{:.0f} x {:.0f} mm\n",
+                             touched.cols(),
+                             1e3 * plate.off_m,
+                             1e3 * plate.reflector.size_m.x(),
+                             1e3 * plate.reflector.size_m.y());
+    return plate.reflector;
+}
+
 int fitReflector(const TuneArguments& arguments)
 {
     const ReadPlan read = readPlan(arguments.plan);
-    const std::vector<haptics::Reflector> guesses =
-        haptics::reflectorsFromJson(textOf(arguments.guess), arguments.guess);
-    if (guesses.size() != 1)
-        throw InputError(fmt::format("\"{}\" has {} reflectors; --guess needs one, and the array's "
-                                     "file has those that are known",
-                                     arguments.guess,
-                                     guesses.size()));
+    const haptics::TransducerArray array = haptics::TransducerArray::load(arguments.array);
     haptics::ReflectorFitOptions options = arguments.reflector;
     options.prior = arguments.fit.prior;
     options.relativeHumidity = arguments.fit.relativeHumidity;
     options.clip = arguments.fit.clip;
-    const haptics::ReflectorFit fit =
-        haptics::fitReflector(haptics::TransducerArray::load(arguments.array),
-                              read.plan,
-                              readReadings(arguments.readings, read),
-                              guesses.front(),
-                              options);
+    const haptics::ReflectorFit fit = haptics::fitReflector(array,
+                                                            read.plan,
+                                                            readReadings(arguments.readings, read),
+                                                            guessFrom(arguments.guess, array),
+                                                            options);
     std::cout << fit.text();
     if (!fit.usable()) return EXIT_PROBLEM;
     const std::string out = arguments.out.empty() ? "reflectors.json" : arguments.out;
@@ -459,7 +485,9 @@ void addReflecting(CLI::App& command, TuneArguments& arguments)
         .add_option(
             "--guess",
             arguments.guess,
-            "file with one reflector, where it is roughly, as for midair-solve --reflectors")
+            "file with one reflector, where it is roughly, as for midair-solve --reflectors; or "
+            "a .csv file with places on it that were touched, x,y,z in metres, its four "
+            "corners among them")
         ->required();
     command.add_option("--out", arguments.out, "file to write (reflectors.json)");
     command

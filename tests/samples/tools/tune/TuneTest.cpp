@@ -204,6 +204,19 @@ TEST_F(MidairTune, finds_a_plate_that_reflects)
     const Outcome two = tune("reflector --array tuned.json --guess guess.json");
     EXPECT_EQ(two.code, 2) << two.output;
     EXPECT_TRUE(says(two, "has 2 reflectors")) << two.output;
+
+    write("touched.csv", "x_m,y_m,z_m\n-1,-1,0.2125\n1,-1,0.2125\n1,1,0.2125\n-1,1,0.2125\n");
+    const Outcome touched =
+        tune("reflector --array tuned.json --guess touched.csv --out found.json");
+    ASSERT_EQ(touched.code, 0) << touched.output;
+    EXPECT_TRUE(says(touched, "4 places, 0.00 mm rms off the plane of a plate of 2000 x 2000 mm"));
+    const auto again = midair::haptics::reflectorsFromJson(text("found.json"), "found.json");
+    EXPECT_NEAR(again.at(0).position.z(), 0.21, 0.3e-3);
+    EXPECT_NEAR(again.at(0).reflection, 0.9, 0.03);
+    write("touched.csv", "0,0,0.2\n0.1,0,0.2\n0.2,0,0.2\n");
+    const Outcome few = tune("reflector --array tuned.json --guess touched.csv");
+    EXPECT_EQ(few.code, 2) << few.output;
+    EXPECT_TRUE(says(few, "3 places were touched; a plate needs its four corners")) << few.output;
 }
 
 TEST_F(MidairTune, goes_on_where_it_was_killed)
