@@ -130,6 +130,7 @@ haptics::RigidThings ScatteringStage::things() const
 
 bool ScatteringStage::canBeCorrected(const HologramResult& result) const
 {
+    if (_context.bodies.empty() && _context.options.array.reflectors.empty()) return false;
     const std::vector<std::string> solvers = haptics::solverNames();
     return result.playing && result.foci == 0 && result.points.size() > 0 &&
            result.sequence.isHeld() && !result.sequence.evened && !result.outline &&

@@ -33,7 +33,7 @@ public:
                     HandStage& hands,
                     const RestRefiner& refiner,
                     const LouderStage& louder);
-    /// Stops the other thread, which takes milliseconds but for the making of a plate's lattice.
+    /// Stops the other thread, which takes up to a second for large things.
     ~ScatteringStage() override { _stop.request(); }
 
     void setOptions() override;

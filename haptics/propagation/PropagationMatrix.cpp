@@ -415,12 +415,12 @@ bool PropagationMatrix::setOutside(const Eigen::VectorXcd& outside_Pa,
     return isStale;
 }
 
-bool PropagationMatrix::setOutsideRows(std::shared_ptr<const Eigen::MatrixXcf> rows_Pa,
-                                       std::vector<int> chosen)
+bool PropagationMatrix::setOutsideRows(const std::shared_ptr<const Eigen::MatrixXcf>& rows_Pa,
+                                       const std::vector<int>& chosen)
 {
     const bool isStale = rows_Pa || _outside.rows_Pa;
-    _outside.rows_Pa = std::move(rows_Pa);
-    _outside.chosen = std::move(chosen);
+    _outside.rows_Pa = rows_Pa;
+    if (rows_Pa) _outside.chosen = chosen;
     return isStale;
 }
 

@@ -81,7 +81,8 @@ public:
     bool setOutside(const Eigen::VectorXcd& outside_Pa, const Eigen::VectorXcf& drive);
     /// Adds from now on rows \a chosen (points()) of \a rows_Pa (a row for each of them,
     /// arraySize() columns; null: none) to those of the array. Else as setOutside().
-    bool setOutsideRows(std::shared_ptr<const Eigen::MatrixXcf> rows_Pa, std::vector<int> chosen);
+    bool setOutsideRows(const std::shared_ptr<const Eigen::MatrixXcf>& rows_Pa,
+                        const std::vector<int>& chosen);
     bool hasOutside() const { return _outside.pressures_Pa.size() > 0; }
     /// Sets \a re, \a im (paddedTransducers()) to the phases of the outside pressures' drive, with
     /// amplitudes of 1.

@@ -1,5 +1,6 @@
 #include "haptics/scattering/RestScattering.h"
 
+#include "haptics/base/InputError.h"
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteredField.h"
 #include "haptics/scattering/ScatteringSolver.h"
@@ -9,6 +10,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -17,6 +20,9 @@ namespace
 
 /// Memory of a plate's cell: its lattice, padded, and the vectors of GMRES.
 constexpr double kBytesPerCell = 500.0;
+
+/// Of all things together: scenes are untrusted.
+constexpr double kMostBytes = 1.5e9;
 
 TriangleMesh moved(const ReflectingBody& body)
 {
@@ -55,6 +61,11 @@ void RestScattering::make(const FieldBesideThings& given)
 {
     const double wavelength_m = given.medium.wavelength(given.array.frequency_Hz);
     if (given.things == _things && wavelength_m == _wavelength_m) return;
+    if (const double bytes = sizeOf(given.things, wavelength_m).bytes; !(bytes <= kMostBytes))
+        throw base::InputError(
+            fmt::format("it would take {:.0f} MB; at most {:.0f} MB are possible",
+                        1e-6 * bytes,
+                        1e-6 * kMostBytes));
     _wavelength_m = 0.0; // if it is stopped
     _scatterers.clear();
     for (const Reflector& one : given.things.plates)

@@ -71,7 +71,7 @@ public:
 
     /// Starts from the multipliers of \a given, so that the new field is near it. Takes seconds for
     /// large plates, minutes for large bodies. Throws InputError for what can't be a ThinScreen or
-    /// RigidBody, Stopped.
+    /// RigidBody and for more than 1.5 GB, Stopped.
     FieldForThings solve(const FieldBesideThings& given);
 
 private:

@@ -2,6 +2,7 @@
 // its sound, with one microphone.
 #include "device/ArrayDevice.h"
 #include "device/autd3/emulator/RehearsedAutd3.h"
+#include "engine-bridge/display/Display.h"
 #include "haptics/array/Reflector.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
@@ -258,32 +259,46 @@ int fitArray(const TuneArguments& arguments)
     return EXIT_DONE;
 }
 
-/// Returns the one reflector of a JSON file, or that around the touched places of another file.
+/// Returns the places of a file on a plate: touched ones, or the corners of a display.
+Eigen::Matrix3Xd placesOnPlate(const std::string& text, const std::string& path, bool isDisplay)
+{
+    if (!isDisplay) return haptics::placesFromCsv(text, path);
+    const bridge::Display display = bridge::readDisplay(text, path);
+    Eigen::Matrix3Xd corners(3, 4);
+    corners << display.lowerLeft, display.lowerRight, display.upperLeft,
+        display.lowerRight + display.upperLeft - display.lowerLeft;
+    return corners;
+}
+
+/// Returns the one reflector of a JSON file, or the plate that touched places or a display's file
+/// say.
 haptics::Reflector guessFrom(const std::string& path, const haptics::TransducerArray& array)
 {
-    if (std::filesystem::path(path).extension() != ".csv")
+    const std::string text = textOf(path);
+    const bool isTouched = std::filesystem::path(path).extension() == ".csv";
+    const bool isDisplay = !isTouched && text.find("\"screen\"") != std::string::npos;
+    if (!isTouched && !isDisplay)
     {
-        const std::vector<haptics::Reflector> guesses =
-            haptics::reflectorsFromJson(textOf(path), path);
+        const std::vector<haptics::Reflector> guesses = haptics::reflectorsFromJson(text, path);
         if (guesses.size() == 1) return guesses.front();
         throw InputError(fmt::format("\"{}\" has {} reflectors; --guess needs one, and the array's "
                                      "file has those that are known",
                                      path,
                                      guesses.size()));
     }
-    const Eigen::Matrix3Xd touched = haptics::placesFromCsv(textOf(path), path);
+    const Eigen::Matrix3Xd places = placesOnPlate(text, path, isDisplay);
     haptics::TouchedPlate plate;
     try
     {
-        plate = haptics::TouchedPlate::at(touched, array.positions.rowwise().mean());
+        plate = haptics::TouchedPlate::at(places, array.positions.rowwise().mean());
     }
     catch (const InputError& error)
     {
         throw InputError(fmt::format("\"{}\": {}", path, error.what()));
     }
-    std::cout << fmt::format("touched     {} places, {:.2f} mm rms off the plane of a plate of "
+    std::cout << fmt::format("guess       {} places, {:.2f} mm rms off the plane of a plate of "
                              "{:.0f} x {:.0f} mm\n",
-                             touched.cols(),
+                             places.cols(),
                              1e3 * plate.off_m,
                              1e3 * plate.reflector.size_m.x(),
                              1e3 * plate.reflector.size_m.y());
@@ -485,9 +500,9 @@ void addReflecting(CLI::App& command, TuneArguments& arguments)
         .add_option(
             "--guess",
             arguments.guess,
-            "file with one reflector, where it is roughly, as for midair-solve --reflectors; or "
-            "a .csv file with places on it that were touched, x,y,z in metres, its four "
-            "corners among them")
+            "file with one reflector, where it is roughly, as for midair-solve --reflectors; a "
+            ".csv file with places on it that were touched, x,y,z in metres, its four corners "
+            "among them; or the file of a display, for its screen")
         ->required();
     command.add_option("--out", arguments.out, "file to write (reflectors.json)");
     command

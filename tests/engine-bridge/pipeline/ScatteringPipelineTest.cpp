@@ -203,6 +203,13 @@ TEST(ScatteringPipeline, ABodyIsKnownAtRest)
                   .maxCoeff(),
               0.015);
 
+    snapshot.bodies.assign(8, ball);
+    for (haptics::ReflectingBody& one : snapshot.bodies)
+        one.mesh = haptics::flatFacesOf(*sphere(0.1, 30)).body;
+    scene.show(snapshot);
+    EXPECT_TRUE(scene.restUntil("it would take 6")) << "gigabytes";
+
+    snapshot.bodies = {ball};
     snapshot.bodies[0].pose.translation().y() = 0.0;
     scene.show(snapshot);
     EXPECT_TRUE(scene.restUntil("is inside the body")) << "refused by name";

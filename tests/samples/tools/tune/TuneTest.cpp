@@ -213,6 +213,13 @@ TEST_F(MidairTune, finds_a_plate_that_reflects)
     const auto again = midair::haptics::reflectorsFromJson(text("found.json"), "found.json");
     EXPECT_NEAR(again.at(0).position.z(), 0.21, 0.3e-3);
     EXPECT_NEAR(again.at(0).reflection, 0.9, 0.03);
+    write("display.json",
+          R"({"screen": {"lowerLeft_m": [-1, -1, 0.2125], "lowerRight_m": [1, -1, 0.2125],
+              "upperLeft_m": [-1, 1, 0.2125], "pixels": [1920, 1080]}})");
+    const Outcome shown =
+        tune("reflector --array tuned.json --guess display.json --out again.json");
+    ASSERT_EQ(shown.code, 0) << shown.output;
+    EXPECT_EQ(text("again.json"), text("found.json")) << "the same corners";
     write("touched.csv", "0,0,0.2\n0.1,0,0.2\n0.2,0,0.2\n");
     const Outcome few = tune("reflector --array tuned.json --guess touched.csv");
     EXPECT_EQ(few.code, 2) << few.output;
