@@ -215,7 +215,8 @@ TEST_F(MidairTune, finds_a_plate_that_reflects)
     EXPECT_NEAR(again.at(0).reflection, 0.9, 0.03);
     write("display.json",
           R"({"screen": {"lowerLeft_m": [-1, -1, 0.2125], "lowerRight_m": [1, -1, 0.2125],
-              "upperLeft_m": [-1, 1, 0.2125], "pixels": [1920, 1080]}})");
+              "upperLeft_m": [-1, 1, 0.2125], "pixels": [1920, 1080]},
+    "eye": "fixed 0 0 1"})");
     const Outcome shown =
         tune("reflector --array tuned.json --guess display.json --out again.json");
     ASSERT_EQ(shown.code, 0) << shown.output;
