@@ -160,23 +160,16 @@ void addPlaces(CLI::App& app, SolveArguments& arguments)
         ->expected(3);
 }
 
-/// Adds the array and the sampling of the model.
-void addPoints(CLI::App& app, SolveArguments& arguments)
+/// Adds what stands in the field.
+void addStanding(CLI::App& app, SolveArguments& arguments)
 {
-    static const std::map<std::string, haptics::Sampling> kSamplings{
-        {"surface", haptics::Sampling::SURFACE},
-        {"edges", haptics::Sampling::EDGES},
-        {"vertices", haptics::Sampling::VERTICES}};
-    app.add_option(
-           "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
-        ->capture_default_str();
     app.add_option(
         "--scatterer",
         arguments.scattererFile,
         "OBJ file of a closed, rigid body (metres, array frame; at 40 kHz at most some 40 cm^2), "
         "\"reflectors\" for rigid rectangles by their full waves, or \"hand\" for a right hand "
-        "that "
-        "points at the topmost point: tell what it does to the field, and correct points at rest "
+        "that points at the topmost point: tell what it does to the field, and correct points at "
+        "rest "
         "for it");
     app.add_option("--scatterer-at",
                    arguments.scattererAt_m,
@@ -201,6 +194,19 @@ void addPoints(CLI::App& app, SolveArguments& arguments)
         "--no-correction",
         arguments.noCorrection,
         "Solve for free air, and only tell what reflectors and the scatterer do to the field");
+}
+
+/// Adds the array and the sampling of the model.
+void addPoints(CLI::App& app, SolveArguments& arguments)
+{
+    static const std::map<std::string, haptics::Sampling> kSamplings{
+        {"surface", haptics::Sampling::SURFACE},
+        {"edges", haptics::Sampling::EDGES},
+        {"vertices", haptics::Sampling::VERTICES}};
+    app.add_option(
+           "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
+        ->capture_default_str();
+    addStanding(app, arguments);
     app.add_option("--spacing",
                    arguments.spacing_m,
                    "Distance between control points, metres (default: one wavelength)")
