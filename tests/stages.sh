@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=e54c98a3a0f9269c6538b2a6eef49ceabcedabb9 # clang-tidy looks at what differs from this commit
+tidied=66efe81f9f622bcdd12dbb3df619e67e80040c18 # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
