@@ -1,6 +1,7 @@
 #include "haptics/scattering/RestScattering.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/propagation/PressureField.h"
 #include "haptics/scattering/RigidBody.h"
 #include "haptics/scattering/ScatteredField.h"
 #include "haptics/scattering/ScatteringSolver.h"
@@ -8,6 +9,7 @@
 #include "haptics/solvers/Solvers.h"
 
 #include <algorithm>
+#include <complex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -115,11 +117,17 @@ FieldForThings RestScattering::solve(const FieldBesideThings& given)
         return solved;
     }
     truth->setDrive(q);
-    solved.outside = {truth->beyond_Pa(given.points.positions, given.heard), q};
-    solved.highest_Pa =
-        (truth->free_Pa(given.points.positions) + truth->scattered_Pa(given.points.positions))
-            .cwiseAbs()
-            .maxCoeff();
+    const Eigen::VectorXcd whole =
+        truth->free_Pa(given.points.positions) + truth->scattered_Pa(given.points.positions);
+    solved.outside = {whole - pressureAt(given.points.positions,
+                                         given.heard,
+                                         given.medium,
+                                         q,
+                                         given.options.threads,
+                                         given.options.stop)
+                                  .cast<std::complex<double>>(),
+                      q};
+    solved.highest_Pa = whole.cwiseAbs().maxCoeff();
     solved.drive = std::move(q);
     return solved;
 }
