@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
 tests_at_once=$((2 * jobs)) # most wait for an array, not for a processor
 filter=${MIDAIR_FILTER:-.}
-tidied=66efe81f9f622bcdd12dbb3df619e67e80040c18 # clang-tidy looks at what differs from this commit
+tidied=493334c3c2dc0fde1e46ab80afa09b148462c1da # clang-tidy looks at what differs from this commit
 
 # run FOLDER [ctest option]..: the tests of one build.
 run()
